@@ -108,7 +108,7 @@ class Quantity:
 
 STEP_LIMITS = (
     "none", "depth cap", "stability", "error", "growth", "first step", "max step", "block border",
-    "whole loops", "redressing", "remaining distance",
+    "redressing", "remaining distance", "no contact", "clipping",
 )  # fmt: skip
 """What limits a wear step, in the order of the flags of `step_limit`; none in the initial state."""
 
@@ -148,15 +148,15 @@ _SINCE = f"at material points, {_REPROFILED}"
 _REDRESSED = "since it was new or last redressed; the depth before in the row of a redressing"
 _MARGIN = "missing where wear removes no damage, or the law contains it"
 _JUDGED = "missing where the law judges by another quantity"
-_FAINT = (
-    "of the whole collective in the state of this row; patches below a thousandth of the load, power and "
-    "wear of their wheel fade out, and the others carry their load"
-)
-_FAINTEST = "of one wheel at one operating point"
 _ACTING = (
     "of the points of the step that led to this state; of the whole collective in the initial state, after a "
     "reprofiling and at the end of the distance"
 )
+_FAINT = (
+    f"{_ACTING}; patches below a thousandth of the load, power and wear of their wheel fade out, and the "
+    "others carry their load"
+)
+_FAINTEST = "of one wheel at one operating point"
 _PER_MATERIAL = "of both bodies"
 
 # place in result files: type if it is not the usual one, dimensions, ? where values may be missing
@@ -218,7 +218,7 @@ _CAMPAIGN = (
     _q("step_length", "Δs", "m", "distance of the step that led to this state", "0 in the initial state",
        "step", shown=_KM, above=(0, 1e7)),
     _q("stability_number", "S", "1", "decay of the fastest wave of the profile in the step to this state",
-       "as depth over interpenetration and the steps before show it; 0 in the initial state",
+       "the larger of half the depth over interpenetration and 1.25 times what the steps before have shown",
        "step", above=(0, 100)),
     _q("step_error", "ε", "m", "estimated error of the depth of the step that led to this state",
        "RMS over the band worn in the step, after smoothing, on the wheel or counterface where it is largest",

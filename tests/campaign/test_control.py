@@ -172,7 +172,7 @@ class TestProgramme:
 
     def test_several_loops_in_one_step(self, programme, rate_of, state):
         weight, (step, reason, _) = choose(state, programme, lambda w: rate_of(4e-10), SETTINGS)  # 20 km
-        assert (step, reason) == (18e3, "whole loops")
+        assert (step, reason) == (18e3, "depth cap")
         np.testing.assert_allclose(weight, programme.weight, rtol=1e-15)
 
     def test_last_loops_end_at_the_distance_asked_for(self, programme, rate_of, state):

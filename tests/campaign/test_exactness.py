@@ -85,7 +85,7 @@ def controlled(state, points, rate_at, settings):
     errors, limit = [], np.inf
     while not reached(state.distance, settings.distance):
         rate = rate_at(state)
-        choice = choose(state, points, lambda weight: rate, settings, length_limit=limit)  # noqa: B023
+        choice = choose(state, points, lambda weight: rate, settings, length_limit=(limit, "error"))  # noqa: B023
         after = advance(state, rate, choice.limit.step_length, rule, rate_at).state
         error = error_of(state, after, rate, rate_at(after), 0.0)
         limit = error_limit(choice.limit.step_length, error, settings)

@@ -67,7 +67,7 @@ def test_load_is_kept_and_the_rest_counted(wheels, made_points, wheelset, shares
     assert 0.9 < weight[1] < 1.0
     factor = shares[0].sum() / (weight * shares[0]).sum()
     np.testing.assert_allclose(contact.power[:2], 500.0 * factor * (weight * shares[1])[:2], rtol=1e-14)
-    row = lost_row(passage, made_points([0.3, 0.7], environment=[0.5, 1.0]))
+    row = lost_row(passage, made_points([0.3, 0.7], environment=[0.5, 1.0]), np.array([0.3, 0.7]))
     for name, lost in zip(("load", "power", "wear"), ((1.0 - weight) * share).sum(axis=1), strict=True):
         assert row[f"faint_{name}"] == pytest.approx(lost, rel=1e-12), name
         assert row[f"faint_{name}_max"] == pytest.approx(lost, rel=1e-12), name

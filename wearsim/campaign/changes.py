@@ -60,12 +60,12 @@ def with_changes(
     before = changed_scene(out, manifest, manifest.changes)
     after = changed_scene(out, manifest, manifest.changes, overrides)
     stored = list(manifest.changes)
-    finished = True
+    finished: list[str] = []
     for prefix, part in begun.prefixed.items():
         campaign, step = part.scene.kind, first_step(part)
         if step is None:
+            finished.append(campaign)
             continue
-        finished = False
         # of a step that is computed again because its record was lost
         stored = [
             replace(one, step=min(one.step, step)) if one.campaign == campaign else one for one in stored
@@ -74,9 +74,13 @@ def with_changes(
             old, new = (getattr(scene.prefixed[prefix].campaign, key) for scene in (before, after))
             if old != new:
                 stored.append(Change(campaign, step, f"campaign.{key}", old, new))
-    if finished:
+    if len(finished) == len(begun.prefixed):
         raise ResultError(
             f"{out} is finished; nothing was changed, start the changed scene with another --out"
+        )
+    if late := [one for one in overrides if one.keys[0] in finished]:
+        raise SceneError(
+            [Fault(f"{one.key} cannot change: {one.keys[0]} is finished", one.source) for one in late]
         )
     manifest = replace(manifest, changes=tuple(stored))
     write_atomically(out / SCENE_FOLDER / MANIFEST, json.dumps(asdict(manifest), indent=2).encode())

@@ -199,7 +199,7 @@ def choose(
     settings: ControlSettings,
     *,
     depth_limit: DepthLimit | None = None,
-    length_limit: float = math.inf,
+    length_limit: tuple[float, str] = (math.inf, "error"),
     stiffness: float = 0.0,
     counterface_wear: CounterfaceWear | None = None,
 ) -> StepChoice:
@@ -213,7 +213,7 @@ def choose(
         Wear rate in this state as a function of weights (n,).
     depth_limit : callable, optional
         Further limit of the depth per step as a function of a rate and its weights [m].
-    length_limit : float
+    length_limit : tuple of float and str
         Of a step that is tried again, by its error [m].
     stiffness : float
         That it has shown [1/m].
@@ -232,7 +232,7 @@ def choose(
     def largest(weight: FloatArray) -> StepLimit:
         rate = rate_for_weights(weight)
         limit = math.inf if depth_limit is None else depth_limit(rate, weight)
-        further = min((length_limit, "error"), remembered_limit(state, weight, settings))
+        further = min(length_limit, remembered_limit(state, weight, settings))
         first = not acts_before(state, weight)
         seen = stiffness if first else max(stiffness, float(state.point_stiffness[weight > 0.0].max()))
         return largest_step(
@@ -261,7 +261,7 @@ def choose(
         whole = largest(collective)
         loops = math.floor(min(whole.step_length, remaining) / loop + _SAME_PLACE)
         if loops >= 1:
-            step, reason = loops * loop, "whole loops"
+            step, reason = loops * loop, whole.reason
             if abs(remaining - step) <= _SAME_PLACE * loop:
                 step, reason = remaining, last
             return StepChoice(collective, whole._replace(step_length=step, reason=reason))

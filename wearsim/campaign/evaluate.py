@@ -321,10 +321,7 @@ def rate(
 
 
 def solve_points(state: State, points: OperatingPoints, solved: NDArray[np.bool_], setup: Setup) -> Passage:
-    """Return `solve_passage` of the points where `solved` (n,), with their numbers among all points.
-
-    All points are solved where none of those has a contact solution.
-    """
+    """Return `solve_passage` of the points where `solved` (n,), with their numbers among all points."""
     index = np.flatnonzero(solved)
     own = setup
     if isinstance(setup.models, ModelsByPoint):
@@ -335,8 +332,6 @@ def solve_points(state: State, points: OperatingPoints, solved: NDArray[np.bool_
             state if history is None else replace(state, points=history.at(index)), select(points, index), own
         )
     except ContactError as error:
-        if history is not None and not solved.all():
-            return solve_points(state, points, np.ones_like(solved), setup)
         raise numbered(error, index) from None
     return _placed(passage, index)
 

@@ -124,7 +124,10 @@ class WheelsetEvolution:
             passage = solve_points(state, points, self._followed(weight), setup)
         wear, history = patch_wear(passage, state, setup.wheelset), state.points
         if history is not None:
-            history = judged(history, points, passage, wear, state.distance)
+            ends = control.reached(
+                state.distance, self.target
+            )  # with points that did not act in the last step
+            history = judged(history, points, passage, wear, state.distance, raises=not ends)
         collective = accumulate(passage, points, weight, state, setup)
         return Evaluation(collective, weight, passage, recorded_measures(state, self.setup), wear, history)
 
@@ -162,7 +165,7 @@ class WheelsetEvolution:
 
         def depth_limit(now: WearRate, weight: FloatArray) -> float:
             other = state.counterface or state
-            lines = ((state.y[0], state.z[0]), (other.y[0], other.z[0]))
+            lines = [(body.y[side], body.z[side]) for body in (state, other) for side in (0, 1)]
             spacing = min(float(np.diff(arc_length(*line)).min()) for line in lines)
             return control.half_space_depth_limit(now, weight, setup.models, spacing, wave)
 
@@ -170,7 +173,7 @@ class WheelsetEvolution:
             setup.wheelset.radius, setup.wear.density, wave, setup.control.integrator,
             crack_depth=here.comparison.crack_depth,
         )  # fmt: skip
-        limit, error, length, stiffness = math.inf, 0.0, 0.0, 0.0
+        limit, error, length, stiffness = (math.inf, "error"), 0.0, 0.0, 0.0
         for rejected in range(_ATTEMPTS):
             choice = control.choose(
                 state, points, rate_for, ahead_of, depth_limit=depth_limit, length_limit=limit,
@@ -184,7 +187,7 @@ class WheelsetEvolution:
             except ContactError:
                 if shallow:
                     raise
-                limit = _SHORTER * length
+                limit = _SHORTER * length, "no contact"
                 continue
             clipped = tried.clipped > _CLIPPED and not shallow
             if error <= setup.control.error_tolerance and not clipped:
@@ -193,14 +196,14 @@ class WheelsetEvolution:
                     choice.limit.reason, passage,
                 )  # fmt: skip
                 break
-            limit = control.error_limit(length, error, setup.control)
+            limit = control.error_limit(length, error, setup.control), "error"
             if clipped:
-                limit = min(limit, _SHORTER * length)
+                limit = min(limit, (_SHORTER * length, "clipping"))
         else:
             raise NumericalError(
                 f"after {state.distance / 1e3:.6g} km no wear step keeps the tolerance of "
-                f"{1e6 * setup.control.error_tolerance:.4g} um: a step of {length:.4g} m has an error of "
-                f"{1e6 * error:.4g} um; raise error_tolerance_um in [campaign]"
+                f"{1e6 * setup.control.error_tolerance:.4g} um: a step of {length:.4g} m, limited by "
+                f"{limit[1]}, has an error of {1e6 * error:.4g} um; raise error_tolerance_um in [campaign]"
             )
         acts = weight > 0.0
         after = replace(
@@ -238,6 +241,9 @@ class WheelsetEvolution:
             tried = tried._replace(state=replace(tried.state, points=history))
         # with the history that is stored: a resumed campaign solves the same batches, to the last bit
         passage = solve_points(tried.state, points, self._followed(weight), here)
+        ahead = tried.state
+        if ahead.points is not None:
+            judged(ahead.points, points, passage, patch_wear(passage, ahead, here.wheelset), ahead.distance)
         end = accumulate(passage, points, weight, tried.state, here)
         error = step.error_of(state, tried.state, now, end, rule.smoothing_wavelength)
         stiffness = step.stiffness_of(state, tried, end, rule.smoothing_wavelength)

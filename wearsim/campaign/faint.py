@@ -100,11 +100,11 @@ def faded(passage: Passage) -> Passage:
     return kept
 
 
-def lost_row(passage: Passage, points: OperatingPoints) -> Mapping[str, FloatArray]:
-    """Return what faint patches lost in a state, by the variables of a row of the result file."""
+def lost_row(passage: Passage, points: OperatingPoints, weight: FloatArray) -> Mapping[str, FloatArray]:
+    """Return what faint patches of points of a weight (n,) lost, by the variables of a row."""
     of, first, each = _by_wheel(passage)
     point, lost = passage.contact.point[first], passage.lost[first].T
-    amount = _summed(of, each) * points.weight[point]
+    amount = _summed(of, each) * weight[point]
     amount[1] /= points.conditions.speed[point]
     amount[2] *= points.environment[point]
     whole = amount.sum(axis=1)

@@ -33,14 +33,20 @@ def new_history(points: OperatingPoints) -> PointHistory:
 
 
 def judged(
-    history: PointHistory, points: OperatingPoints, passage: Passage, wear: PatchWear, distance: float
+    history: PointHistory,
+    points: OperatingPoints,
+    passage: Passage,
+    wear: PatchWear,
+    distance: float,
+    *,
+    raises: bool = True,
 ) -> PointHistory:
     """History after a solution of some of the points; what it says of the others stays.
 
     Raises
     ------
     ContactError
-        If the points that failed carry more than `LARGEST_SHARE` of the wear.
+        If the points that failed carry more than `LARGEST_SHARE` of the wear, and it `raises`.
     """
     failed, point, count = passage.failed, passage.contact.point, len(points.label)
     found = np.bincount(point, minlength=count) > 0
@@ -48,7 +54,7 @@ def judged(
     out = history.left_out & ~found
     history = with_failed(replace(history, area_rate=rate, left_out=out, share=0.0), points, failed)
     out, share = history.left_out, history.share
-    if share > LARGEST_SHARE:
+    if raises and share > LARGEST_SHARE:
         number = np.flatnonzero(out & (points.weight > 0.0)).tolist()
         known = [k for k in number if k in failed]
         first = next((k for k in known if failed[k].row == k), (known or number)[0])

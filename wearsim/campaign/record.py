@@ -29,7 +29,7 @@ from wearsim.quantities import QUANTITIES
 from wearsim.results import ROW, Header, append, create, open_results, row_count, row_names, verify
 from wearsim.results.checks import step_limits
 from wearsim.results.limits import ending_limits, first_met, limits_of, met_attributes
-from wearsim.results.schema import ADDED, CHANGES, RENAMED
+from wearsim.results.schema import CHANGES, RENAMED
 
 
 @contextmanager
@@ -107,7 +107,7 @@ class Records:
         label, payload = record
         if label["campaign"] != self.campaign or label["index"] != index:
             return None
-        arrays = {name: np.zeros(()) for name in ADDED}
+        arrays = {}
         for name, (kind, shape) in label["layout"].items():
             dtype = np.dtype(kind)
             size = dtype.itemsize * math.prod(shape)
@@ -123,6 +123,10 @@ class Records:
                 f"{self.path(index)} was changed while the campaign ran; run the same command again"
             )
         return record[0]
+
+    def other_version(self) -> bool:
+        """Whether the first record is sound, but has other variables."""
+        return self._load(0) is not None and self.read(0) is None
 
     def require_own_campaign(self) -> None:
         """Raise if the first record belongs to another campaign."""
@@ -216,6 +220,8 @@ class Writer:
                 "distance": float(last["distance"]),
                 "worst_depth": float(last["max_wear_depth"].max()),
                 "ended": str(data.attrs["finished"]),
+                "left_out": int(last["left_out"].sum()) if "left_out" in data else 0,
+                "left_out_share": float(last["left_out_share"]) if "left_out" in data else 0.0,
             }
 
     def recover(self) -> int:
@@ -224,6 +230,11 @@ class Writer:
         self._sources = self.records.sources()
         count = self._count
         if count == 0:
+            if self.records.other_version():
+                raise ResultError(
+                    f"{self.records.folder} holds steps of another version of wearsim; nothing was changed, "
+                    f"choose another --out"
+                )
             if self.path.exists() and not self.records.folder.is_dir():
                 raise ResultError(
                     f"{self.path} exists, but no steps of this campaign do; nothing was changed, "

@@ -117,7 +117,7 @@ def build_row(
         **{name: np.asarray(getattr(state, field)) for name, field in _OF_STATE.items()},
         **{name: measures[name] for name in _MEASURES},
         **summarise(evaluation.passage, evaluation.wear, len(setup.points.label)),
-        **lost_row(evaluation.passage, setup.points),
+        **lost_row(evaluation.passage, setup.points, evaluation.weight),
         **row_choice(state.choice),
         **comparison_row(state, collective, laws),
         **counterface_row(state.counterface),

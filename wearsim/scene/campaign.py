@@ -121,7 +121,8 @@ class CampaignSection(Section):
     )
     stability: float | None = number(
         "stability_number",
-        "the limit of the stability number S, by default that of the rule: 8.4 of rkc, 0.4 of heun and euler",
+        "the limit of the stability number S, at first depth over interpenetration, then half of it; by "
+        "default that of the rule: 8.4 of rkc, 0.4 of heun and euler",
         None,
     )
     smoothing_wavelength_mm: float = number(

@@ -167,7 +167,9 @@ def _verdict(body: _Body, contacts: list[_Contact], modulus: float) -> _Verdict 
     for contact in contacts:
         low, high = contact.counterface_y if body.counterface else contact.wheel_y
         arc = arc_length(profile.y, profile.z)
-        first, last = arc[np.searchsorted(profile.y, (low, high)).clip(0, profile.y.size - 1)]
+        first, last = arc[
+            np.searchsorted(np.maximum.accumulate(profile.y), (low, high)).clip(0, profile.y.size - 1)
+        ]
         inside = (arc >= first - _AROUND) & (arc <= last + _AROUND)
         own = 0.5 * modulus * float(np.sqrt(np.mean(rough.slope[inside] ** 2))) / contact.pressure
         if own > share:

@@ -144,7 +144,6 @@ def _later(control: ControlSettings, old: State, new: State, taken: StepTaken) -
     depth = float((new.wear_depth - old.wear_depth).max())
     limits = {
         "error": error_limit(length, taken.error or 0.0, control),
-        "stability": control.stability * length / taken.stability if taken.stability > 0.0 else math.inf,
         "depth cap": control.depth_cap * length / depth if depth > 0.0 else math.inf,
         "max step": control.max_step,
         "remaining distance": control.distance,
