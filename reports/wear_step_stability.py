@@ -84,8 +84,8 @@ increments takes the short waves out of both, and raises the limit of the half-s
 steps of virtual penetration stable, the Chebyshev rules do.
 """
 CAPTION = (
-    "Top: wear depth at the end. Bottom: what is shorter than 4 mm in it, on the way; a cross marks where "
-    "the contact broke up into more patches than a wheel can have."
+    "Top: wear depth at the end. Bottom: what is shorter than 4 mm in it, on the way; a cross "
+    "marks where no contact solution was found."
 )
 ONE_STEP = f"""\
 What one explicit step leaves of a waviness of {1e6 * AMPLITUDE:g} um, without smoothing, points 0.25 mm
