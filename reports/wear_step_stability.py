@@ -72,7 +72,8 @@ INTRODUCTION = f"""\
 A new S1002 wheel with noise of {1e6 * NOISE:g} µm at its points, {1e3 * SPACING:g} mm apart, runs on 60E1
 1:40 at seven lateral positions from -4 to -1 mm with 5 mrad of yaw, 80 kN, friction 0.35; patches of
 {STRIPS} strips. With control on, the steps are the longest of a campaign: stability and depth of 50 µm,
-Runge-Kutta-Chebyshev rules, increments smoothed at 2.5 mm, no tolerance of the error. With control off,
+Runge-Kutta-Chebyshev rules, increments smoothed at 2.5 mm, no tolerance of the error; on a half-space none
+deeper than the limit of Euler's rule for the smoothed increments, whatever the stages. With control off,
 every step is a given multiple of the longest stable one of Euler's rule: S = 1 for models of virtual
 penetration, the depth (p0/E*) Δy for models of the half-space kind.
 """
@@ -84,8 +85,8 @@ increments takes the short waves out of both, and raises the limit of the half-s
 steps of virtual penetration stable, the Chebyshev rules do.
 """
 CAPTION = (
-    "Top: wear depth at the end. Bottom: what is shorter than 4 mm in it, on the way; a cross marks where "
-    "the contact broke up into more patches than a wheel can have."
+    "Top: wear depth at the end. Bottom: what is shorter than 4 mm in it, on the way; a campaign "
+    "that found no contact solution would end in a cross."
 )
 ONE_STEP = f"""\
 What one explicit step leaves of a waviness of {1e6 * AMPLITUDE:g} um, without smoothing, points 0.25 mm
