@@ -264,12 +264,17 @@ def in_child(label, limit=LIMIT):
     return json.loads(done.stdout.splitlines()[-1])
 
 
+def labels_of(table):
+    """Labels of the cases of the rows of a table."""
+    return [f"{row.case}_{row.distance_km:g}km" for row in table.itertuples()]
+
+
 def merged(rows, path):
     """Table with new rows in the place of the old ones of the same cases, in the order of `CASES`."""
     known = {label: {} for label in BY_LABEL}
     if path.exists():
-        for row in pd.read_csv(path).to_dict("records"):
-            known[f"{row['case']}_{row['distance_km']:g}km"] = row
+        table = pd.read_csv(path)
+        known |= dict(zip(labels_of(table), table.to_dict("records"), strict=True))
     for label, row in rows.items():
         known[label] = row
     return pd.DataFrame([row for row in known.values() if row], columns=COLUMNS)
@@ -320,6 +325,13 @@ def tables(table):
     ]  # fmt: skip
 
 
+def missing(table):
+    """Sentence that names the cases without a row; nothing if there is none."""
+    run_before = set(labels_of(table))
+    labels = [f"`{label}`" for label in BY_LABEL if label not in run_before]
+    return [f"Not run yet: {', '.join(labels)}."] if labels else []
+
+
 def draw(table):
     """CPU time of the whole distances beside their targets."""
     rows = table[table["target_s"].notna() & table["cpu_s"].notna()]
@@ -365,6 +377,7 @@ def main(arguments=None):
         INTRODUCTION,
         *tables(table),
         Figure("real_wheels.svg", CAPTION),
+        *missing(table),
         "All values: [real_wheels.csv](real_wheels.csv).",
     ]
     write_report(chosen.out, __file__, TITLE, blocks)

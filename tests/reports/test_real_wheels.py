@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import real_wheels
-from real_wheels import BY_LABEL, REPEATABLE, TOLERANCE, WHEELS, curvature, in_child, noisy
+from real_wheels import BY_LABEL, REPEATABLE, TOLERANCE, WHEELS, curvature, in_child, labels_of, noisy
 
 
 @pytest.mark.slow
@@ -25,7 +25,7 @@ def test_the_report_is_what_its_table_says(reports, tmp_path):
     written, text = ((folder / "real_wheels.md").read_text() for folder in (tmp_path, reports))
     assert written == text
     rows = pd.read_csv(reports / "real_wheels.csv")
-    labels = [f"{row.case}_{row.distance_km:g}km" for row in rows.itertuples()]
+    labels = labels_of(rows)
     assert len(set(labels)) == len(labels)
     assert set(labels) <= set(BY_LABEL)
 
