@@ -1,9 +1,10 @@
 """How the scripts of this folder write their reports: report.md.j2 with tables and figures, CSV, SVG."""
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import jinja2
 import pandas as pd
@@ -40,9 +41,16 @@ class Figure:
 
 
 def options(
-    script: str, description: str | None, arguments: Sequence[str] | None = None, from_csv: bool = False
+    script: str,
+    description: str | None,
+    arguments: Sequence[str] | None = None,
+    from_csv: bool = False,
+    more: Mapping[str, Mapping[str, Any]] | None = None,
 ) -> argparse.Namespace:
-    """Options of a script: `out`, made if it is not there, and `from_csv` if it can write from its table."""
+    """Options of a script: `out`, made if it is not there, and `from_csv` if it can write from its table.
+
+    `more` are options of its own: what `add_argument` takes, by name.
+    """
     parser = argparse.ArgumentParser(
         prog=f"python reports/{Path(script).name}",
         description=description,
@@ -54,6 +62,8 @@ def options(
     if from_csv:
         text = "compute nothing: write from the CSV file"
         parser.add_argument("--from-csv", action="store_true", help=text)
+    for name, given in (more or {}).items():
+        parser.add_argument(f"--{name}", **given)
     chosen = parser.parse_args(arguments)
     chosen.out.mkdir(parents=True, exist_ok=True)
     return chosen
