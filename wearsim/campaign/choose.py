@@ -19,6 +19,7 @@ from wearsim.campaign.vertices import lengths_of_sides, smooth_sides
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import ContactModels, ContactPatches
 from wearsim.errors import ContactError, NumericalError
+from wearsim.operation.left_out import mask_of
 from wearsim.operation.points import OperatingPoints, select
 from wearsim.results import FILL_FLOAT
 
@@ -164,7 +165,7 @@ def _solvable(setup: CampaignSetup, state: State, threads: int) -> NDArray[np.bo
         rest = rest[sorted(solve_passage(replace(state, points=new_history(part)), part, here).failed)]
         if rest.size == 0:
             break
-    return ~np.isin(np.arange(len(setup.points.label)), rest)
+    return ~mask_of(rest, len(setup.points.label))
 
 
 def _nearest(there: IntArray, values: IntArray) -> IntArray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from wearsim.campaign.comparison import ComparisonLaws, ComparisonPassage, compa
 from wearsim.campaign.counterface import with_counterface, worn_counterface
 from wearsim.campaign.faint import faded
 from wearsim.campaign.left_out import Failed, judged
-from wearsim.campaign.state import PatchWear, State, WearRate, worn_wheels
+from wearsim.campaign.state import PatchWear, PointHistory, State, WearRate, worn_wheels
 from wearsim.campaign.vertices import sample, share_out, stretches
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import ContactPatches
@@ -22,7 +22,7 @@ from wearsim.contact.solve import ContactModels, ContactSolution, Counterface, W
 from wearsim.contact.wheels import joined
 from wearsim.damage.wear import WearSettings, highest_regime, passage_depth, patch_regime
 from wearsim.errors import ContactError
-from wearsim.operation.left_out import shared_weight
+from wearsim.operation.left_out import mask_of, shared_weight
 from wearsim.operation.points import OperatingPoints, select
 from wearsim.profile.shape import arc_length, vertex_lengths
 from wearsim.scene.campaign import CounterfaceWear
@@ -190,8 +190,7 @@ def accumulate(
     proportion to the overlap: the sum over the vertices is the sum over the strips.
     """
     if passage.failed:
-        out = np.isin(np.arange(weight.size), list(passage.failed))
-        weight = shared_weight(weight, points.of_class, out)
+        weight = shared_weight(weight, points.of_class, mask_of(passage.failed, weight.size))
     solution, comparison, strip_work = passage.contact, passage.comparison, passage.strip_work
     gap = solution.patch.interpenetration
     rim = _RIM * gap.max(axis=1, keepdims=True, initial=0.0)
@@ -280,14 +279,25 @@ def patch_wear(passage: Passage, state: State, wheelset: Wheelset) -> PatchWear:
     )
 
 
-def rate(
+class Solved(NamedTuple):
+    """Contact of one state, and what follows from it."""
+
+    passage: Passage
+    wear: PatchWear  # of its patches
+    rate: WearRate
+    points: PointHistory | None  # for the state after this one
+
+
+def solved(
     state: State,
     points: OperatingPoints,
     weight: FloatArray,
     setup: Setup,
-    failed: Failed | None = None,
-) -> WearRate:
-    """Solve the contact of the acting points and return the wear rate per metre run.
+    *,
+    among: NDArray[np.bool_] | None = None,
+    raises: bool = True,
+) -> Solved:
+    """Solve the contact of some points and weigh the wear of those that act.
 
     Parameters
     ----------
@@ -296,33 +306,34 @@ def rate(
     points : OperatingPoints
         The `n` points of the collective.
     weight : (n,) array
-        Share of the distance each point acts for; points of zero weight are not solved.
+        Share of the distance each point acts for.
     setup : Setup
         Bodies, models and laws.
-    failed : dict, optional
-        The points that were left out are added to it.
-
-    Returns
-    -------
-    WearRate
-        Its solution holds the acting points only.
+    among : (n,) bool array, optional
+        Points to solve, by default those that act; they keep their numbers.
+    raises : bool
+        Whether it is an error if points without contact solution carry too much of the wear.
 
     Raises
     ------
     ContactError
         If the points without contact solution carry too much of the wear.
     """
-    passage = solve_points(state, points, weight > 0.0, setup)
-    if failed is not None:
-        failed |= passage.failed
-    if state.points is not None:
-        judged(state.points, points, passage, patch_wear(passage, state, setup.wheelset), state.distance)
-    return accumulate(passage, points, weight, state, setup)
+    passage = solve_points(state, points, weight > 0.0 if among is None else among, setup)
+    wear, history = patch_wear(passage, state, setup.wheelset), state.points
+    if history is not None:
+        history = judged(history, points, passage, wear, state.distance, raises=raises)
+    return Solved(passage, wear, accumulate(passage, points, weight, state, setup), history)
 
 
-def solve_points(state: State, points: OperatingPoints, solved: NDArray[np.bool_], setup: Setup) -> Passage:
-    """Return `solve_passage` of the points where `solved` (n,), with their numbers among all points."""
-    index = np.flatnonzero(solved)
+def rate(state: State, points: OperatingPoints, weight: FloatArray, setup: Setup) -> WearRate:
+    """Return the wear rate of the acting points per metre run; see `solved`."""
+    return solved(state, points, weight, setup).rate
+
+
+def solve_points(state: State, points: OperatingPoints, among: NDArray[np.bool_], setup: Setup) -> Passage:
+    """Return `solve_passage` of the points where `among` (n,), with their numbers among all points."""
+    index = np.flatnonzero(among)
     own = setup
     if isinstance(setup.models, ModelsByPoint):
         own = replace(setup, models=setup.models.at(index))

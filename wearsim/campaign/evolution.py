@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from wearsim.campaign import choose, control, step
 from wearsim.campaign.comparison import comparison_laws, start_comparison
 from wearsim.campaign.counterface import new_counterface, redressed
-from wearsim.campaign.evaluate import Passage, Setup, accumulate, patch_wear, rate, setup_of, solve_points
-from wearsim.campaign.left_out import Failed, judged, new_history, with_failed
+from wearsim.campaign.evaluate import Setup, Solved, accumulate, rate, setup_of, solved
+from wearsim.campaign.left_out import Failed, new_history, with_failed
 from wearsim.campaign.reprofiling import reprofile, reprofiling_due, to_next_reprofiling
 from wearsim.campaign.row import NO_STEP, Evaluation, StepTaken, build_row, header_of, recorded_measures
 from wearsim.campaign.state import State, WearRate
@@ -117,19 +117,15 @@ class WheelsetEvolution:
         step and the monitoring points.
         """
         setup, points = self._setup(state), self.setup.points
-        weight, passage = state.active_weight, None if taken is None else taken.passage
-        if not weight.any() or control.reached(state.distance, self.target):
-            weight, passage = points.weight, None
-        if passage is None:
-            passage = solve_points(state, points, self._followed(weight), setup)
-        wear, history = patch_wear(passage, state, setup.wheelset), state.points
-        if history is not None:
-            ends = control.reached(
-                state.distance, self.target
-            )  # with points that did not act in the last step
-            history = judged(history, points, passage, wear, state.distance, raises=not ends)
-        collective = accumulate(passage, points, weight, state, setup)
-        return Evaluation(collective, weight, passage, recorded_measures(state, self.setup), wear, history)
+        weight, end = state.active_weight, None if taken is None else taken.end
+        ends = control.reached(state.distance, self.target)
+        if ends or not weight.any():
+            weight, end = points.weight, None
+        if end is None:
+            # at the end of the distance with points that did not act in the last step: no reason to lose it
+            end = solved(state, points, weight, setup, among=self._followed(weight), raises=not ends)
+        measures = recorded_measures(state, self.setup)
+        return Evaluation(end.rate, weight, end.passage, measures, end.wear, end.points)
 
     def _followed(self, weight: FloatArray) -> NDArray[np.bool_]:
         """Points that act with a weight (n,), and the monitoring points."""
@@ -155,10 +151,10 @@ class WheelsetEvolution:
         def rate_for(weight: FloatArray) -> WearRate:
             key = weight.tobytes()
             if key not in known:
-                solved = [*evaluation.passage.contact.point, *evaluation.passage.failed]
+                known_points = [*evaluation.passage.contact.point, *evaluation.passage.failed]
                 known[key] = (
                     accumulate(evaluation.passage, points, weight, state, here)
-                    if np.isin(np.flatnonzero(weight), solved).all()
+                    if np.isin(np.flatnonzero(weight), known_points).all()
                     else rate(state, points, weight, here)
                 )
             return known[key]
@@ -183,7 +179,7 @@ class WheelsetEvolution:
             now = rate_for(weight)
             shallow = float(now.depth.max()) * length < _SHALLOW
             try:
-                tried, error, stiffness, passage = self._try(state, now, choice, rule, here)
+                tried, error, stiffness, end = self._try(state, now, choice, rule, here)
             except ContactError:
                 if shallow:
                     raise
@@ -193,7 +189,7 @@ class WheelsetEvolution:
             if error <= setup.control.error_tolerance and not clipped:
                 taken = StepTaken(
                     length, choice.limit.stiffness * length, error, rejected, tried.stages,
-                    choice.limit.reason, passage,
+                    choice.limit.reason, end,
                 )  # fmt: skip
                 break
             limit = control.error_limit(length, error, setup.control), "error"
@@ -221,30 +217,26 @@ class WheelsetEvolution:
         passed = [share * setup.control.distance for share in choose.CHECKS]
         if any(state.distance < place <= after.distance for place in passed):
             changed = self._chosen(changed)
-        return changed, taken if changed is after else replace(taken, passage=None)
+        return changed, taken if changed is after else replace(taken, end=None)
 
     def _try(
         self, state: State, now: WearRate, choice: control.StepChoice, rule: step.StepRule, here: Setup
-    ) -> tuple[step.Step, float, float, Passage]:
+    ) -> tuple[step.Step, float, float, Solved]:
         """Take a step: its end, its error [m], its stiffness [1/m], and the contact at its end."""
         points, weight, limit = self.setup.points, choice.weight, choice.limit
-        length = limit.step_length
-
+        length, wave = limit.step_length, rule.smoothing_wavelength
         failed: Failed = {}
 
         def rate_at(ahead: State) -> WearRate:
-            return rate(ahead, points, weight, here, failed)
+            stage = solved(ahead, points, weight, here)
+            failed.update(stage.passage.failed)
+            return stage.rate
 
         tried = step.advance(state, now, length, rule, rate_at, limit.stiffness * length)
         if tried.state.points is not None:
             history = with_failed(tried.state.points, points, failed)
             tried = tried._replace(state=replace(tried.state, points=history))
         # with the history that is stored: a resumed campaign solves the same batches, to the last bit
-        passage = solve_points(tried.state, points, self._followed(weight), here)
-        ahead = tried.state
-        if ahead.points is not None:
-            judged(ahead.points, points, passage, patch_wear(passage, ahead, here.wheelset), ahead.distance)
-        end = accumulate(passage, points, weight, tried.state, here)
-        error = step.error_of(state, tried.state, now, end, rule.smoothing_wavelength)
-        stiffness = step.stiffness_of(state, tried, end, rule.smoothing_wavelength)
-        return tried, error, stiffness, passage
+        end = solved(tried.state, points, weight, here, among=self._followed(weight))
+        error = step.error_of(state, tried.state, now, end.rate, wave)
+        return tried, error, step.stiffness_of(state, tried, end.rate, wave), end

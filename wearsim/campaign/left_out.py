@@ -15,7 +15,7 @@ import numpy as np
 
 from wearsim.campaign.state import PatchWear, PointHistory
 from wearsim.errors import ContactError
-from wearsim.operation.left_out import LARGEST_SHARE, carried_share
+from wearsim.operation.left_out import LARGEST_SHARE, carried_share, mask_of
 from wearsim.operation.points import OperatingPoints
 from wearsim.results import FILL_FLOAT
 
@@ -75,7 +75,7 @@ def with_failed(
     history: PointHistory, points: OperatingPoints, failed: Mapping[int, ContactError]
 ) -> PointHistory:
     """History in which points that failed are left out, too."""
-    out = history.left_out | np.isin(np.arange(history.left_out.size), list(failed))
+    out = history.left_out | mask_of(failed, history.left_out.size)
     if not out.any():
         return history
     weight = points.weight * points.environment

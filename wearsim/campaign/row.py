@@ -24,7 +24,7 @@ from wearsim.campaign.counterface import (
     counterface_row,
     static_counterface,
 )
-from wearsim.campaign.evaluate import Passage
+from wearsim.campaign.evaluate import Passage, Solved
 from wearsim.campaign.faint import lost_row
 from wearsim.campaign.left_out import history_of, row_left_out
 from wearsim.campaign.state import PatchWear, PointHistory, State, WearRate, worn_wheels
@@ -80,7 +80,7 @@ class StepTaken:
     rejected: int = 0  # longer steps that were tried
     stages: int = 0  # of the rule
     reason: str = STEP_LIMITS[0]  # one of `STEP_LIMITS`: what limits its length
-    passage: Passage | None = None  # contact in the state it led to, as far as it is known
+    end: Solved | None = None  # contact of the state it led to, if the step left it as it was
 
 
 NO_STEP = StepTaken(0.0, 0.0)

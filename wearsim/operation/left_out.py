@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,6 +11,12 @@ from wearsim.contact.patch import FloatArray, IntArray
 
 LARGEST_SHARE = 0.01
 """Of the wear, that operating points without a contact solution may carry together."""
+
+
+def mask_of(failed: Iterable[int], count: int) -> NDArray[np.bool_]:
+    """Return which of `count` points are among those that failed."""
+    mask: NDArray[np.bool_] = np.isin(np.arange(count), list(failed))
+    return mask
 
 
 def shared_weight(weight: FloatArray, of_class: IntArray, out: NDArray[np.bool_]) -> FloatArray:

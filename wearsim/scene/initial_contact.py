@@ -15,7 +15,7 @@ from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.solve import ContactSolution, check_loads, solve_each
 from wearsim.damage.wear import passage_depth
 from wearsim.errors import ContactError, Fault, NumericalError, SceneError
-from wearsim.operation.left_out import LARGEST_SHARE, carried_share
+from wearsim.operation.left_out import LARGEST_SHARE, carried_share, mask_of
 from wearsim.operation.points import select
 from wearsim.scene.messages import by_line, key_of, shift_ranges
 from wearsim.scene.models import FieldScene, RigScene
@@ -83,7 +83,7 @@ def _left_out(faults: list[Fault], setup: CampaignSetup) -> list[Fault]:
     except ContactError:  # of no point: the grid
         return []
     point, area = (np.concatenate(values) for values in zip(*parts, strict=True))
-    out = np.isin(np.arange(len(points.label)), list(failed))
+    out = mask_of(failed, len(points.label))
     rate = np.where(out, np.nan, np.bincount(point, area, out.size))
     share = carried_share(points.weight * points.environment, points.of_class, rate, out)
     if not out.any() or share > LARGEST_SHARE or (points.weight[out] == 0.0).any():
