@@ -231,6 +231,12 @@ def synthetic():
 
 
 @pytest.fixture(scope="session")
+def stopped_at(synthetic):
+    """Context manager whose observer stops a run once a step is written."""
+    return synthetic.stopped_at
+
+
+@pytest.fixture(scope="session")
 def forked():
     """Function that starts `code` in a process of its own and returns it and all it prints, as a file.
 

@@ -7,16 +7,36 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from wearsim.campaign.row import NO_STEP, StepTaken
 from wearsim.campaign.state import State
 from wearsim.quantities import STEP_LIMITS
 from wearsim.results import FILL_FLOAT, FILL_INT, LAYOUT, ROW, Header
 from wearsim.results.schema import FAINT
+
+
+class Stop(Exception):
+    """What ends a run that is stopped on purpose."""
+
+
+@contextmanager
+def stopped_at(step: int) -> Iterator[Callable[[object], None]]:
+    """Give an observer that stops a run once a step is written; the run must be stopped by it."""
+
+    def observe(event: object) -> None:
+        if event.kind == "step" and event.step == step:  # type: ignore[attr-defined]
+            raise Stop
+
+    with pytest.raises(Stop):
+        yield observe
+
 
 N_POINT, N_OPERATING, STEP = 300, 4, 1000.0
 REGIMES = ("mild", "severe", "catastrophic")

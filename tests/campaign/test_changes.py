@@ -43,18 +43,6 @@ distance_km = 60
 """
 
 
-class Stop(Exception):
-    pass
-
-
-def stop_at(step):
-    def observe(event):
-        if event.kind == "step" and event.step == step:
-            raise Stop
-
-    return observe
-
-
 def values_of(path):
     with open_results(path) as data:
         data.load()
@@ -71,12 +59,12 @@ def assert_same_bits(path, reference):
 
 
 @pytest.fixture(scope="module")
-def begun(tmp_path_factory):
+def begun(tmp_path_factory, stopped_at):
     """Run directory of a campaign that was stopped after its second step, and its scene."""
     folder = tmp_path_factory.mktemp("begun")
     (folder / "rig.toml").write_text(SCENE)
-    with pytest.raises(Stop):
-        run_scene(folder / "rig.toml", folder / "out", observer=stop_at(2))
+    with stopped_at(2) as observer:
+        run_scene(folder / "rig.toml", folder / "out", observer=observer)
     return folder
 
 
@@ -117,11 +105,11 @@ def test_change_acts_from_its_step_on_and_is_stored_with_it(stopped, begun, monk
         np.testing.assert_array_equal(values[name], value, err_msg=name)
 
 
-def test_stopped_after_a_change_or_with_lost_records_it_resumes_to_the_same_bits(stopped):
+def test_stopped_after_a_change_or_with_lost_records_it_resumes_to_the_same_bits(stopped, stopped_at):
     once, often = stopped("once"), stopped("often")
     resume(once, overrides=CHANGES)
-    with pytest.raises(Stop):
-        resume(often, overrides=CHANGES, observer=stop_at(4))
+    with stopped_at(4) as observer:
+        resume(often, overrides=CHANGES, observer=observer)
     assert "step 3" in values_of(often / "rig.nc")[0]["settings_changed"]  # in the unfinished file
     (often / ".rig.records" / "00000002.npz").unlink()  # step 2 is computed again as before the change
     resume(often)

@@ -175,22 +175,14 @@ def test_environment_factor_acts_on_wear_not_on_damage(evolution):
         np.testing.assert_array_equal(one, other)
 
 
-class Stop(Exception):
-    pass
-
-
 @pytest.mark.parametrize("last", [pytest.param(0, marks=pytest.mark.slow), 2])
-def test_resumed_campaign_has_the_same_bits(tmp_path, last, evolution):
+def test_resumed_campaign_has_the_same_bits(tmp_path, last, evolution, stopped_at):
     whole, cut = tmp_path / "whole", tmp_path / "cut"
     whole.mkdir()
     cut.mkdir()
     of = evolution(COMPARISON + FATIGUE)
 
-    def stop(event):
-        if event.kind == "step" and event.step == last:
-            raise Stop
-
-    with pytest.raises(Stop):
+    with stopped_at(last) as stop:
         run_evolution(of, cut, "rig", stop)
     paths = run_evolution(of, whole, "rig"), run_evolution(of, cut, "rig")
     with netCDF4.Dataset(paths[0]) as one, netCDF4.Dataset(paths[1]) as other:

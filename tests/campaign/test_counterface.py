@@ -300,11 +300,7 @@ def test_rollers_are_redressed_at_the_given_depth(rig, all_states):
     np.testing.assert_allclose(states[-1].counterface.redressed_depth, depths.sum(axis=0), rtol=1e-12)
 
 
-class Stop(Exception):
-    pass
-
-
-def test_stopped_and_continued_to_the_same_bits(tmp_path, rig):
+def test_stopped_and_continued_to_the_same_bits(tmp_path, rig, stopped_at):
     """Stopped before redressing and reprofiling, between the two and after; every variable of the file."""
     campaign = "distance_km = 20\n[campaign.reprofiling]\nat_km = [12]"
     of = rig("[counterface.wear]\nfactor = 0.8\nredress_every_km = 12", campaign)
@@ -319,13 +315,8 @@ def test_stopped_and_continued_to_the_same_bits(tmp_path, rig):
         )  # of the wheels, at the same distance
         assert deepest[redressing] > deepest[redressing - 1]
         assert deepest[redressing + 1] == 0.0
-    for stop_at in (1, int(redressing), int(redressing) + 1):
-
-        def stop(event, stop_at=stop_at):
-            if event.kind == "step" and event.step == stop_at:
-                raise Stop
-
-        with pytest.raises(Stop):
+    for step in (1, int(redressing), int(redressing) + 1):
+        with stopped_at(step) as stop:
             run_evolution(of, tmp_path / "parts", "rig", stop)
     parts = run_evolution(WheelsetEvolution(of.setup, "wearsim run"), tmp_path / "parts", "rig")
     with netCDF4.Dataset(whole) as one, netCDF4.Dataset(parts) as other:

@@ -103,18 +103,6 @@ def locks_when_worn(monkeypatch):
     monkeypatch.setattr(solver, "_solve_chunk", locking)
 
 
-class Stop(Exception):
-    pass
-
-
-def stop_at(step):
-    def observe(event):
-        if event.kind == "step" and event.step == step:
-            raise Stop
-
-    return observe
-
-
 def rows_of(path):
     with open_results(path) as data:
         data.load()
@@ -174,7 +162,7 @@ def test_points_that_fail_are_dropped_chunk_by_chunk_whatever_the_threads(evolut
 
 
 def test_block_that_locks_while_it_carries_little_wear_is_left_out_and_resumes_to_the_same_bits(
-    locks_when_worn, tmp_path
+    locks_when_worn, tmp_path, stopped_at
 ):
     (tmp_path / "rig.toml").write_text(RIG.format(distance=60, short=0.05))
     whole, stopped = tmp_path / "whole", tmp_path / "stopped"
@@ -193,8 +181,8 @@ def test_block_that_locks_while_it_carries_little_wear_is_left_out_and_resumes_t
     assert warning.startswith("1 of 2 operating points had no contact solution and were left out (short)")
     status = read_status(whole)["campaigns"]["rig"]
     assert (status["left_out"], status["left_out_share"]) == (1, rows["left_out_share"][-1])
-    with pytest.raises(Stop):
-        run_scene(tmp_path / "rig.toml", stopped, observer=stop_at(first), threads=1)
+    with stopped_at(first) as observer:
+        run_scene(tmp_path / "rig.toml", stopped, observer=observer, threads=1)
     resume(stopped)
     again = rows_of(stopped / "rig.nc")
     for name, values in rows.items():

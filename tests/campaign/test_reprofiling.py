@@ -442,22 +442,14 @@ def test_the_file_keeps_the_conventions(finished, assert_cf):
     assert_cf(finished)
 
 
-class Stop(Exception):
-    pass
-
-
 @pytest.mark.parametrize("after", [-1, 0])
 def test_a_campaign_stopped_before_or_behind_a_turning_ends_with_the_same_bits(
-    scene, finished, data, tmp_path, after
+    scene, finished, data, tmp_path, after, stopped_at
 ):
     step = reprofiled_rows(data)[0] + after
 
-    def stop(event):
-        if event.kind == "step" and event.step == step:
-            raise Stop
-
     out = tmp_path / "out"
-    with pytest.raises(Stop):
+    with stopped_at(step) as stop:
         run_scene(scene, out, observer=stop)
     (path,) = resume(out)
     with netCDF4.Dataset(path) as one, netCDF4.Dataset(finished) as other:

@@ -59,10 +59,6 @@ def assert_tidy(directory):
     assert sorted(p.name for p in directory.iterdir()) == [".rig.finished.json", "rig.nc", "status.json"]
 
 
-class Stop(Exception):
-    pass
-
-
 def test_finished_run_is_tidy_and_repeating_it_computes_nothing(synthetic, tmp_path, uninterrupted):
     kinds = []
     path = run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig", lambda e: kinds.append(e.kind))
@@ -92,11 +88,7 @@ def test_stopped_after_any_step_resumes_to_the_same_bits(
     """With the result file up to date, and with records only."""
     monkeypatch.setattr("wearsim.campaign.record.APPEND_INTERVAL", 0.0 if appended else 1e9)
 
-    def stop(event):
-        if event.kind == "step" and event.step == stop_at:
-            raise Stop
-
-    with pytest.raises(Stop):
+    with synthetic.stopped_at(stop_at) as stop:
         run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig", stop)
     assert row_count(tmp_path / "rig.nc") == (stop_at + 1 if appended else 1)
     events = []
@@ -245,11 +237,7 @@ def test_ctrl_c_in_the_middle_of_writing_waits_for_the_end_of_the_row(
 
 
 def stopped(synthetic, directory, after=6):
-    def stop(event):
-        if event.kind == "step" and event.step == after:
-            raise Stop
-
-    with pytest.raises(Stop):
+    with synthetic.stopped_at(after) as stop:
         run_evolution(synthetic.SyntheticEvolution(STEPS), directory, "rig", stop)
     return directory / "rig.nc"
 
@@ -575,7 +563,7 @@ def test_a_row_is_all_that_the_next_step_needs(evolution_of, scene_text, kind):
         again, again_taken = of.advance(stored, of.evaluate(stored))
         state, taken = of.advance(state, evaluation)
         assert_same(again, state)
-        assert_same(replace(again_taken, passage=None), replace(taken, passage=None))
+        assert_same(replace(again_taken, end=None), replace(taken, end=None))
         reasons.append(taken.reason)
     assert len(reasons) > 2
     if kind == "left out":
