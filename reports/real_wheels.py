@@ -61,7 +61,7 @@ largest curvature of parabolas over
 deterministic cases give the same depths on one machine; other compilers may move them by
 {100.0 * REPEATABLE:g} %.
 """
-CAPTION = "CPU time of the whole distances, or of what was run of them, beside their targets."
+CAPTION = "CPU time of the whole distances, or of what was run of them, and their targets."
 
 
 @dataclass(frozen=True)
@@ -156,13 +156,13 @@ def run(scene, overrides, out, limit=LIMIT):
     """Run a scene in this process; its last event (None if it was refused), how it ended, CPU time [s]."""
     seen, begin = {"event": None}, time.process_time()
 
-    def told(event):
+    def observe(event):
         seen["event"] = event
         if event.kind == "step" and time.process_time() - begin > limit:
             raise TimeUpError
 
     try:
-        wearsim.run(scene, out, overrides=overrides, observer=told, threads=1)
+        wearsim.run(scene, out, overrides=overrides, observer=observe, threads=1)
         seen["end"] = "reached"
     except TimeUpError:
         seen["end"] = f"stopped after {limit:g} s"
@@ -335,7 +335,7 @@ def missing(table):
 
 
 def draw(table):
-    """CPU time of the whole distances beside their targets."""
+    """CPU time of the whole distances and their targets."""
     rows = table[table["target_s"].notna() & table["cpu_s"].notna()]
     with style():
         figure, axes = grid(1, 1, height=0.5 + 0.35 * max(len(rows), 1))

@@ -178,7 +178,7 @@ def _open_curve(profile: Profile, spacing: float, start: int) -> tuple[FloatArra
 
 
 def _extent(usable: NDArray[np.bool_], middle: int, step: float) -> slice:
-    """Usable points around the middle, short steps between them, and what lies beside both ends."""
+    """Usable points around the middle, short steps between them, and what lies beyond both ends."""
     first, last = middle, middle + 1
     for way in (-1, 1):
         side = usable[middle::way]

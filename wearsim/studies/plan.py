@@ -36,7 +36,7 @@ def plan(
     dict
         JSON values, SI units; `settings` holds every value that would act, defaults included. Steps and
         their time are estimates for `threads`, by default those of `run_scene`; null where one of the first
-        steps fails, `trial_fault` tells why.
+        steps fails, `trial_fault` states why.
     """
     setup = build(scene)
     points = setup.points
