@@ -108,7 +108,7 @@ class Quantity:
 
 STEP_LIMITS = (
     "none", "depth cap", "stability", "error", "growth", "first step", "max step", "block border",
-    "redressing", "remaining distance", "no contact", "clipping",
+    "redressing", "remaining distance", "no contact", "clipping", "correction",
 )  # fmt: skip
 """What limits a wear step, in the order of the flags of `step_limit`; none in the initial state."""
 
@@ -403,22 +403,21 @@ _REPROFILING = _group("reprofiling",
        allowed=(200, 3000)),
 )
 
-_CHOICE = _group("choice",
-    _q("contact_candidate", "", "", "contact models that may be chosen", "by rising cost", "candidate"),
-    _q("contact_candidate_cost", "C", "1", "cost of one solution by the contact models, over that of the "
-       "cheapest ones", "from the committed chart of speed against accuracy", "candidate"),
-    _q("contact_class", "", "", "class of operating points", "by the share of the work that they do, least "
-       "first", "contact_class"),
-    _q("contact_point_class", "", "1", "place of the class of the operating point in contact_class",
-       "points that only monitor belong to the last one", "i4 step operating_point"),
-    _q("contact_models", "k", "1", "place of the contact models of the class in contact_candidate",
-       at="i4 step contact_class"),
-    _q("contact_models_error", "ε", "1", "error of the wear increment of the contact models when they were "
-       "chosen", "largest difference from half-space solutions over the largest depth, estimated from a "
-       "sample", "step"),
-    _q("contact_candidate_error", "ε", "1", "error of the wear increment if the contact models solved all "
-       "operating points", "when it was chosen; missing where they were not tried, or are not applicable to "
-       "a point", "step candidate ?"),
+_CORRECTION = _group("correction",
+    _q("contact_model_name", "", "", "contact models in the order in which they are tried", "the last ones "
+       "are the reference", "contact_model_name"),
+    _q("contact_model", "k", "1", "place of the contact models of the operating point in contact_model_name",
+       "those that are corrected by the reference", "i4 step operating_point"),
+    _q("reference_step", "n", "1", "step at whose end the operating point was last solved by the reference",
+       "-1 if never", "i4 step operating_point"),
+    _q("reference_power", "P", "W", "frictional power of the wheel by the reference", "when last solved, all "
+       "patches", "step operating_point wheel"),
+    _q("reference_max_pressure", "p", "Pa", "largest contact pressure of the wheel by the reference",
+       "when last solved", "step operating_point wheel"),
+    _q("reference_solved", "n", "1", "operating points solved by the reference", "since the start; each as "
+       "often as it was solved", "i4 step"),
+    _q("correction_error", "ε", "1", "estimated error of the wear depth by waiting for the reference",
+       "over the largest depth, accumulated", "step"),
 )
 
 _LEFT_OUT = _group("left_out",
@@ -530,7 +529,7 @@ _INPUT = (
 # fmt: on
 
 _ROWS = (
-    *_CAMPAIGN, *_CONTACT, *_COMPARISON, *_FATIGUE, *_COUNTERFACE, *_REPROFILING, *_CHOICE,
+    *_CAMPAIGN, *_CONTACT, *_COMPARISON, *_FATIGUE, *_COUNTERFACE, *_REPROFILING, *_CORRECTION,
     *_LEFT_OUT, *_FIELDS, *_PROFILE, *_INPUT,
 )  # fmt: skip
 

@@ -126,6 +126,14 @@ def error_limit(step_length: float, step_error: float, settings: ControlSettings
     return float(_SAFETY * step_length * (settings.error_tolerance / step_error) ** (1.0 / (order + 1)))
 
 
+def error_for(ratio: float, settings: ControlSettings) -> float:
+    """Error of a step after which `error_limit` is `ratio` times as long; 0 for an infinite one [m]."""
+    if math.isinf(settings.error_tolerance) or math.isinf(ratio):
+        return 0.0
+    order = INTEGRATORS[settings.integrator][0].order
+    return settings.error_tolerance * (_SAFETY / ratio) ** (order + 1)
+
+
 def acts_before(state: State, weight: FloatArray) -> bool:
     """Whether the steps of all acting points are known; a new block and new profiles start small."""
     return state.point_length.size > 0 and bool((state.point_length[weight > 0.0] > 0.0).all())

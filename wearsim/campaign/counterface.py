@@ -12,13 +12,15 @@ import numpy as np
 from wearsim.campaign.state import CounterfaceRate, CounterfaceState, State, WearRate
 from wearsim.campaign.vertices import (
     lengths_of_sides,
+    only_worn,
     sample,
     share_out,
     smooth_sides,
     stretches,
     worn_off_sides,
 )
-from wearsim.contact.patch import FloatArray
+from wearsim.contact.patch import FloatArray, IntArray
+from wearsim.contact.problem import ContactPatches
 from wearsim.contact.solve import Counterface
 from wearsim.profile.shape import arc_length, vertex_lengths
 from wearsim.scene.campaign import CounterfaceWear
@@ -50,6 +52,34 @@ def worn_counterface(counterface: Counterface, state: CounterfaceState | None) -
     return replace(counterface, profile=right, left=left)
 
 
+def per_passage(
+    solution: ContactPatches, law: FloatArray, group: IntArray, count: int, state: CounterfaceState
+) -> FloatArray:
+    """Depth of the counterface (count, 2, k) of each group of patches in one passage, were it the wheel's [m].
+
+    Strips of the depth `law` (m, ny) of the wheel are carried to the vertices of the counterface as they are
+    to those of the wheel, by overlap of arc lengths.
+    """
+    depth = np.zeros((count, *state.y.shape))
+    for side in (0, 1):
+        at = np.flatnonzero(solution.side == side)
+        arc = arc_length(state.y[side], state.z[side])
+        area = np.zeros((count, 1, arc.size))
+        amount = (law[at] * solution.patch.width[at][:, None])[None]
+        share_out(_edges_below(solution, at, side, state), stretches(arc), amount, group[at], area)
+        depth[:, side] = area[:, 0] / vertex_lengths(state.y[side], state.z[side])
+    return depth
+
+
+def _edges_below(
+    solution: ContactPatches, at: IntArray, side: int, state: CounterfaceState
+) -> FloatArray:
+    """Arc length of the edges of the strips of patches `at` on the counterface [m]."""
+    y, z = state.y[side], state.z[side]
+    top = _running_part(y, z)
+    return np.interp(solution.strip_edges_rail_y[at], y[top], arc_length(y, z)[top])
+
+
 def with_counterface(
     rate: WearRate,
     law: FloatArray,
@@ -57,6 +87,7 @@ def with_counterface(
     state: State,
     radius: float,
     settings: CounterfaceWear,
+    difference: FloatArray | float = 0.0,
 ) -> WearRate:
     r"""Add the wear rate of the counterface by the same passages to that of the wheels.
 
@@ -75,6 +106,8 @@ def with_counterface(
         Of the wheels at the running circle [m].
     settings : CounterfaceWear
         How it wears.
+    difference : (2, k) array, optional
+        Added to the depth per passage at the vertices of the counterface [m].
 
     Returns
     -------
@@ -83,29 +116,25 @@ def with_counterface(
 
     Notes
     -----
-    Strips are carried to the vertices of the counterface as they are to those of the wheel, by overlap of
-    arc lengths. Their depth per metre run is that of a passage times `CounterfaceWear.passages`.
+    The depth per metre run is that of a passage times `CounterfaceWear.passages`.
     """
     worn, solution = state.counterface, rate.solution
     assert worn is not None  # it wears
-    result = CounterfaceRate(np.zeros_like(worn.y), np.zeros_like(worn.y))
+    depth = per_passage(solution, law, np.zeros(solution.side.size, dtype=np.int64), 1, worn)[0] + difference
+    depth = only_worn(depth[:, None], lengths_of_sides(worn.y, worn.z))[0][:, 0]
+    result = CounterfaceRate(depth, np.zeros_like(worn.y))
     stability = rate.stability.copy()
     for side in (0, 1):
-        y, z = worn.y[side], worn.z[side]
-        arc = arc_length(y, z)
         at = np.flatnonzero(solution.side == side)
-        top = _running_part(y, z)
-        strip_edges = np.interp(solution.strip_edges_rail_y[at], y[top], arc[top])
-        width = solution.patch.width[at][:, None]
-        passages = settings.passages(float((law[at] * width).sum()))
+        area = float((depth[side] * vertex_lengths(worn.y[side], worn.z[side])).sum())
+        passages = settings.passages(area)
+        depth[side] *= passages
         edges = solution.strip_edges_wheel_y[at]
         rising_y = np.maximum.accumulate(state.y[side])  # as for the wheel
         height = np.interp(0.5 * (edges[:, 1:] + edges[:, :-1]), rising_y, state.z[side])
         both = passages + 1.0 / (2.0 * np.pi * (radius + height))
-        area = np.zeros((1, y.size))
-        share_out(strip_edges, stretches(arc), (law[at] * passages * width)[None], area)
-        result.depth[side] = area[0] / vertex_lengths(y, z)
-        sample(strip_edges, arc, over_gap[at] * both, result.stability[side])
+        arc = arc_length(worn.y[side], worn.z[side])
+        sample(_edges_below(solution, at, side, worn), arc, over_gap[at] * both, result.stability[side])
         stability[side] *= 1.0 + passages * 2.0 * np.pi * (radius + state.z[side])
     return replace(rate, counterface=result, stability=stability)
 

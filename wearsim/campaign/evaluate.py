@@ -14,8 +14,8 @@ from wearsim.campaign.comparison import ComparisonLaws, ComparisonPassage, compa
 from wearsim.campaign.counterface import with_counterface, worn_counterface
 from wearsim.campaign.faint import faded
 from wearsim.campaign.left_out import Failed, judged
-from wearsim.campaign.state import PatchWear, PointHistory, State, WearRate, worn_wheels
-from wearsim.campaign.vertices import sample, share_out, stretches
+from wearsim.campaign.state import Correction, PatchWear, PointHistory, State, WearRate, worn_wheels
+from wearsim.campaign.vertices import lengths_of_sides, only_worn, sample, share_out, stretches
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import ContactPatches
 from wearsim.contact.solve import ContactModels, ContactSolution, Counterface, Wheelset, solve_each
@@ -35,33 +35,23 @@ _RIM = 0.05
 
 
 @dataclass(frozen=True)
-class ModelsByPoint:
-    """Contact models of each operating point."""
-
-    models: tuple[ContactModels, ...]  # combinations with their grids
-    place: IntArray  # (n,) index in `models` of each point
-
-    def at(self, index: IntArray) -> ModelsByPoint:
-        """Return the models of the points at `index`."""
-        return replace(self, place=self.place[index])
-
-    def groups(self) -> list[tuple[ContactModels, IntArray]]:
-        """Return each combination in use with the indices of its points."""
-        whose = [(one, np.flatnonzero(self.place == k)) for k, one in enumerate(self.models)]
-        return [(one, index) for one, index in whose if index.size]
-
-
-@dataclass(frozen=True)
 class Setup:
     """What a wear rate depends on besides state and operating points."""
 
     wheelset: Wheelset  # as new: names, radius and half span
     counterface: Counterface  # as new: rail or roller
-    models: ContactModels | ModelsByPoint  # one combination for all points, or one for each
+    models: ContactModels  # at all points
     wear: WearSettings  # active wear law: coefficients, form, density
     comparison: ComparisonLaws = field(default_factory=ComparisonLaws)
     counterface_wear: CounterfaceWear | None = None  # how the counterface wears, if it does
     threads: int = 1  # of the contact solver; their number does not change the bits of the result
+    fallbacks: tuple[ContactModels, ...] = ()  # in order, where `models` have no solution
+    reference: ContactModels | None = None  # by which the others are corrected
+
+    @property
+    def chain(self) -> tuple[ContactModels, ...]:
+        """All contact models, in the order in which they are tried."""
+        return (self.models, *self.fallbacks)
 
 
 def setup_of(campaign: CampaignSetup, threads: int = 1) -> Setup:
@@ -74,6 +64,8 @@ def setup_of(campaign: CampaignSetup, threads: int = 1) -> Setup:
         comparison_laws(campaign),
         campaign.counterface_wear,
         threads,
+        campaign.fallbacks,
+        campaign.fallbacks[-1] if campaign.tolerance is not None else None,
     )
 
 
@@ -88,6 +80,7 @@ class Passage:
     comparison: ComparisonPassage
     weight: FloatArray  # (m,) with which each patch acts: below 1 where it is faint [-]
     lost: FloatArray  # (m, 3) share of load, power and wear that faint patches of its wheel lost [-]
+    model: IntArray  # (m,) in `Setup.chain` of each patch
     failed: Mapping[int, ContactError] = field(default_factory=dict)  # points without contact solution
 
 
@@ -102,57 +95,64 @@ def passage_of(solution: ContactSolution, setup: Setup) -> Passage:
         comparison_passage(solution, setup.comparison),
         weight=np.ones(solution.point.size),
         lost=np.zeros((solution.point.size, 3)),
+        model=np.zeros(solution.point.size, dtype=np.int64),
     )
     return faded(whole)
 
 
-def solve_passage(state: State, points: OperatingPoints, setup: Setup) -> Passage:
+def solve_passage(
+    state: State, points: OperatingPoints, setup: Setup, begin: IntArray | None = None
+) -> Passage:
     """Solve every operating point, whatever its weight, with the profiles of a state; evaluate the laws.
 
     The profiles replace those of the wheelset, and those of a counterface that wears. Patches are in the
     order of point, side and falling normal force. The laws run on the threads of the contact solver: no more
     cells exist at a time than those of the chunks being solved. With a history of the points those without
     contact solution are left out; those that failed before are solved by themselves, so that the others are
-    not solved twice.
+    not solved twice. Each point begins at the models `begin` (n,) of the chain, by default the first, and
+    goes on to the next where they have no solution.
     """
     right, left = worn_wheels(setup.wheelset, state.y, state.z)
     bodies = (
         replace(setup.wheelset, right=right, left=left),
         worn_counterface(setup.counterface, state.counterface),
     )
-    models = setup.models
-    if isinstance(models, ContactModels):
-        models = ModelsByPoint((models,), np.zeros(len(points.label), dtype=np.int64))
     parts: list[Passage] = []
     failed: Failed = {}
-    groups, history = models.groups(), state.points
-    if history is not None and history.left_out.any():
-        before = history.left_out
-        halves = ((one, index[before[index] == which]) for one, index in groups for which in (False, True))
-        groups = [(one, index) for one, index in halves if index.size]
-    for one, index in groups:
-        own: Failed | None = None if history is None else {}
-        conditions = select(points, index).conditions
-        try:
-            chunks = solve_each(
-                conditions, *bodies, one, partial(passage_of, setup=setup), threads=setup.threads, failed=own
-            )
-        except ContactError as error:
-            raise numbered(error, index) from None
-        parts += [_placed(chunk, index) for chunk in chunks]
-        failed |= {int(index[row]): numbered(error, index) for row, error in (own or {}).items()}
+    history, last = state.points, len(setup.chain) - 1
+    before = np.zeros(len(points.label), dtype=bool) if history is None else history.left_out
+    place = np.zeros(before.size, dtype=np.int64) if begin is None else begin.copy()
+    for number, one in enumerate(setup.chain):
+        for index in (np.flatnonzero((place == number) & (before == out)) for out in (False, True)):
+            if not index.size:
+                continue
+            own: Failed | None = None if history is None and number == last else {}
+            conditions = select(points, index).conditions
+            try:
+                chunks = solve_each(
+                    conditions, *bodies, one, partial(passage_of, setup=setup), threads=setup.threads, failed=own
+                )
+            except ContactError as error:
+                raise numbered(error, index) from None
+            parts += [_placed(chunk, index, number) for chunk in chunks]
+            errors = {int(index[row]): numbered(error, index) for row, error in (own or {}).items()}
+            if number == last:
+                failed |= errors
+            else:
+                place[list(errors)] = number + 1
     order = np.argsort(np.concatenate([part.contact.point for part in parts]), kind="stable")
-    whole: Passage = joined(parts, None if len(groups) == 1 else order)
+    whole: Passage = joined(parts, order)
     return replace(whole, failed=failed)
 
 
-def _placed(passage: Passage, index: IntArray) -> Passage:
+def _placed(passage: Passage, index: IntArray, model: int | None = None) -> Passage:
     """Return a passage of the points at `index` with their numbers in the batch."""
     contact = passage.contact
     point = index[contact.point]
     placed = replace(contact, point=point, patch=replace(contact.patch, row=point))
     failed = {int(index[row]): numbered(error, index) for row, error in passage.failed.items()}
-    return replace(passage, contact=placed, failed=failed)
+    models = passage.model if model is None else np.full_like(passage.model, model)
+    return replace(passage, contact=placed, failed=failed, model=models)
 
 
 def accumulate(
@@ -191,65 +191,121 @@ def accumulate(
     """
     if passage.failed:
         weight = shared_weight(weight, points.of_class, mask_of(passage.failed, weight.size))
-    solution, comparison, strip_work = passage.contact, passage.comparison, passage.strip_work
+    solution, point = passage.contact, passage.contact.point
+    every = weight * points.environment
+    scale = np.stack([every[point], weight[point]])
+    total = carried(passage, scale, np.zeros(point.size, dtype=np.int64), 1, state, setup)[0]
+    below: FloatArray | float = 0.0
+    if state.correction is not None:
+        total, below = _corrected(total, passage, (every, weight), state, setup)
+    n_regimes, laws = len(passage.depth), [len(by_law) for by_law in passage.comparison.depth]
+    depth, *comparison = np.split(total, np.cumsum([n_regimes, *laws]), axis=1)
+    work_and_damage = comparison.pop()
+
     gap = solution.patch.interpenetration
     rim = _RIM * gap.max(axis=1, keepdims=True, initial=0.0)
     full = passage.weight == 1.0
     load_bearing = (gap > rim) & full[:, None]  # a faint patch does not limit the step
-    active = weight[solution.point] > 0.0
-
-    n_regimes, n = len(passage.depth), state.y.shape[1]
-    ends = np.cumsum([len(by_law) for by_law in comparison.depth], dtype=np.int64)
-    wear_rows = int(ends[-1]) if ends.size else 0
-    further = np.zeros((2, wear_rows + len(comparison.damage), n))
-    depth = np.zeros((2, n_regimes, n))
-    work = np.zeros((2, n))
-    stability = np.zeros((2, n))
+    law = scale[0][:, None] * np.sum(passage.depth, axis=0)
+    over_gap = np.where(load_bearing, law / np.where(load_bearing, gap, 1.0), 0.0)
+    stability = np.zeros_like(state.y)
     for wheel in (0, 1):
-        arc = arc_length(state.y[wheel], state.z[wheel])
-        cell_edges = stretches(arc)
-        at = np.flatnonzero(active & (solution.side == wheel))
-        point = solution.point[at]
-        share = (weight[point] * points.environment[point])[:, None]
-        # a worn flank may overhang by rounding; interpolation needs a rising y
-        rising_y = np.maximum.accumulate(state.y[wheel])
-        strip_edges = np.interp(solution.strip_edges_wheel_y[at], rising_y, arc)
-
-        law_depth = np.stack([regime[at] * share for regime in passage.depth])
-        width = solution.patch.width[at][:, None]
-        often = weight[point][:, None]
-        further_rows = [
-            *(regime[at] * share for by_law in comparison.depth for regime in by_law),
-            *(damage[at] * often for damage in comparison.damage),
-        ]
-        carried = np.stack([*law_depth, strip_work[at] * often, *further_rows]) * width
-        area = np.zeros((len(carried), n))
-        share_out(strip_edges, cell_edges, carried, area)
-        per_metre = 1.0 / (2.0 * np.pi * (setup.wheelset.radius + state.z[wheel]))
-        per_vertex = area * (per_metre / vertex_lengths(state.y[wheel], state.z[wheel]))
-        depth[wheel], work[wheel] = per_vertex[:n_regimes], per_vertex[n_regimes]
-        further[wheel] = per_vertex[n_regimes + 1 :]
-
-        inner = load_bearing[at]
-        ratio = np.where(inner, law_depth.sum(axis=0) / np.where(inner, gap[at], 1.0), 0.0)
-        sample(strip_edges, arc, ratio, stability[wheel])
-        stability[wheel] *= per_metre
+        at = np.flatnonzero((scale[1] > 0.0) & (solution.side == wheel))
+        edges, arc = _edges(passage, at, wheel, state)
+        sample(edges, arc, over_gap[at], stability[wheel])
+    stability /= 2.0 * np.pi * (setup.wheelset.radius + state.z)
     result = WearRate(
         depth=depth.sum(axis=1),
         regime_depth=depth,
-        friction_work=work,
+        friction_work=work_and_damage[:, 0],
         stability=stability,
         solution=solution,
         full=full,
-        comparison=tuple(np.split(further[:, :wear_rows], ends[:-1], axis=1)) if wear_rows else (),
-        fatigue=tuple(further[:, wear_rows + k] for k in range(len(comparison.damage))),
+        comparison=tuple(comparison),
+        fatigue=tuple(np.moveaxis(work_and_damage[:, 1:], 1, 0)),
     )
     if setup.counterface_wear is None:
         return result
-    every = (weight * points.environment)[solution.point]
-    law = np.where(active, every, 0.0)[:, None] * np.sum(passage.depth, axis=0)
-    over_gap = np.where(load_bearing, law / np.where(load_bearing, gap, 1.0), 0.0)
-    return with_counterface(result, law, over_gap, state, setup.wheelset.radius, setup.counterface_wear)
+    radius = setup.wheelset.radius
+    return with_counterface(result, law, over_gap, state, radius, setup.counterface_wear, below)
+
+
+def carried(
+    passage: Passage, scale: FloatArray, group: IntArray, count: int, state: State, setup: Setup
+) -> FloatArray:
+    """Carry what the patches bring to the vertices of the wheels, per metre run.
+
+    Parameters
+    ----------
+    passage : Passage
+        Of `m` patches.
+    scale : (2, m) array
+        Factors of each patch on wear depths, and on work and damage; patches without the latter are left out.
+    group : (m,) int array
+        Group below `count` to which each patch belongs.
+    state : State
+        The profiles the contact was solved with.
+    setup : Setup
+        Radius at the running circle.
+
+    Returns
+    -------
+    (count, 2, q, n) array
+        Of each group and wheel: depth by the regimes of the active law and of the comparison laws [m/m],
+        work [J/m3], fatigue damage by law [1/m].
+    """
+    laws = [*passage.depth, *(regime for by_law in passage.comparison.depth for regime in by_law)]
+    rows = [*laws, passage.strip_work, *passage.comparison.damage]
+    solution = passage.contact
+    result = np.zeros((count, 2, len(rows), state.y.shape[1]))
+    for wheel in (0, 1):
+        at = np.flatnonzero((scale[1] > 0.0) & (solution.side == wheel))
+        edges, arc = _edges(passage, at, wheel, state)
+        of_rows = [scale[0, at, None]] * len(laws) + [scale[1, at, None]] * (len(rows) - len(laws))
+        amount = np.stack([row[at] * factor for row, factor in zip(rows, of_rows, strict=True)])
+        area = np.zeros((count, len(rows), arc.size))
+        share_out(edges, stretches(arc), amount * solution.patch.width[at][:, None], group[at], area)
+        per_metre = 1.0 / (2.0 * np.pi * (setup.wheelset.radius + state.z[wheel]))
+        result[:, wheel] = area * (per_metre / vertex_lengths(state.y[wheel], state.z[wheel]))
+    return result
+
+
+def _edges(passage: Passage, at: IntArray, wheel: int, state: State) -> tuple[FloatArray, FloatArray]:
+    """Arc length at the edges of the strips of patches `at`, and at the vertices of their wheel [m]."""
+    arc = arc_length(state.y[wheel], state.z[wheel])
+    # a worn flank may overhang by rounding; interpolation needs a rising y
+    rising_y = np.maximum.accumulate(state.y[wheel])
+    return np.interp(passage.contact.strip_edges_wheel_y[at], rising_y, arc), arc
+
+
+def _corrected(
+    total: FloatArray, passage: Passage, scale: tuple[FloatArray, FloatArray], state: State, setup: Setup
+) -> tuple[FloatArray, FloatArray]:
+    """Add the differences of the correction to a rate (2, q, n); also those of the counterface (2, k).
+
+    Points that other models solved than those their difference is from have none. No depth becomes
+    negative, and areas are those of the sum.
+    """
+    correction = state.correction
+    assert correction is not None
+    known = np.flatnonzero((scale[1] > 0.0) & (correction.step >= 0) & ~mismatched(passage, correction))
+    n_regimes, laws = len(passage.depth), [len(by_law) for by_law in passage.comparison.depth]
+    rows, of_laws = total.shape[1], n_regimes + sum(laws)
+    factor = np.where(np.arange(rows)[:, None] < of_laws, scale[0][known], scale[1][known])
+    total = total + np.einsum("qj,jwqn->wqn", factor, correction.wheel[known])
+    below = np.einsum("j,jwk->wk", scale[0][known], correction.below[known])
+    length = lengths_of_sides(state.y, state.z)
+    singly = [1] * (rows - of_laws)
+    parts = np.split(total, np.cumsum([n_regimes, *laws, *singly])[:-1], axis=1)
+    return np.concatenate([only_worn(part, length)[0] for part in parts], axis=1), below
+
+
+def mismatched(passage: Passage, correction: Correction) -> NDArray[np.bool_]:
+    """Points (n,) of a passage that other models solved than those their difference is from."""
+    other = np.zeros(correction.model.size, dtype=bool)
+    point = passage.contact.point
+    other[point] = passage.model != correction.model[point]
+    return other
 
 
 def patch_wear(passage: Passage, state: State, wheelset: Wheelset) -> PatchWear:
@@ -334,13 +390,14 @@ def rate(state: State, points: OperatingPoints, weight: FloatArray, setup: Setup
 def solve_points(state: State, points: OperatingPoints, among: NDArray[np.bool_], setup: Setup) -> Passage:
     """Return `solve_passage` of the points where `among` (n,), with their numbers among all points."""
     index = np.flatnonzero(among)
-    own = setup
-    if isinstance(setup.models, ModelsByPoint):
-        own = replace(setup, models=setup.models.at(index))
     history = state.points
+    begin = None if state.correction is None else state.correction.model[index]
     try:
         passage = solve_passage(
-            state if history is None else replace(state, points=history.at(index)), select(points, index), own
+            state if history is None else replace(state, points=history.at(index)),
+            select(points, index),
+            setup,
+            begin,
         )
     except ContactError as error:
         raise numbered(error, index) from None

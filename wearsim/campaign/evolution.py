@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.campaign import choose, control, step
+from wearsim.campaign import control, correction, step
 from wearsim.campaign.comparison import comparison_laws, start_comparison
 from wearsim.campaign.counterface import new_counterface, redressed
 from wearsim.campaign.evaluate import Setup, Solved, accumulate, rate, setup_of, solved
@@ -37,6 +37,11 @@ _ATTEMPTS = 30  # at one step
 _CLIPPED = 0.01
 
 _SHORTER = 0.3  # of a step that was clipped, or whose stages have no contact solution
+
+# factor on its length which the correction asks for, below which a step is repeated
+_MUCH_SHORTER = 0.7
+
+_REPEATED = 3  # times at most that a step is repeated for that
 
 # depth of a step from which both are no matter of its length: a patch vanishes, a point has no solution [m]
 _SHALLOW = 1e-7
@@ -66,8 +71,6 @@ class WheelsetEvolution:
         digest = hashlib.sha256(self.setup.scene_text.encode())
         for _, value in self.setup.input_hashes:
             digest.update(f"\0{value}".encode())
-        for name in choose.static_choice(self.setup).get("contact_candidate", ()):  # rows hold their indices
-            digest.update(f"\0{name}".encode())
         return digest.hexdigest()
 
     @cached_property
@@ -97,18 +100,18 @@ class WheelsetEvolution:
         state = replace(
             state, active_weight=nowhere, point_length=nowhere, point_error=nowhere, point_stiffness=nowhere
         )
-        return self._chosen(state), NO_STEP
+        if self.setup.tolerance is not None:
+            setup = setup_of(self.setup, self.threads)
+            state = replace(state, correction=correction.new_correction(state, self.setup.points, setup))
+        return self._solved_with_reference(state, self.setup.points.weight), NO_STEP
 
-    def _chosen(self, state: State) -> State:
-        """Return the state with contact models chosen for it."""
-        if self.setup.tolerance is None:
+    def _solved_with_reference(self, state: State, weight: FloatArray) -> State:
+        """Return the state with what the reference says of the points that act and need it."""
+        stale = correction.stale(state, weight)
+        if not stale.any():
             return state
-        return replace(state, choice=choose.choice(self._in_force(state), state, threads=self.threads).choice)
-
-    def _setup(self, state: State) -> Setup:
-        """Return the setup with the contact models chosen in a state."""
         setup = setup_of(self.setup, self.threads)
-        return replace(setup, models=choose.models_of(self.setup.models, state.choice))
+        return replace(state, correction=correction.refreshed(state, self.setup.points, stale, setup).correction)
 
     def evaluate(self, state: State, taken: StepTaken | None = None) -> Evaluation:
         """Solve the contact of a state, if the step that led to it has not left it.
@@ -116,7 +119,7 @@ class WheelsetEvolution:
         At all operating points where nothing acted or the distance is reached, else at those of the last
         step and the monitoring points.
         """
-        setup, points = self._setup(state), self.setup.points
+        setup, points = setup_of(self.setup, self.threads), self.setup.points
         weight, end = state.active_weight, None if taken is None else taken.end
         ends = control.reached(state.distance, self.target)
         if ends or not weight.any():
@@ -141,14 +144,20 @@ class WheelsetEvolution:
         setup, points = self._in_force(state), self.setup.points
         state = replace(state, points=evaluation.points)
         if reprofiling_due(state, setup, evaluation.measures):
-            return self._chosen(reprofile(state, setup)), NO_STEP
-        here = self._setup(state)
+            fresh = correction.forgotten(reprofile(state, setup))
+            return self._solved_with_reference(fresh, points.weight), NO_STEP
+        here = setup_of(self.setup, self.threads)
         ahead_of = to_next_reprofiling(state, setup.control)
         wave = setup.control.smoothing_wavelength
 
         known = {evaluation.weight.tobytes(): evaluation.collective}
 
         def rate_for(weight: FloatArray) -> WearRate:
+            nonlocal state
+            fresh = self._solved_with_reference(state, weight)
+            if fresh is not state:
+                state = fresh
+                known.clear()
             key = weight.tobytes()
             if key not in known:
                 known_points = [*evaluation.passage.contact.point, *evaluation.passage.failed]
@@ -191,7 +200,18 @@ class WheelsetEvolution:
                     length, choice.limit.stiffness * length, error, rejected, tried.stages,
                     choice.limit.reason, end,
                 )  # fmt: skip
-                break
+                worn, of_step, factor = tried.state, error, math.inf
+                if state.correction is not None and setup.tolerance is not None:
+                    worn, factor = correction.corrected_step(
+                        state, tried, weight, (length, taken.stability), points, here, end.passage, rule,
+                        setup.tolerance,
+                    )  # fmt: skip
+                    taken = replace(taken, end=None)
+                    of_step = max(error, control.error_for(max(factor, _MUCH_SHORTER), setup.control))
+                if factor > _MUCH_SHORTER or shallow or rejected >= _REPEATED:
+                    break
+                limit = max(_SHORTER, factor) * length, "correction"
+                continue
             limit = control.error_limit(length, error, setup.control), "error"
             if clipped:
                 limit = min(limit, (_SHORTER * length, "clipping"))
@@ -203,10 +223,10 @@ class WheelsetEvolution:
             )
         acts = weight > 0.0
         after = replace(
-            tried.state,
+            worn,
             active_weight=weight,
             point_length=np.where(acts, weight * length, state.point_length),
-            point_error=np.where(acts, error, state.point_error),
+            point_error=np.where(acts, of_step, state.point_error),
             point_stiffness=np.where(
                 acts, np.maximum(stiffness, _REMEMBERED * state.point_stiffness), state.point_stiffness
             ),
@@ -214,9 +234,8 @@ class WheelsetEvolution:
         changed = after
         if setup.counterface_wear is not None and not control.reached(after.distance, self.target):
             changed = redressed(after, setup.counterface, setup.counterface_wear)
-        passed = [share * setup.control.distance for share in choose.CHECKS]
-        if any(state.distance < place <= after.distance for place in passed):
-            changed = self._chosen(changed)
+        if changed is not after:
+            changed = correction.forgotten(changed)
         return changed, taken if changed is after else replace(taken, end=None)
 
     def _try(

@@ -32,6 +32,10 @@ from wearsim.results.limits import ending_limits, first_met, limits_of, met_attr
 from wearsim.results.schema import CHANGES, RENAMED
 
 
+MEMORY = "memory: "
+"""Beginning of the names of what a record holds besides the row of the result file."""
+
+
 @contextmanager
 def readable_errors(what: str, advice: str = "choose another --out") -> Iterator[None]:
     """Raise a ResultError with the reason and advice where the operating system fails."""
@@ -81,9 +85,15 @@ class Records:
         """Return the file of step `index`."""
         return self.folder / f"{index:08d}.npz"
 
-    def write(self, index: int, row: Mapping[str, np.ndarray], source: str) -> None:
-        """Write the record of step `index`: its row, which holds the full state, and the program versions."""
+    def write(
+        self, index: int, row: Mapping[str, np.ndarray], source: str, memory: Mapping[str, np.ndarray] = {}
+    ) -> None:
+        """Write the record of step `index`: its row and the program versions.
+
+        Row and `memory`, of which the result file has nothing, hold the full state.
+        """
         arrays = {name: np.asarray(row[name]) for name in self.names}
+        arrays |= {f"{MEMORY}{name}": np.asarray(value) for name, value in memory.items()}
         layout = {name: (value.dtype.str, value.shape) for name, value in arrays.items()}
         payload = b"".join(arrays[name].tobytes() for name in layout)
         label = json.dumps({"campaign": self.campaign, "index": index, "source": source, "layout": layout})
@@ -113,10 +123,15 @@ class Records:
             size = dtype.itemsize * math.prod(shape)
             arrays[RENAMED.get(name, name)] = np.frombuffer(payload[:size], dtype).reshape(shape)
             payload = payload[size:]
-        return (arrays, str(label["source"])) if set(arrays) == set(self.names) else None
+        of_row = {name for name in arrays if not name.startswith(MEMORY)}
+        return (arrays, str(label["source"])) if of_row == set(self.names) else None
 
     def row(self, index: int) -> dict[str, np.ndarray]:
         """Read the row of a step whose record must exist."""
+        return {name: value for name, value in self.entries(index).items() if not name.startswith(MEMORY)}
+
+    def entries(self, index: int) -> dict[str, np.ndarray]:
+        """Read row and memory of a step whose record must exist."""
         record = self.read(index)
         if record is None:
             raise ResultError(
@@ -254,10 +269,12 @@ class Writer:
         with open_results(self.path) as data:
             return str(data.attrs.get(CHANGES, ""))
 
-    def write(self, index: int, row: Mapping[str, np.ndarray]) -> bool:
+    def write(
+        self, index: int, row: Mapping[str, np.ndarray], memory: Mapping[str, np.ndarray] = {}
+    ) -> bool:
         """Write record and row of one step; return True if the row waits for a reader."""
         source = str(self.header.attributes.get("source", ""))
-        self.records.write(index, row, source)
+        self.records.write(index, row, source, memory)
         self._sources.append(source)
         if index == 0:
             create(self.path, self.header, [row])

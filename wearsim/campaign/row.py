@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wearsim.campaign.choose import choice_of, row_choice, static_choice
 from wearsim.campaign.comparison import (
     SET_TEXTS,
     comparison_attributes,
@@ -18,6 +17,7 @@ from wearsim.campaign.comparison import (
     comparison_row,
     static_comparison,
 )
+from wearsim.campaign.correction import correction_of, row_correction, static_correction
 from wearsim.campaign.counterface import (
     counterface_attributes,
     counterface_of,
@@ -118,7 +118,7 @@ def build_row(
         **{name: measures[name] for name in _MEASURES},
         **summarise(evaluation.passage, evaluation.wear, len(setup.points.label)),
         **lost_row(evaluation.passage, setup.points, evaluation.weight),
-        **row_choice(state.choice),
+        **row_correction(state),
         **comparison_row(state, collective, laws),
         **counterface_row(state.counterface),
         **row_left_out(state.points),
@@ -217,7 +217,7 @@ def state_of(row: Mapping[str, np.ndarray], index: int) -> State:
         step=index,
         **{field: row[name] for name, field in _OF_STATE.items() if name != "distance"},
         distance=float(row["distance"]),
-        choice=choice_of(row),
+        correction=correction_of(row),
         comparison_depth=_by_law(row, "comparison_wear_depth"),
         comparison_area=row.get("comparison_worn_area", np.zeros((2, 0))),
         fatigue_damage=_by_law(row, "fatigue_damage"),
@@ -259,7 +259,7 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         "arc_length": arc_length(setup.wheelset.right.y, setup.wheelset.right.z),
         "counterface_y": setup.counterface.profile.y,
         "counterface_z": setup.counterface.profile.z,
-        **static_choice(setup),
+        **static_correction(setup),
         **static_comparison(comparison_laws(setup)),
         **static_counterface(setup),
         **({} if setup.templates is None else {"wheel_template": [one.name for one in setup.templates]}),
@@ -286,8 +286,8 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         "contact_parameters": ", ".join(f"{name} = {value:g}" for name, value in models.parameters),
         "youngs_modulus": models.youngs_modulus,
         "poisson_ratio": models.poisson_ratio,
-        "strips": 0 if auto else models.strips,
-        "cells": 0 if auto else models.cells,
+        "strips": models.strips,
+        "cells": models.cells,
         "cell_size": models.cell_size,
         "most_cells": models.most_cells,
         "rotation_rule": rotation if isinstance(rotation, str) else "given",

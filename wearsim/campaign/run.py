@@ -21,6 +21,7 @@ from typing import Any, Literal
 
 from wearsim.campaign.changes import controls, text_of, with_changes
 from wearsim.campaign.control import reached
+from wearsim.campaign.correction import packed
 from wearsim.campaign.directory import (
     SCENE_FOLDER,
     Manifest,
@@ -237,7 +238,7 @@ def _loop(evolution: WheelsetEvolution, writer: Writer, progress: Progress, inte
     done = writer.recover()
     taken: StepTaken | None
     if done:
-        last = writer.records.row(done - 1)
+        last = writer.records.entries(done - 1)
         if writer.limit_met(last):
             return
         state, taken = state_of(last, done - 1), None
@@ -257,7 +258,7 @@ def _loop(evolution: WheelsetEvolution, writer: Writer, progress: Progress, inte
             row = evolution.row(state, evaluation, taken)
             check_row(writer.header, row)
             with _uninterrupted():
-                deferred = writer.write(state.step, row)
+                deferred = writer.write(state.step, row, packed(state.correction))
                 progress.count([taken.reason])
                 progress.report("step", state, step_length=taken.length)
             if deferred:

@@ -41,14 +41,27 @@ class CounterfaceRate:
 
 
 @dataclass(frozen=True)
-class Choice:
-    """Contact models chosen for the classes of operating points."""
+class Correction:
+    """What the reference last said of each of the `n` operating points, see `campaign.correction`.
 
-    models: tuple[int, ...]  # of each class, index in `campaign.choose.candidates`
-    point_class: IntArray  # of each operating point
-    error: float  # of the wear increment when they were chosen [-]
-    # the same of each candidate at all points; None where it was not tried or failed at a point [-]
-    candidate_error: tuple[float | None, ...]
+    Differences are the rate by the reference less that by the fast model, of the point alone, without its
+    environment factor.
+    """
+
+    # (n, 2, q, vertices): by regime of the active law and of the comparison laws [m/m], work [J/m3], fatigue
+    wheel: FloatArray
+    below: FloatArray  # (n, 2, k) depth of the counterface in one passage, were it the wheel's [m]
+    step: IntArray  # (n,) at whose end it was solved, -1 if never
+    model: IntArray  # (n,) the difference is from, in `Setup.chain`
+    run: FloatArray  # (n,) distance since then times share [m]
+    drift: FloatArray  # (n,) largest change of the depth rate over `run`, infinite if unknown [1/m]
+    power: FloatArray  # (n, 2) of each wheel by the reference [W]
+    max_pressure: FloatArray  # (n, 2) [Pa]
+    strictness: float = 1.0  # factor on what points may leave out by waiting [-]
+    overlap: float = 1.0  # largest depth left out over the sum of the largest ones of the points alone [-]
+    solved: int = 0  # points solved with the reference so far
+    left: FloatArray = field(default_factory=lambda: np.zeros(0))  # (2, vertices) of depth, not added [m]
+    added: float = 0.0  # sum of the largest depths added for waiting [m]
 
 
 @dataclass(frozen=True)
@@ -83,7 +96,7 @@ class State:
     point_length: FloatArray = field(default_factory=lambda: np.zeros(0))
     point_error: FloatArray = field(default_factory=lambda: np.zeros(0))
     point_stiffness: FloatArray = field(default_factory=lambda: np.zeros(0))
-    choice: Choice | None = None  # contact models of `model = "auto"`; None where they are given
+    correction: Correction | None = None  # of `model = "auto"`; None where the models are given
     comparison_depth: tuple[FloatArray, ...] = ()  # (2, n) [m]
     # (2, regimes of all comparison laws), law after law [m2]
     comparison_area: FloatArray = field(default_factory=lambda: np.zeros((2, 0)))

@@ -27,7 +27,7 @@ from numpy.polynomial import Chebyshev
 
 from wearsim.campaign.counterface import moved_counterface, wear_off_counterface
 from wearsim.campaign.state import CounterfaceState, Increment, State, WearRate
-from wearsim.campaign.vertices import lengths_of_sides, smooth_sides, worn_off_sides
+from wearsim.campaign.vertices import lengths_of_sides, only_worn, smooth_sides, worn_off_sides
 from wearsim.contact.patch import FloatArray
 from wearsim.damage.fatigue.balance import damage_after
 
@@ -129,6 +129,7 @@ class Step(NamedTuple):
 
     state: State  # at its end
     clipped: float  # largest share of the area of a body that was negative and set to 0 [-]
+    increment: Increment  # before that
     depths: tuple[FloatArray, ...]  # (2, n) of each stage [m]
     rates: tuple[FloatArray, ...]  # (2, n) in each stage per stretch at the beginning, after smoothing [-]
 
@@ -179,13 +180,21 @@ def advance(
         ahead = _moved(state, _sum(rates, shares * step_length))
         depths.append(ahead.wear_depth)
         rates.append(_scaled(state, ahead, smoothed(ahead, rate_at(ahead), wave)))
-    increment, clipped = _only_worn(state, _sum(rates, tableau.shares[-1] * step_length))
+    increment = _sum(rates, tableau.shares[-1] * step_length)
+    worn, clipped = worn_by(state, increment, step_length, rule)
+    return Step(worn, clipped, increment, tuple(depths), tuple(one.regime_depth.sum(axis=1) for one in rates))
+
+
+def worn_by(
+    state: State, increment: Increment, step_length: float, rule: StepRule
+) -> tuple[State, float]:
+    """State after an increment over a distance [m], and the share of it that was negative [-]."""
+    increment, clipped = _without_negative(state, increment)
     worn = remove(state, increment.regime_depth, step_length, rule)
     if state.counterface is not None and increment.counterface is not None:
         other = wear_off_counterface(state.counterface, increment.counterface)
         worn = replace(worn, counterface=other)
-    worn = _with_comparison_laws(state, worn, increment, rule)
-    return Step(worn, clipped, tuple(depths), tuple(one.regime_depth.sum(axis=1) for one in rates))
+    return _with_comparison_laws(state, worn, increment, rule), clipped
 
 
 def stiffness_of(before: State, step: Step, end: WearRate, wavelength: float) -> float:
@@ -307,28 +316,17 @@ def _moved(state: State, increment: Increment) -> State:
     return replace(state, y=y, z=z, wear_depth=state.wear_depth + total, counterface=counterface)
 
 
-def _only_worn(state: State, increment: Increment) -> tuple[Increment, float]:
+def _without_negative(state: State, increment: Increment) -> tuple[Increment, float]:
     """Set negative depths to 0 and restore their areas; also the largest share set to 0."""
     length = lengths_of_sides(state.y, state.z)
-    regime_depth, clipped = _clipped(increment.regime_depth, length)
+    regime_depth, clipped = only_worn(increment.regime_depth, length)
     counterface = increment.counterface
     if counterface is not None and state.counterface is not None:
         below = lengths_of_sides(state.counterface.y, state.counterface.z)
-        depth, other = _clipped(counterface[:, None], below)
+        depth, other = only_worn(counterface[:, None], below)
         counterface, clipped = depth[:, 0], max(clipped, other)
-    comparison = tuple(_clipped(depth, length)[0] for depth in increment.comparison)
+    comparison = tuple(only_worn(depth, length)[0] for depth in increment.comparison)
     return Increment(regime_depth, comparison, increment.fatigue, counterface), clipped
-
-
-def _clipped(depth: FloatArray, length: FloatArray) -> tuple[FloatArray, float]:
-    """Depth by regime (2, r, n) whose sum over them is nowhere negative, of the same area; share clipped."""
-    total, parts = depth.sum(axis=1), np.maximum(depth, 0.0)
-    worn, of_parts = np.maximum(total, 0.0), parts.sum(axis=1)
-    area, kept = (total * length).sum(axis=1), (worn * length).sum(axis=1)
-    ratio = np.maximum(area, 0.0) / np.where(kept > 0.0, kept, 1.0)
-    share = worn * ratio[:, None] / np.where(of_parts > 0.0, of_parts, 1.0)
-    result: FloatArray = parts * share[:, None]
-    return result, float(np.where(kept > 0.0, 1.0 - area / np.where(kept > 0.0, kept, 1.0), 0.0).max())
 
 
 def remove(state: State, regime_depth: FloatArray, step_length: float, rule: StepRule) -> State:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from wearsim.contact.kernel import kernel
-from wearsim.contact.patch import FloatArray
+from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.errors import NumericalError
 from wearsim.profile.shape import arc_length, offset_distance, vertex_lengths, vertex_normals
 from wearsim.profile.smoothing import smoothing_spline
@@ -17,8 +17,10 @@ def stretches(arc: FloatArray) -> FloatArray:
 
 
 @kernel
-def share_out(strip_edges: FloatArray, cell_edges: FloatArray, amount: FloatArray, out: FloatArray) -> None:
-    """Add amount (q, m, ny) of strips between strip_edges (m, ny + 1) to the cells out (q, n)."""
+def share_out(
+    strip_edges: FloatArray, cell_edges: FloatArray, amount: FloatArray, group: IntArray, out: FloatArray
+) -> None:
+    """Add amount (q, m, ny) of strips between strip_edges (m, ny + 1) to the cells out (groups, q, n)."""
     n = cell_edges.size - 1
     for patch in range(strip_edges.shape[0]):
         cell = np.searchsorted(cell_edges, strip_edges[patch, 0], side="right") - 1
@@ -32,7 +34,7 @@ def share_out(strip_edges: FloatArray, cell_edges: FloatArray, amount: FloatArra
                 end = high if cell == n - 1 else min(high, cell_edges[cell + 1])
                 share = (end - low) / (high - strip_edges[patch, strip]) if high > low else 1.0
                 for q in range(amount.shape[0]):
-                    out[q, cell] += amount[q, patch, strip] * share
+                    out[group[patch], q, cell] += amount[q, patch, strip] * share
                 if end >= high:
                     break
                 low = end
@@ -129,3 +131,29 @@ def smooth_sides(y: FloatArray, z: FloatArray, depth: FloatArray, wavelength: fl
         smooth(arc_length(y[side], z[side]), depth[side], vertex_lengths(y[side], z[side]), wavelength)
         for side in (0, 1)
     ])  # fmt: skip
+
+
+def only_worn(depth: FloatArray, length: FloatArray) -> tuple[FloatArray, float]:
+    """Set negative depths to 0 and restore the area.
+
+    Parameters
+    ----------
+    depth : (2, r, n) array
+        By regime [m].
+    length : (2, n) array
+        Of profile each vertex stands for [m].
+
+    Returns
+    -------
+    (2, r, n) array
+        Parts of a sum over the regimes that is nowhere negative, of the same area [m].
+    float
+        Largest share of the area of a side that was negative [-].
+    """
+    total, parts = depth.sum(axis=1), np.maximum(depth, 0.0)
+    worn, of_parts = np.maximum(total, 0.0), parts.sum(axis=1)
+    area, kept = (total * length).sum(axis=1), (worn * length).sum(axis=1)
+    ratio = np.maximum(area, 0.0) / np.where(kept > 0.0, kept, 1.0)
+    share = worn * ratio[:, None] / np.where(of_parts > 0.0, of_parts, 1.0)
+    result: FloatArray = parts * share[:, None]
+    return result, float(np.where(kept > 0.0, 1.0 - area / np.where(kept > 0.0, kept, 1.0), 0.0).max())

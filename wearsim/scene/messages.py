@@ -147,11 +147,11 @@ def _share_faults(scene: Campaign) -> _Messages:
 
 def _contact_faults(scene: Campaign) -> _Messages:
     contact = scene.contact
-    if contact.model == "auto":
-        for key in sorted(contact.model_fields_set & {"normal", "tangential", "strips", "cells"}):
-            text = f'{key} and model = "auto" exclude each other: auto chooses it; delete one of them'
+    if contact.model is not None:
+        for key in sorted(contact.model_fields_set & {"normal", "tangential"}):
+            text = f'{key} and model = "{contact.model}" exclude each other; delete one of them'
             yield ("contact", key), text
-    elif contact.tolerance is not None:
+    if contact.model != "auto" and "tolerance" in contact.model_fields_set:
         text = f'tolerance = {contact.tolerance:g} is for model = "auto"; write that, too, or delete it'
         yield ("contact", "tolerance"), text
     model = NORMAL_MODELS[contact.normal]

@@ -153,13 +153,15 @@ class ContactSection(Section):
         for name, unit in (("youngs", "_GPa"), ("poisson", ""))
         for body in ("wheel", "rail", "roller", "counterface")
     }
-    model: Literal["auto"] | None = Field(
-        None, description="auto: the cheapest models whose wear is close enough to that of a half-space"
-    )
-    tolerance: float | None = number(
-        "contact_tolerance",
-        "with model = auto, the largest error of the wear increment over its largest depth",
+    model: Literal["auto", "accurate"] | None = Field(
         None,
+        description="in place of normal and tangential. auto: fast models, corrected by a half-space as often "
+        "as the tolerance asks for; accurate: a half-space at every operating point",
+    )
+    tolerance: float = number(
+        "contact_tolerance",
+        "with model = auto, the error of the wear depth over its largest value at which the correction aims",
+        0.03,
     )
     normal: NormalName = Field("kik_piotrowski", description="the model of the normal contact")
     tangential: TangentialName = Field("fastsim", description="the model of the tangential contact")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any, Literal
 
@@ -28,6 +29,14 @@ from wearsim.scene.models import ContactSection, FieldScene, RigScene, RollerSec
 from wearsim.scene.read import inputs_of
 
 
+CHAINS: Mapping[str, tuple[tuple[str, str], ...]] = {
+    "auto": (("kik_piotrowski", "fastsim"), ("knothe_le_the", "fastsim"), ("half_space", "half_space")),
+    "accurate": (("half_space", "half_space"),),
+}
+"""Normal and tangential models of each `model` of [contact], in the order in which they are tried; all but the
+last are corrected by the last."""
+
+
 @dataclass(frozen=True)
 class CampaignSetup:
     """Everything a campaign is run with."""
@@ -45,7 +54,9 @@ class CampaignSetup:
     warnings: tuple[str, ...]  # what deserves a second look, one line each
     also_evaluate: tuple[WearSettings, ...] = ()  # comparison laws, evaluated on the same contacts
     fatigue: tuple[FatigueSettings, ...] = ()
-    tolerance: float | None = None  # of the wear increment, if `campaign.choose` chooses the models [-]
+    fallbacks: tuple[ContactModels, ...] = ()  # in order, where `models` have no solution
+    # error of the wear depth over the largest one with which the last of the fallbacks corrects the others [-]
+    tolerance: float | None = None
     counterface_wear: CounterfaceWear | None = None  # None: rails or rollers stay as they are
     templates: tuple[Profile, Profile] | None = None  # that right and left wheel are reprofiled to
 
@@ -57,15 +68,14 @@ def build(scene: RigScene | FieldScene) -> CampaignSetup:
     """
     inputs, contact, curvature = inputs_of(scene), scene.contact, scene.counterface.curvature
     wear, *comparison = wear_settings(scene.wear, inputs.wear_table)
-    tolerance = None
-    if contact.model is not None:
-        tolerance = 0.05 if contact.tolerance is None else contact.tolerance
+    models, *fallbacks = contact_models(contact)
     return CampaignSetup(
-        tolerance=tolerance,
+        tolerance=contact.tolerance if fallbacks else None,
+        fallbacks=tuple(fallbacks),
         kind=scene.scene.kind,
         wheelset=Wheelset(inputs.right, inputs.left, 1e-3 * scene.wheelset.radius_mm, inputs.half_span),
         counterface=Counterface(inputs.counterface, curvature),
-        models=contact_models(contact),
+        models=models,
         wear=wear,
         points=_points(scene),
         control=_control_settings(scene.campaign),
@@ -91,9 +101,9 @@ def warnings_of(scene: RigScene | FieldScene) -> tuple[Fault, ...]:
     return tuple(by_line([*inputs.warnings, *own]))
 
 
-def contact_models(contact: ContactSection) -> ContactModels:
-    """Contact models, grid and material of [contact], in SI units."""
-    return ContactModels(
+def contact_models(contact: ContactSection) -> list[ContactModels]:
+    """Contact models in the order in which they are tried, grid and material of [contact], in SI units."""
+    given = ContactModels(
         normal=contact.normal,
         tangential=contact.tangential,
         strips=contact.strips,
@@ -104,6 +114,8 @@ def contact_models(contact: ContactSection) -> ContactModels:
         poisson_ratio=contact.poisson,
         parameters=(("virtual_penetration_factor", contact.virtual_penetration_factor),),
     )
+    pairs = CHAINS[contact.model] if contact.model else ((contact.normal, contact.tangential),)
+    return [replace(given, normal=normal, tangential=tangential) for normal, tangential in pairs]
 
 
 def _control_settings(campaign: CampaignSection) -> ControlSettings:

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from wearsim.campaign.choose import models_of
 from wearsim.campaign.control import error_limit, reached
 from wearsim.campaign.evaluate import setup_of, solve_points
 from wearsim.campaign.evolution import WheelsetEvolution
@@ -172,7 +171,6 @@ def _restarts(setup: CampaignSetup) -> int:
 def _shares(evolution: WheelsetEvolution, state: State) -> dict[str, float]:
     """Share of the time of a step by block or class of the acting points."""
     points, setup = evolution.setup.points, setup_of(evolution.setup, evolution.threads)
-    setup = replace(setup, models=models_of(evolution.setup.models, state.choice))
     names, acts = np.array(points.class_name or points.label), state.active_weight > 0.0
     seconds: dict[str, float] = {}
     for name in 2 * list(dict.fromkeys(names[acts].tolist())):  # twice: the shorter time is less disturbed

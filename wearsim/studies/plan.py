@@ -8,7 +8,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
-from wearsim.campaign import choose
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.run import available_cores
 from wearsim.damage import fatigue, wear
@@ -18,6 +17,7 @@ from wearsim.errors import Fault, WearsimError
 from wearsim.quantities import duration
 from wearsim.results.checks import percent
 from wearsim.scene import CampaignSetup, FieldScene, RigScene, build
+from wearsim.scene.setup import CHAINS
 from wearsim.studies.estimate import estimate
 
 _PATCH_VALUES = 25
@@ -50,7 +50,7 @@ def plan(
     values += count * 8 * (3 + 5 * laws) if laws else 0
     if setup.counterface_wear is not None:  # its y, z and depth
         values += 2 * 3 * len(setup.counterface.profile.y)
-    choice, foreseen = _foreseen(setup, threads or available_cores())
+    foreseen = _foreseen(setup, threads or available_cores())
     return {
         "kind": setup.kind,
         "title": setup.title,
@@ -71,7 +71,7 @@ def plan(
         ],
         "fatigue": [_fatigue(one) for one in setup.fatigue],
         "settings": scene.model_dump(by_alias=True, mode="json"),
-        "choice": choice,
+        "tolerance": setup.tolerance,
         **foreseen,
         "warnings": [str(warning) for warning in warnings],
     }
@@ -87,49 +87,15 @@ def _fatigue(settings: FatigueSettings) -> dict[str, Any]:
     return shown
 
 
-def _foreseen(setup: CampaignSetup, threads: int) -> tuple[dict[str, Any] | None, dict[str, Any]]:
-    """Contact models that would be chosen, None if they are given; estimated steps and time."""
+def _foreseen(setup: CampaignSetup, threads: int) -> dict[str, Any]:
+    """Estimated steps and time."""
     state, _ = WheelsetEvolution(replace(setup, tolerance=None)).start()
-    shown, choosing, began = None, 0.0, time.perf_counter()
-    if setup.tolerance is not None:
-        verdict = choose.choice(setup, state, threads=threads)
-        choosing = (1 + len(choose.CHECKS)) * (time.perf_counter() - began)
-        shown, state = _choice(setup, verdict), replace(state, choice=verdict.choice)
     try:
         one = estimate(setup, state, threads)
     except WearsimError as error:
-        return shown, {"steps": None, "seconds": None, "slowest": None, "trial_fault": str(error)}
+        return {"steps": None, "seconds": None, "slowest": None, "trial_fault": str(error)}
     slowest = {"name": one.slowest, "share": one.share, "held_by": one.held_by}
-    seconds = one.seconds + choosing
-    return shown, {"steps": one.steps, "seconds": seconds, "threads": threads, "slowest": slowest}
-
-
-def _choice(setup: CampaignSetup, verdict: choose.Verdict) -> dict[str, Any]:
-    """Contact models that would be chosen for the new wheelset, and why."""
-    assert setup.tolerance is not None
-    candidates = choose.candidates(setup.models)
-    taken = [choose.named(candidates[place]) for place in verdict.choice.models]
-    alone = verdict.evidence[-1]
-    return {
-        "tolerance": setup.tolerance,
-        "classes": [
-            {"class": name, "points": count, "models": models}
-            for name, count, models in zip(choose.CLASSES, verdict.points, taken, strict=True)
-        ],
-        "depth_error": verdict.choice.error,
-        "cost": verdict.cost,
-        "cost_of_one_for_all": choose.COST_ORDER[candidates.index(alone.models)][3],
-        "evidence": [
-            {
-                "models": choose.named(one.models),
-                "cost": choose.COST_ORDER[candidates.index(one.models)][3],
-                "depth_error": one.depth_error if math.isfinite(one.depth_error) else None,
-                "strip_work_error": one.work_error if math.isfinite(one.work_error) else None,
-                "refusal": one.message,
-            }
-            for one in verdict.evidence
-        ],
-    }
+    return {"steps": one.steps, "seconds": one.seconds, "threads": threads, "slowest": slowest}
 
 
 def plan_text(item: dict[str, Any]) -> str:
@@ -193,27 +159,16 @@ def _as_read(settings: dict[str, Any]) -> _Rows:
 
 
 def _models(item: dict[str, Any]) -> _Rows:
-    """Lines on the contact models: as given, or the choice and why."""
-    choice, contact = item["choice"], item["settings"]["contact"]
+    """Lines on the contact models."""
+    tolerance, contact = item["tolerance"], item["settings"]["contact"]
     motion = f"rotation {contact['rotation']}, roll {contact['roll']}"
-    if choice is None:
-        yield "contact models", f"{contact['normal']}, {contact['tangential']}; {motion}"
-        grid = (
-            f"{contact['strips']} strips x {contact['cells']} cells per patch, more if they would be larger"
-        )
-        yield "cells", f"{grid} than {contact['cell_mm']:g} mm, {contact['most_cells']} at most"
-        return
-    yield "contact models", f"chosen for a tolerance of {100.0 * choice['tolerance']:.3g} %; {motion}"
-    for one in choice["classes"]:
-        if one["points"]:
-            yield "", f"{one['points']} {one['class']} points: {one['models']}"
-    cost = f"cost {choice['cost']:.3g}; one for all would cost {choice['cost_of_one_for_all']:.3g}"
-    yield "", f"depth error {percent(choice['depth_error'])}, estimated from a sample, {cost}"
-    yield "for all points", "in units of the cheapest one's time per solution"
-    for one in choice["evidence"]:
-        error = one["depth_error"]
-        text = f"depth error {percent(error)}" if error is not None else f"no solution: {one['refusal']}"
-        yield "", f"{one['models']}: {text}, cost {one['cost']:g}"
+    names = [f"{contact['normal']}, {contact['tangential']}"]
+    if tolerance is not None:
+        fast, *_, reference = (" + ".join(one) for one in CHAINS["auto"])
+        names = [f"{fast}, corrected by {reference} to {percent(tolerance)} of the wear depth"]
+    yield "contact models", f"{names[0]}; {motion}"
+    grid = f"{contact['strips']} strips x {contact['cells']} cells per patch, more if they would be larger"
+    yield "cells", f"{grid} than {contact['cell_mm']:g} mm, {contact['most_cells']} at most"
 
 
 def _laws(item: dict[str, Any]) -> _Rows:

@@ -1,0 +1,385 @@
+r"""A fast contact model at every point, corrected by what the half-space last said of each.
+
+The fast model is solved in all stages of a wear step, the reference at some points after each step. Each
+point keeps the difference :math:`D` of both wear rates along the profile, as if the wheelset ran in it all
+the time, and adds it to what the fast model says: with weights :math:`w_j` the rate is
+:math:`\sum_j w_j (f_j(z) + D_j)`.
+
+When a point is solved again after the distance :math:`L` that it acted for, waiting has left
+:math:`\tfrac12 L\,\Delta D` out: the trapezoidal rule for :math:`D`. What of it is longer than `LONG` is added
+to the step. Shorter waves would grow: a half-space answers to a wave of the profile in proportion to its
+wave number, a model with virtual penetration to all waves alike, so that a wave that decays with
+:math:`a` in the fast model and with :math:`b` in the half-space is multiplied by
+:math:`1 - (b/a)(1 - e^{-S})` from one refreshment to the next. Of the change of short waves a point therefore
+takes on the share `_SHORT` :math:`/ (1 - e^{-S})`, stable up to :math:`b/a` of 10.
+
+What was left out in relation to the depth of the step sets how many points are solved again after the next
+one, and, when that is all of them, how long it may be.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import fields, replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearsim.campaign.counterface import per_passage
+from wearsim.campaign.evaluate import Passage, Setup, carried, mismatched, solve_points
+from wearsim.campaign.left_out import new_history
+from wearsim.campaign.record import MEMORY
+from wearsim.campaign.state import Correction, CounterfaceState, Increment, State
+from wearsim.campaign.step import Step, StepRule, worn_by
+from wearsim.campaign.vertices import lengths_of_sides
+from wearsim.contact.patch import FloatArray, IntArray
+from wearsim.profile.shape import arc_length, vertex_lengths
+from wearsim.profile.smoothing import smoothing_spline
+from wearsim.results import FILL_FLOAT
+
+if TYPE_CHECKING:
+    from wearsim.operation.points import OperatingPoints
+    from wearsim.scene import CampaignSetup
+
+LONG = 5e-3
+"""Wavelength of which half is added for the time of waiting [m]."""
+
+_SHORT = 0.2
+"""Largest share of the change of short waves that a point takes on, over that of a wave that decays."""
+
+_OF_STEP = 1.0 / 3.0
+"""Estimated error that one step may add, over the depth so far, in tolerances."""
+
+_MUCH = 2.0
+"""Excess of that from which a step is too long even if not all points were solved after it."""
+
+_SECOND = 0.15
+"""Error of what is added for waiting, over it."""
+
+_WAIT = 0.5
+"""What points may leave out by waiting for another step, over its depth, in tolerances."""
+
+_REMEMBERED = 0.5
+"""Share of the drift of a point that stays known."""
+
+_STRICTEST = 1.0 / 16.0
+"""Smallest factor on it after steps that left out more."""
+
+
+def new_correction(state: State, points: OperatingPoints, setup: Setup) -> Correction:
+    """Return the correction of points that were never solved with the reference."""
+    count, n = len(points.label), state.y.shape[1]
+    rows = state.regime_depth.shape[1] + state.comparison_area.shape[1] + 1 + len(state.fatigue_damage)
+    below = 0 if state.counterface is None else state.counterface.y.shape[1]
+    nothing, never = np.zeros((count, 2)), np.full(count, -1, dtype=np.int64)
+    return Correction(
+        np.zeros((count, 2, rows, n)), np.zeros((count, 2, below)), never, np.zeros(count, dtype=np.int64),
+        np.zeros(count), np.full(count, math.inf), nothing, nothing, left=np.zeros_like(state.y),
+    )  # fmt: skip
+
+
+def forgotten(state: State) -> State:
+    """State whose points were not solved with the reference on its profiles."""
+    correction = state.correction
+    if correction is None:
+        return state
+    nowhere = np.full_like(correction.step, -1)
+    return replace(state, correction=replace(correction, step=nowhere, run=np.zeros_like(correction.run)))
+
+
+def stale(state: State, weight: FloatArray) -> NDArray[np.bool_]:
+    """Acting points (n,) that have to be solved with the reference before a step: they did not act before."""
+    correction = state.correction
+    if correction is None:
+        return np.zeros(weight.size, dtype=bool)
+    followed = (correction.step == state.step) | ((state.active_weight > 0.0) & (correction.step >= 0))
+    result: NDArray[np.bool_] = (weight > 0.0) & ~followed
+    return result
+
+
+class Refreshed(NamedTuple):
+    """Points solved with the reference."""
+
+    correction: Correction
+    solved: IntArray  # (k,) numbers of the points
+    change: FloatArray  # (k, 2, q, n) of their differences, 0 where one of another model or none was known
+
+
+def refreshed(
+    state: State,
+    points: OperatingPoints,
+    among: NDArray[np.bool_],
+    setup: Setup,
+    passage: Passage | None = None,
+    share_short: float = 1.0,
+) -> Refreshed:
+    """Solve some points with the reference and remember how the fast models differ from it.
+
+    Parameters
+    ----------
+    state : State
+        Profiles and correction.
+    points : OperatingPoints
+        All `n`.
+    among : (n,) bool array
+        Those to solve.
+    setup : Setup
+        With a reference.
+    passage : Passage, optional
+        Of the fast models in this state; solved if not given.
+    share_short : float
+        Share of the change of short waves that known differences of depth take on [-].
+    """
+    old = state.correction
+    assert old is not None and setup.reference is not None
+    if not among.any():
+        return Refreshed(old, np.zeros(0, dtype=np.int64), np.zeros((0, *old.wheel.shape[1:])))
+    passage = solve_points(state, points, among, setup) if passage is None else passage
+    true = replace(setup, models=setup.reference, fallbacks=())
+    alone = replace(state, correction=None, points=state.points or new_history(points))
+    by_reference = solve_points(alone, points, among, true)
+    solved = np.unique(by_reference.contact.point)
+    index = solved[np.isin(solved, passage.contact.point)]
+    model, step = old.model.copy(), np.where(among, state.step, old.step)
+    model[passage.contact.point] = passage.model
+    known = (old.step[index] >= 0) & (model[index] == old.model[index])
+
+    ours, below = _of_points(passage, index, state, setup)
+    theirs, their_below = _of_points(by_reference, index, state, setup)
+    change, change_below = theirs - ours - old.wheel[index], their_below - below - old.below[index]
+    taken, taken_below = change.copy(), change_below.copy()
+    if share_short < 1.0 and known.any():
+        depths = np.s_[:, :, : state.regime_depth.shape[1]]
+        taken[known] = _short_waves_less(state, change[known], depths, share_short)
+        if state.counterface is not None:
+            body, rows = state.counterface, change_below[known][:, :, None]
+            taken_below[known] = _short_waves_less(body, rows, np.s_[:, :, :], share_short)[:, :, 0]
+    wheel, counterface = old.wheel.copy(), old.below.copy()
+    wheel[index] += taken
+    counterface[index] += taken_below
+    power, pressure, run = old.power.copy(), old.max_pressure.copy(), old.run.copy()
+    drift = old.drift.copy()
+    extent = np.abs(change[:, :, : state.regime_depth.shape[1]].sum(axis=2)).max(axis=(1, 2))
+    moved = known & (run[index] > 0.0)
+    drift[index[np.isinf(drift[index]) & moved]] = 0.0
+    drift[index[moved]] = np.maximum(extent[moved] / run[index[moved]], _REMEMBERED * drift[index[moved]])
+    run[among] = 0.0
+    contact = by_reference.contact
+    power[index], pressure[index] = 0.0, 0.0
+    np.add.at(power, (contact.point, contact.side), contact.power)
+    np.maximum.at(pressure, (contact.point, contact.side), contact.max_pressure)
+    change[~known] = 0.0
+    return Refreshed(
+        replace(
+            old, wheel=wheel, below=counterface, step=step, model=model, run=run, drift=drift, power=power,
+            max_pressure=pressure, solved=old.solved + int(among.sum()),
+        ),
+        index,
+        change,
+    )  # fmt: skip
+
+
+def _of_points(
+    passage: Passage, index: IntArray, state: State, setup: Setup
+) -> tuple[FloatArray, FloatArray]:
+    """Rates (k, 2, q, n) of points `index`, each alone, and depths (k, 2, vertices) of the counterface."""
+    contact, count = passage.contact, index.size
+    place = np.searchsorted(index, contact.point)
+    there = index[np.minimum(place, count - 1)] == contact.point if count else np.zeros(place.size, bool)
+    scale, group = np.where(there, 1.0, 0.0), np.where(there, place, 0)
+    wheel = carried(passage, np.stack([scale, scale]), group, count, state, setup)
+    if state.counterface is None:
+        return wheel, np.zeros((count, 2, 0))
+    law = scale[:, None] * np.sum(passage.depth, axis=0)
+    return wheel, per_passage(contact, law, group, count, state.counterface)
+
+
+def _long(body: State | CounterfaceState, rows: FloatArray) -> FloatArray:
+    """Long waves of rows (..., 2, q, n) along the profiles of both sides."""
+    result = np.empty_like(rows)
+    for side in (0, 1):
+        y, z, own = body.y[side], body.z[side], rows[..., side, :, :]
+        flat = own.reshape(-1, own.shape[-1])
+        arc, length = arc_length(y, z), vertex_lengths(y, z)
+        result[..., side, :, :] = smoothing_spline(arc, flat, length, LONG).reshape(own.shape)
+    return result
+
+
+def _short_waves_less(
+    body: State | CounterfaceState, change: FloatArray, rows: Any, share: float
+) -> FloatArray:
+    """Change (k, 2, q, n) with a share of the short waves of some of its rows."""
+    result = change.copy()
+    result[rows] = share * change[rows] + (1.0 - share) * _long(body, change[rows])
+    return result
+
+
+def corrected_step(
+    before: State,
+    tried: Step,
+    weight: FloatArray,
+    limit: tuple[float, float],
+    points: OperatingPoints,
+    setup: Setup,
+    passage: Passage,
+    rule: StepRule,
+    tolerance: float,
+) -> tuple[State, float]:
+    """Solve some points with the reference after a step, and add what waiting for it has left out.
+
+    Parameters
+    ----------
+    before : State
+        At the beginning of the step.
+    tried : Step
+        The step with the differences known then.
+    weight : (n,) array
+        Share with which each point acted.
+    limit : tuple of float
+        Length [m] and stability number [-] of the step.
+    points, setup, rule
+        As those of the step.
+    passage : Passage
+        Of the fast models at its end.
+    tolerance : float
+        Error of the depth over the largest one that is allowed [-].
+
+    Returns
+    -------
+    State
+        At the end of the step.
+    float
+        Factor on the length of the next step with which it would leave out what the tolerance allows [-];
+        infinite while fewer points than all are solved.
+    """
+    length, stability = limit
+    after, old = tried.state, before.correction
+    assert old is not None
+    run = old.run + weight * length
+    acts = weight > 0.0
+    deepest = float((after.wear_depth - before.wear_depth).max())
+    # what each point would leave out if it waited for another step
+    waiting = 0.5 * points.environment * old.drift * (run + weight * length) ** 2
+    waiting[mismatched(passage, old) | (old.step < 0)] = math.inf
+    waiting[~acts] = 0.0
+    order = np.argsort(-waiting, kind="stable")
+    rest = np.cumsum(waiting[order][::-1])[::-1]  # of each in this order and those behind it
+    due = np.zeros(acts.size, dtype=bool)
+    due[order] = old.overlap * rest > old.strictness * _WAIT * tolerance * deepest
+    due &= acts
+    short = min(1.0, _SHORT / -math.expm1(-max(stability, 1e-9)))
+    here = replace(after, correction=replace(old, run=run))
+    new, index, change = refreshed(here, points, due, setup, passage, short)
+
+    regimes = before.regime_depth.shape[1]
+    of_laws = regimes + before.comparison_area.shape[1]
+    waited = 0.5 * run[index]
+    factor = np.where(np.arange(change.shape[2])[:, None] < of_laws, waited * points.environment[index], waited)
+    stretched = lengths_of_sides(after.y, after.z) / lengths_of_sides(before.y, before.z)
+    missing = np.einsum("qj,jwqn->wqn", factor, change) * stretched[:, None]
+    depth = _long(before, missing[:, :regimes])
+    sizes = [one.shape[1] for one in tried.increment.comparison]
+    further = np.split(missing[:, regimes:of_laws], np.cumsum(sizes)[:-1], axis=1) if sizes else []
+    damage = np.moveaxis(missing[:, of_laws + 1 :], 1, 0)
+    increment = Increment(
+        tried.increment.regime_depth + depth,
+        tuple(one + more for one, more in zip(tried.increment.comparison, further, strict=True)),
+        tuple(np.maximum(one + more, 0.0) for one, more in zip(tried.increment.fatigue, damage, strict=True)),
+        tried.increment.counterface,
+    )
+    state, _ = worn_by(before, increment, length, rule)
+
+    whole = smooth_sides_signed(before, missing[:, :regimes].sum(axis=1), rule.smoothing_wavelength)
+    added = depth.sum(axis=1)
+    largest = float(np.abs(whole).max())
+    single = waited * points.environment[index] * np.abs(change[:, :, :regimes].sum(axis=2)).max(axis=(1, 2))
+    overlap = largest / float(single.sum()) if single.any() else 1.0
+    left = old.left + whole - added
+    more = float(np.abs(left).max() - np.abs(old.left).max()) + _SECOND * float(np.abs(added).max())
+    allowed = _OF_STEP * tolerance * float(state.wear_depth.max())
+    excess = max(more, 0.0) / allowed if allowed > 0.0 else 0.0
+    every = bool(due[acts].all())
+    strictness = old.strictness / (1.0 if every else min(2.0, max(0.7, excess)))
+    new = replace(
+        new, strictness=min(1.0, max(_STRICTEST, strictness)), overlap=max(overlap, 0.5 * old.overlap), left=left,
+        added=old.added + float(np.abs(added).max()),
+    )  # fmt: skip
+    longer = 1.0 / math.sqrt(excess) if excess > (0.0 if every else _MUCH) else math.inf
+    return replace(state, points=after.points, correction=new), longer
+
+
+def smooth_sides_signed(body: State, depth: FloatArray, wavelength: float) -> FloatArray:
+    """Smooth a depth (2, n) of any sign along the profiles of both wheels."""
+    if wavelength == 0.0:
+        return depth
+    sides = [
+        smoothing_spline(
+            arc_length(body.y[k], body.z[k]), depth[k : k + 1], vertex_lengths(body.y[k], body.z[k]), wavelength
+        )
+        for k in (0, 1)
+    ]
+    return np.concatenate(sides)
+
+
+def estimated_error(state: State) -> float:
+    """Estimated error of the depth so far over its largest value [-]."""
+    correction, deepest = state.correction, float(state.wear_depth.max())
+    if correction is None or deepest <= 0.0:
+        return 0.0
+    return (float(np.abs(correction.left).max()) + _SECOND * correction.added) / deepest
+
+
+def static_correction(setup: CampaignSetup) -> dict[str, Any]:
+    """Return the static variables of a result file with correction."""
+    if setup.tolerance is None:
+        return {}
+    chain = (setup.models, *setup.fallbacks)
+    return {"contact_model_name": tuple(f"{one.normal} + {one.tangential}" for one in chain)}
+
+
+def row_correction(state: State) -> dict[str, np.ndarray]:
+    """Return the variables of one row on the correction."""
+    correction = state.correction
+    if correction is None:
+        return {}
+    return {
+        "contact_model": correction.model.astype(np.int32),
+        "reference_step": correction.step.astype(np.int32),
+        "reference_power": correction.power,
+        "reference_max_pressure": correction.max_pressure,
+        "reference_solved": np.asarray(correction.solved, dtype=np.int32),
+        "correction_error": np.asarray(estimated_error(state)),
+    }
+
+
+def packed(correction: Correction | None) -> dict[str, np.ndarray]:
+    """Return a correction for a record; of the differences what is not 0."""
+    if correction is None:
+        return {}
+    values = {one.name: np.asarray(getattr(correction, one.name)) for one in fields(correction)}
+    for name in _SPARSE:
+        place = np.flatnonzero(values[name])
+        shape = np.array(values[name].shape)
+        values |= {f"{name} place": place, f"{name} shape": shape, name: values[name].ravel()[place]}
+    return values
+
+
+def correction_of(row: Mapping[str, np.ndarray]) -> Correction | None:
+    """Return the correction of a record, bit by bit."""
+    values: dict[str, Any] = {
+        name.removeprefix(MEMORY): value for name, value in row.items() if name.startswith(MEMORY)
+    }
+    if not values:
+        return None
+    for name in _SPARSE:
+        whole = np.zeros(tuple(values.pop(f"{name} shape")))
+        whole.ravel()[values.pop(f"{name} place")] = values[name]
+        values[name] = whole
+    for name in ("strictness", "overlap", "added"):
+        values[name] = float(values[name])
+    return Correction(**{**values, "solved": int(values["solved"])})
+
+
+_SPARSE = ("wheel", "below")
