@@ -32,7 +32,7 @@ from wearsim.campaign.evaluate import Passage, Setup, carried, mismatched, solve
 from wearsim.campaign.left_out import new_history
 from wearsim.campaign.record import MEMORY
 from wearsim.campaign.state import Correction, CounterfaceState, Increment, State
-from wearsim.campaign.step import Step, StepRule, worn_by
+from wearsim.campaign.step import INTEGRATORS, Step, StepRule, worn_by
 from wearsim.campaign.vertices import lengths_of_sides
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.profile.shape import arc_length, vertex_lengths
@@ -261,15 +261,16 @@ def corrected_step(
     acts = weight > 0.0
     deepest = float((after.wear_depth - before.wear_depth).max())
     # what each point would leave out if it waited for another step
-    waiting = 0.5 * points.environment * old.drift * (run + weight * length) ** 2
-    waiting[mismatched(passage, old) | (old.step < 0)] = math.inf
-    waiting[~acts] = 0.0
+    unknown = np.isinf(old.drift) | mismatched(passage, old) | (old.step < 0)
+    waiting = 0.5 * points.environment * np.where(unknown, 0.0, old.drift) * (run + weight * length) ** 2
+    waiting = np.where(acts, np.where(unknown, math.inf, waiting), 0.0)
     order = np.argsort(-waiting, kind="stable")
     rest = np.cumsum(waiting[order][::-1])[::-1]  # of each in this order and those behind it
-    due = np.zeros(acts.size, dtype=bool)
-    due[order] = old.overlap * rest > old.strictness * _WAIT * tolerance * deepest
-    due &= acts
-    short = min(1.0, _SHORT / -math.expm1(-max(stability, 1e-9)))
+    beyond = order[old.overlap * rest > old.strictness * _WAIT * tolerance * deepest]
+    least = waiting[beyond].min(initial=math.inf)  # with those that are alike but for rounding: mirrored ones
+    due = acts & (waiting >= least * (1.0 - 1e-9))
+    first_order = INTEGRATORS[rule.integrator][0].order == 1
+    short = 1.0 if first_order else min(1.0, _SHORT / -math.expm1(-max(stability, 1e-9)))
     here = replace(after, correction=replace(old, run=run))
     new, index, change = refreshed(here, points, due, setup, passage, short)
 
@@ -279,6 +280,8 @@ def corrected_step(
     factor = np.where(np.arange(change.shape[2])[:, None] < of_laws, waited * points.environment[index], waited)
     stretched = lengths_of_sides(after.y, after.z) / lengths_of_sides(before.y, before.z)
     missing = np.einsum("qj,jwqn->wqn", factor, change) * stretched[:, None]
+    if first_order:  # Euler's rule takes the rates at the beginning
+        missing[:] = 0.0
     depth = _long(before, missing[:, :regimes])
     sizes = [one.shape[1] for one in tried.increment.comparison]
     further = np.split(missing[:, regimes:of_laws], np.cumsum(sizes)[:-1], axis=1) if sizes else []

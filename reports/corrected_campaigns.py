@@ -1,0 +1,214 @@
+"""Depth worn with `model = "auto"` against a half-space at every point, on campaigns made up by seeds.
+
+python reports/corrected_campaigns.py                    runs all: corrected_campaigns.csv and .md (half an hour)
+python reports/corrected_campaigns.py --cases 3 17       runs these; all other rows stay as they are
+python reports/corrected_campaigns.py --from-csv         writes the text from the table as it stands
+"""
+
+import sys
+import tempfile
+import time
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from writing import HERE, Table, options, write_csv, write_report
+
+from wearsim.campaign.correction import estimated_error
+from wearsim.campaign.evolution import WheelsetEvolution
+from wearsim.errors import WearsimError
+from wearsim.scene import build, load_campaign
+
+TITLE = "Accuracy of corrected fast models over campaigns"
+CASES = 40
+TOLERANCE = 0.03
+DEPTHS = (30.0, 60.0, 120.0)  # largest depth at the end [um]
+WORN = HERE.parent / "tests" / "data" / "real_wheels"
+COLUMNS = (
+    "case", "kind", "wheel", "points", "deepest_um", "distance_km", "fast_percent", "auto_percent",
+    "largest_percent", "estimate_percent", "steps_accurate", "steps_auto", "solved_accurate", "solved_auto",
+    "cpu_ratio", "fault",
+)  # fmt: skip
+INTRODUCTION = f"""\
+{CASES} campaigns made up by seeds: wheels S1002, EPS, P8, 1in40 and a pair worn in service, on rails and
+rollers of 0.4 to 4 m, loads of 50 to 110 kN, friction 0.1 to 0.5, law `usfd` and Archard's. Each is run with a
+half-space at every operating point in every stage (`model = "accurate"`), with `model = "auto"` at a tolerance
+of {100 * TOLERANCE:g} % and with the fast model alone over the same distance. Differences are the largest along
+both profiles at the end, over the largest depth; the largest one is that at any of ten places of the distance.
+Solved are operating points with the half-space.
+"""
+
+
+def scene(number: int) -> str:
+    """Text of a scene: any wheel and rail, on a roller or in the field, around some mean shift."""
+    random = np.random.default_rng([2026, 11, number])
+    kind = ("rig", "field")[number % 2]
+    worn = number % 5 == 4
+    wheel = "wheel_worn_right.whl" if worn else str(random.choice(["S1002", "EPS", "P8", "1in40"]))
+    profile = f'profile = "{WORN / wheel}"\nprofile_left = "{WORN / "wheel_worn_left.whl"}"' if worn else (
+        f'profile = "{wheel}"'
+    )
+    radius = 460.0 if worn else random.uniform(350.0, 500.0)
+    text = f"""[scene]
+kind = "{kind}"
+[wheelset]
+{profile}
+radius_mm = {radius:.0f}
+[counterface]
+profile = "{random.choice(["60E1", "54E1", "60E2"])}"
+inclination = "{random.choice(["1:20", "1:40"])}"
+gauge_mm = {random.uniform(1433.0, 1438.0):.0f}
+"""
+    if kind == "rig":
+        text += f"roller_radius_mm = {10.0 ** random.uniform(2.6, 3.6):.0f}\n"
+    text += f"""[contact]
+model = "accurate"
+[wear]
+law = "{random.choice(["usfd", "archard"])}"
+[campaign]
+distance_km = 1e6
+"""
+    running = (_blocks if kind == "rig" else _classes)(random)
+    return text + running
+
+
+def _blocks(random: np.random.Generator) -> str:
+    text = ""
+    for point in range(int(random.integers(1, 7))):
+        side = random.choice([-1.0, 1.0])
+        text += f"""[[operation.block]]
+name = "{point}"
+shift_mm = {side * random.uniform(0.0, 4.5):.3f}
+yaw_mrad = {side * random.uniform(0.0, 3.0):.3f}
+load_kN = {random.uniform(50.0, 110.0):.1f}
+speed_km_h = 72
+friction = {random.uniform(0.1, 0.5):.2f}
+distance_km = {random.uniform(0.5, 4.0):.1f}
+"""
+    return text
+
+
+def _classes(random: np.random.Generator) -> str:
+    text = ""
+    for name, side, share in (("tangent", 0.0, 0.5), ("right", -1.0, 0.3), ("left", 1.0, 0.2)):
+        out = side * random.uniform(1.0, 3.5)
+        text += f"""[[operation.class]]
+name = "{name}"
+shift_mean_mm = {out:.3f}
+shift_std_mm = {min(random.uniform(0.4, 1.5), (5.0 - abs(out)) / 3.0):.3f}
+positions = {int(random.integers(10, 13)) if side == 0.0 else 10}
+yaw_mrad = {side * random.uniform(0.0, 2.0):.3f}
+{f"curve_radius_m = {-side * 10.0 ** random.uniform(2.6, 3.5):.0f}" if side else ""}
+load_kN = {random.uniform(50.0, 110.0):.1f}
+speed_km_h = 72
+friction = {random.uniform(0.1, 0.5):.2f}
+share = {share}
+"""
+    return text
+
+
+def run(setup, until_um=None):
+    """Depths (steps, 2, n) [m] at distances [m], last state and CPU time [s] of a campaign."""
+    evolution, began = WheelsetEvolution(setup), time.process_time()
+    state, taken = evolution.start()
+    places, depths, stages = [], [], 0
+    while True:
+        evaluation = evolution.evaluate(state, taken)
+        places.append(state.distance)
+        depths.append(state.wear_depth)
+        if state.distance >= evolution.target * (1 - 1e-12) or (
+            until_um and 1e6 * state.wear_depth.max() >= until_um
+        ):
+            return np.array(places), np.array(depths), state, time.process_time() - began, stages
+        state, taken = evolution.advance(state, evaluation)
+        stages += taken.stages
+
+
+def outcome(number: int, folder) -> dict[str, object]:
+    """Row of the table."""
+    path = folder / f"case{number}.toml"
+    path.write_text(scene(number))
+    setup = build(load_campaign(path))
+    deepest = DEPTHS[number % len(DEPTHS)]
+    row = {"case": number, "kind": setup.kind, "wheel": setup.wheelset.right.name.split("/")[-1]}
+    row |= {"points": len(setup.points.label), "fault": ""}
+    try:
+        places, true, state, cpu, stages = run(setup, deepest)
+    except WearsimError as error:
+        return row | {"fault": str(error)}
+    row |= {"deepest_um": 1e6 * state.wear_depth.max(), "distance_km": 1e-3 * state.distance}
+    row |= {"steps_accurate": state.step, "solved_accurate": stages * len(setup.points.label)}
+    control = replace(setup.control, distance=state.distance)
+    given = path.read_text()
+    text = {
+        "auto": given.replace('model = "accurate"', f'model = "auto"\ntolerance = {TOLERANCE}'),
+        "fast": given.replace('model = "accurate"', 'normal = "kik_piotrowski"\ntangential = "fastsim"'),
+    }
+    for name, one in text.items():
+        path.write_text(one)
+        try:
+            at, depths, end, own, _ = run(replace(build(load_campaign(path)), control=control))
+        except WearsimError as error:
+            row["fault"] += f"{name}: {error} "
+            continue
+        row[f"{name}_percent"] = 100.0 * float(np.abs(depths[-1] - true[-1]).max() / true[-1].max())
+        if name == "auto":
+            ten = np.linspace(0.1, 1.0, 10) * state.distance
+            ours, theirs = (_at(ten, *pair) for pair in ((at, depths), (places, true)))
+            share = np.abs(ours - theirs).max(axis=(1, 2)) / theirs.max(axis=(1, 2))
+            row["largest_percent"] = 100.0 * float(share.max())
+            row["estimate_percent"] = 100.0 * estimated_error(end)
+            row |= {"steps_auto": end.step, "solved_auto": end.correction.solved, "cpu_ratio": cpu / own}
+    return row
+
+
+def _at(where, places, depths):
+    """Depths at other places, by a parabola through each place and its neighbours."""
+    from scipy.interpolate import PchipInterpolator
+
+    return PchipInterpolator(places, depths)(where)
+
+
+def report(table: pd.DataFrame, out) -> None:
+    """Write the text."""
+    done = table[table["auto_percent"].notna()]
+    kept = int((done["auto_percent"] <= 100 * TOLERANCE).sum())
+    shown = ["case", "kind", "wheel", "points", "deepest_um", "fast_percent", "auto_percent", "largest_percent",
+             "estimate_percent", "solved_accurate", "solved_auto", "cpu_ratio"]  # fmt: skip
+    rows = [["" if pd.isna(value) else f"{value:.3g}" if isinstance(value, float) else str(value)
+             for value in row] for row in done[shown].itertuples(index=False)]  # fmt: skip
+    summary = [
+        f"Within {100 * TOLERANCE:g} % at the end: {kept} of {len(done)} campaigns; largest difference "
+        f"{done['auto_percent'].max():.2g} %, median {done['auto_percent'].median():.2g} %. The fast model alone: "
+        f"largest {done['fast_percent'].max():.3g} %, median {done['fast_percent'].median():.2g} %. Time of the "
+        f"half-space at every point over that of `auto`: median {done['cpu_ratio'].median():.2g}.",
+        *(f"Case {int(row.case)} has no result: {row.fault}" for row in table.itertuples() if row.fault),
+    ]
+    head = ["case", "kind", "wheel", "points", "deepest [µm]", "fast alone [%]", "auto [%]", "largest [%]",
+            "estimate [%]", "solved, accurate", "solved, auto", "CPU ratio"]  # fmt: skip
+    values = "All values: [corrected_campaigns.csv](corrected_campaigns.csv)."
+    write_report(out, __file__, TITLE, [INTRODUCTION, *summary, Table(head, rows), values])
+
+
+def main(arguments=None):
+    """Run the cases and write the report."""
+    more = {
+        "cases": {"nargs": "+", "type": int, "metavar": "N", "help": f"0 to {CASES - 1} (default: all)"},
+        "jobs": {"type": int, "default": 1, "metavar": "N", "help": "cases at a time (default: 1)"},
+    }
+    chosen = options(__file__, __doc__, arguments, from_csv=True, more=more)
+    values = chosen.out / "corrected_campaigns.csv"
+    table = pd.read_csv(values) if values.exists() else pd.DataFrame(columns=COLUMNS)
+    wanted = [] if chosen.from_csv else range(CASES) if chosen.cases is None else chosen.cases
+    with tempfile.TemporaryDirectory() as folder, ProcessPoolExecutor(chosen.jobs) as pool:
+        for row in pool.map(outcome, wanted, [Path(folder)] * len(wanted)):
+            print(row, file=sys.stderr)
+            table = pd.concat([table[table["case"] != row["case"]], pd.DataFrame([row])])
+            write_csv(table.reindex(columns=COLUMNS).sort_values("case"), values)
+    report(pd.read_csv(values, keep_default_na=True).fillna({"fault": ""}), chosen.out)
+
+
+if __name__ == "__main__":
+    main()
