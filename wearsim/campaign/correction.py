@@ -49,7 +49,7 @@ LONG = 5e-3
 _SHORT = 0.2
 """Largest share of the change of short waves that a point takes on, over that of a wave that decays."""
 
-_OF_STEP = 1.0 / 3.0
+_OF_STEP = 1.0 / 6.0
 """Estimated error that one step may add, over the depth so far, in tolerances."""
 
 _MUCH = 2.0
