@@ -47,8 +47,10 @@ def scene(number: int) -> str:
     kind = ("rig", "field")[number % 2]
     worn = number % 5 == 4
     wheel = "wheel_worn_right.whl" if worn else str(random.choice(["S1002", "EPS", "P8", "1in40"]))
-    profile = f'profile = "{WORN / wheel}"\nprofile_left = "{WORN / "wheel_worn_left.whl"}"' if worn else (
-        f'profile = "{wheel}"'
+    profile = (
+        f'profile = "{WORN / wheel}"\nprofile_left = "{WORN / "wheel_worn_left.whl"}"'
+        if worn
+        else (f'profile = "{wheel}"')
     )
     radius = 460.0 if worn else random.uniform(350.0, 500.0)
     text = f"""[scene]

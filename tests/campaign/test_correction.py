@@ -30,7 +30,9 @@ def ended(evolution, steps=10_000):
 
 
 def with_control(evolution, **changes):
-    return replace(evolution, setup=replace(evolution.setup, control=replace(evolution.setup.control, **changes)))
+    return replace(
+        evolution, setup=replace(evolution.setup, control=replace(evolution.setup.control, **changes))
+    )
 
 
 def test_solved_at_every_step_of_euler_s_rule_it_is_the_half_space(evolution_of, scene_text):

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from wearsim.campaign.choose import judge
 
 from wearsim.campaign import choose
-from wearsim.campaign.choose import judge
 from wearsim.campaign.evaluate import setup_of
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.cli import main

@@ -37,7 +37,6 @@ from wearsim.campaign.vertices import lengths_of_sides
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.profile.shape import arc_length, vertex_lengths
 from wearsim.profile.smoothing import smoothing_spline
-from wearsim.results import FILL_FLOAT
 
 if TYPE_CHECKING:
     from wearsim.operation.points import OperatingPoints
@@ -50,16 +49,14 @@ _SHORT = 0.2
 """Largest share of the change of short waves that a point takes on, over that of a wave that decays."""
 
 _OF_STEP = 1.0 / 6.0
-"""Estimated error that one step may add, over the depth so far, in tolerances."""
+"""What one step may add to the estimated error, and points may leave out by waiting for another one, over the
+depth so far, in tolerances."""
 
 _MUCH = 2.0
 """Excess of that from which a step is too long even if not all points were solved after it."""
 
 _SECOND = 0.15
 """Error of what is added for waiting, over it."""
-
-_WAIT = 0.5
-"""What points may leave out by waiting for another step, over its depth, in tolerances."""
 
 _REMEMBERED = 0.5
 """Share of the drift of a point that stays known."""
@@ -259,14 +256,14 @@ def corrected_step(
     assert old is not None
     run = old.run + weight * length
     acts = weight > 0.0
-    deepest = float((after.wear_depth - before.wear_depth).max())
     # what each point would leave out if it waited for another step
     unknown = np.isinf(old.drift) | mismatched(passage, old) | (old.step < 0)
     waiting = 0.5 * points.environment * np.where(unknown, 0.0, old.drift) * (run + weight * length) ** 2
     waiting = np.where(acts, np.where(unknown, math.inf, waiting), 0.0)
     order = np.argsort(-waiting, kind="stable")
     rest = np.cumsum(waiting[order][::-1])[::-1]  # of each in this order and those behind it
-    beyond = order[old.overlap * rest > old.strictness * _WAIT * tolerance * deepest]
+    allowed = _OF_STEP * tolerance * float(after.wear_depth.max())
+    beyond = order[old.overlap * rest > old.strictness * allowed]
     least = waiting[beyond].min(initial=math.inf)  # with those that are alike but for rounding: mirrored ones
     due = acts & (waiting >= least * (1.0 - 1e-9))
     first_order = INTEGRATORS[rule.integrator][0].order == 1
@@ -277,7 +274,9 @@ def corrected_step(
     regimes = before.regime_depth.shape[1]
     of_laws = regimes + before.comparison_area.shape[1]
     waited = 0.5 * run[index]
-    factor = np.where(np.arange(change.shape[2])[:, None] < of_laws, waited * points.environment[index], waited)
+    factor = np.where(
+        np.arange(change.shape[2])[:, None] < of_laws, waited * points.environment[index], waited
+    )
     stretched = lengths_of_sides(after.y, after.z) / lengths_of_sides(before.y, before.z)
     missing = np.einsum("qj,jwqn->wqn", factor, change) * stretched[:, None]
     if first_order:  # Euler's rule takes the rates at the beginning
@@ -301,7 +300,6 @@ def corrected_step(
     overlap = largest / float(single.sum()) if single.any() else 1.0
     left = old.left + whole - added
     more = float(np.abs(left).max() - np.abs(old.left).max()) + _SECOND * float(np.abs(added).max())
-    allowed = _OF_STEP * tolerance * float(state.wear_depth.max())
     excess = max(more, 0.0) / allowed if allowed > 0.0 else 0.0
     every = bool(due[acts].all())
     strictness = old.strictness / (1.0 if every else min(2.0, max(0.7, excess)))
@@ -319,7 +317,10 @@ def smooth_sides_signed(body: State, depth: FloatArray, wavelength: float) -> Fl
         return depth
     sides = [
         smoothing_spline(
-            arc_length(body.y[k], body.z[k]), depth[k : k + 1], vertex_lengths(body.y[k], body.z[k]), wavelength
+            arc_length(body.y[k], body.z[k]),
+            depth[k : k + 1],
+            vertex_lengths(body.y[k], body.z[k]),
+            wavelength,
         )
         for k in (0, 1)
     ]

@@ -71,9 +71,7 @@ def per_passage(
     return depth
 
 
-def _edges_below(
-    solution: ContactPatches, at: IntArray, side: int, state: CounterfaceState
-) -> FloatArray:
+def _edges_below(solution: ContactPatches, at: IntArray, side: int, state: CounterfaceState) -> FloatArray:
     """Arc length of the edges of the strips of patches `at` on the counterface [m]."""
     y, z = state.y[side], state.z[side]
     top = _running_part(y, z)

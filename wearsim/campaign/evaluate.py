@@ -130,7 +130,12 @@ def solve_passage(
             conditions = select(points, index).conditions
             try:
                 chunks = solve_each(
-                    conditions, *bodies, one, partial(passage_of, setup=setup), threads=setup.threads, failed=own
+                    conditions,
+                    *bodies,
+                    one,
+                    partial(passage_of, setup=setup),
+                    threads=setup.threads,
+                    failed=own,
                 )
             except ContactError as error:
                 raise numbered(error, index) from None

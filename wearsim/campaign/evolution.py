@@ -111,7 +111,9 @@ class WheelsetEvolution:
         if not stale.any():
             return state
         setup = setup_of(self.setup, self.threads)
-        return replace(state, correction=correction.refreshed(state, self.setup.points, stale, setup).correction)
+        return replace(
+            state, correction=correction.refreshed(state, self.setup.points, stale, setup).correction
+        )
 
     def evaluate(self, state: State, taken: StepTaken | None = None) -> Evaluation:
         """Solve the contact of a state, if the step that led to it has not left it.

@@ -31,7 +31,6 @@ from wearsim.results.checks import step_limits
 from wearsim.results.limits import ending_limits, first_met, limits_of, met_attributes
 from wearsim.results.schema import CHANGES, RENAMED
 
-
 MEMORY = "memory: "
 """Beginning of the names of what a record holds besides the row of the result file."""
 
@@ -269,9 +268,7 @@ class Writer:
         with open_results(self.path) as data:
             return str(data.attrs.get(CHANGES, ""))
 
-    def write(
-        self, index: int, row: Mapping[str, np.ndarray], memory: Mapping[str, np.ndarray] = {}
-    ) -> bool:
+    def write(self, index: int, row: Mapping[str, np.ndarray], memory: Mapping[str, np.ndarray] = {}) -> bool:
         """Write record and row of one step; return True if the row waits for a reader."""
         source = str(self.header.attributes.get("source", ""))
         self.records.write(index, row, source, memory)

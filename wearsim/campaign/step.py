@@ -185,9 +185,7 @@ def advance(
     return Step(worn, clipped, increment, tuple(depths), tuple(one.regime_depth.sum(axis=1) for one in rates))
 
 
-def worn_by(
-    state: State, increment: Increment, step_length: float, rule: StepRule
-) -> tuple[State, float]:
+def worn_by(state: State, increment: Increment, step_length: float, rule: StepRule) -> tuple[State, float]:
     """State after an increment over a distance [m], and the share of it that was negative [-]."""
     increment, clipped = _without_negative(state, increment)
     worn = remove(state, increment.regime_depth, step_length, rule)

@@ -28,7 +28,6 @@ from wearsim.scene.messages import by_line, scene_warnings
 from wearsim.scene.models import ContactSection, FieldScene, RigScene, RollerSection
 from wearsim.scene.read import inputs_of
 
-
 CHAINS: Mapping[str, tuple[tuple[str, str], ...]] = {
     "auto": (("kik_piotrowski", "fastsim"), ("knothe_le_the", "fastsim"), ("half_space", "half_space")),
     "accurate": (("half_space", "half_space"),),

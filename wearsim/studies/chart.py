@@ -1,152 +1,165 @@
-"""Speed against accuracy: time per solution and error of the wear increment of every model and grid."""
+"""Speed against accuracy: time and error of short campaigns by every combination of contact models."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from itertools import product
-from typing import Any
 
 import numpy as np
-import xarray as xr
+import pandas as pd
+from scipy.interpolate import PchipInterpolator
 
-from wearsim import __version__
-from wearsim.campaign import choose
-from wearsim.campaign.choose import CLASSES, judge
+from wearsim.campaign.control import reached
 from wearsim.campaign.evaluate import setup_of, solve_passage
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.state import State
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.patch import FloatArray
-from wearsim.contact.problem import ContactModels
 from wearsim.contact.solve import CHUNK
 from wearsim.contact.tangential import TANGENTIAL_MODELS
-from wearsim.operation.points import OperatingPoints, select
+from wearsim.errors import WearsimError
+from wearsim.operation.points import select
 from wearsim.results.checks import percent
 from wearsim.scene import CampaignSetup
+from wearsim.scene.setup import CHAINS
 
-POINTS = 40
-"""Operating points that stand for each scene, at most: all of a shipped one that act."""
+TOLERANCES = (0.1, 0.05, 0.03, 0.02)
+"""Tolerances of `auto` [-]."""
 
+DEPTH = 60e-6
+"""Largest wear depth at the end of the campaigns [m]."""
+
+_PLACES = 10  # of a campaign, at which depths are compared
 _ENOUGH = 0.5  # seconds of repeats after which a time is taken as known
 _MOST_REPEATS = 40
 _FAST = 0.05  # seconds of a batch below which the overhead of calls would count
 
 
-def combinations(base: ContactModels, grids: Sequence[int]) -> tuple[ContactModels, ...]:
-    """Every registered normal model with every tangential one, on every grid, with the material of `base`."""
-    return tuple(
-        replace(base, normal=normal, tangential=tangential, strips=grid, cells=grid, most_cells=grid)
-        for normal, tangential, grid in product(sorted(NORMAL_MODELS), sorted(TANGENTIAL_MODELS), grids)
-    )
+@dataclass(frozen=True)
+class Run:
+    """A campaign without files."""
+
+    distance: FloatArray  # (k,) of each step [m]
+    depth: FloatArray  # (k, 2, n) [m]
+    state: State  # the last one
+    seconds: float  # CPU time
+    stages: int  # of all steps
+
+    def error_from(self, true: Run) -> float:
+        """Largest difference of depth at ten places of the distance over the largest depth at its end [-]."""
+        places = np.linspace(0.0, true.distance[-1], _PLACES + 1)[1:]
+        ours, theirs = (PchipInterpolator(one.distance, one.depth)(places) for one in (self, true))
+        return float(np.abs(ours - theirs).max() / theirs[-1].max())
+
+
+def run_short(setup: CampaignSetup, depth: float = np.inf) -> Run:
+    """Run a campaign on one thread to its end, or to the end of the step that reaches a depth [m]."""
+    evolution, began, stages = WheelsetEvolution(setup), time.process_time(), 0
+    state, taken = evolution.start()
+    states = [state]
+    while not reached(state.distance, evolution.target) and state.wear_depth.max() < depth:
+        state, taken = evolution.advance(state, evolution.evaluate(state, taken))
+        states.append(state)
+        stages += taken.stages
+    seconds = time.process_time() - began
+    return Run(
+        np.array([one.distance for one in states]), np.array([one.wear_depth for one in states]), state,
+        seconds, stages,
+    )  # fmt: skip
+
+
+def combinations(setup: CampaignSetup, tolerances: Sequence[float]) -> Iterator[tuple[str, CampaignSetup]]:
+    """Name and setup of every registered combination of models that wears a profile, and of `auto`."""
+    base = setup.models
+    for normal, tangential in product(sorted(NORMAL_MODELS), sorted(TANGENTIAL_MODELS)):
+        if NORMAL_MODELS[normal].can_update_profile:
+            models = replace(base, normal=normal, tangential=tangential)
+            yield f"{normal} + {tangential}", replace(setup, models=models, fallbacks=(), tolerance=None)
+    chain = [replace(base, normal=normal, tangential=tangential) for normal, tangential in CHAINS["auto"]]
+    for tolerance in tolerances:
+        auto = replace(setup, models=chain[0], fallbacks=tuple(chain[1:]), tolerance=tolerance)
+        yield f"auto, {percent(tolerance)}", auto
 
 
 def speed_and_accuracy(
     setups: Sequence[CampaignSetup],
-    grids: Sequence[int],
-    reference_grid: int,
+    depth: float = DEPTH,
+    tolerances: Sequence[float] = TOLERANCES,
     *,
-    points: int = POINTS,
     report: Callable[[str], None] | None = None,
-) -> xr.Dataset:
-    """Time every combination of models and compare its wear increment on new profiles.
+) -> pd.DataFrame:
+    """Time short campaigns by every combination of models and compare their depths.
 
     Parameters
     ----------
     setups : sequence of CampaignSetup
-        Scenes: their operating points, wear law and smoothing count.
-    grids : sequence of int
-        Strips, and cells along each strip.
-    reference_grid : int
-        Of the half-space solution that all are compared with.
-    points : int
-        Largest number of operating points for each scene, but at least one of each class of them.
+        Scenes.
+    depth : float
+        Largest depth at the end of the campaign by the half-space at every point; the others run over the
+        same distance [m].
+    tolerances : sequence of float
+        Of `model = "auto"` [-].
     report : callable
         Takes a line of progress for each combination.
 
     Returns
     -------
-    Dataset
-        Over `model`: normal, tangential, grid, time per solution of one wheel at one operating point on one
-        thread (mean over the scenes), whether it can update the profile, whether it lies on the Pareto
-        front of time, largest depth error and largest strip-work error (`pareto_depth`: without the last).
-        Over `scene` and `model`: `depth_error`, `work_error`, `power_error` and time. Where a combination
-        does not solve a point of a scene its values are missing, with the message in `refusal`.
+    DataFrame
+        A row for each scene and combination: CPU time of the campaign and its ratio to that of the
+        half-space, time per solution of one wheel at one operating point on the new profiles [s], steps,
+        largest difference of depth over the largest depth [-], whether no other is both faster and nearer.
+        Missing where a combination does not solve the scene, with the message in `refusal`.
 
     Raises
     ------
     ContactError, NumericalError
-        If the reference does not solve a scene.
+        If the half-space does not solve a scene.
     """
-    models = combinations(setups[0].models, grids)
-    shape = (len(setups), len(models))
-    depth, work, power, seconds = (np.full(shape, np.nan) for _ in range(4))
-    refusal = np.full(shape, "", dtype=object)
-    for row, setup in enumerate(setups):
-        state, _ = WheelsetEvolution(replace(setup, tolerance=None)).start()
-        few = np.count_nonzero(setup.points.weight) <= points
-        chosen = choose.sample_of(setup, state, points if few else max(points // len(CLASSES), 1)).points
-        truth = replace(
-            setup.models, normal="half_space", tangential="half_space", strips=reference_grid,
-            cells=reference_grid, most_cells=reference_grid,
-        )  # fmt: skip
-        evidence = judge(
-            combinations(setup.models, grids), truth, state, chosen, setup_of(setup),
-            smoothing_wavelength=setup.control.smoothing_wavelength,
-        )  # fmt: skip
-        for column, one in enumerate(evidence):
-            refusal[row, column] = one.message
-            if one.message:
-                continue
-            depth[row, column], work[row, column] = one.depth_error, one.work_error
-            power[row, column] = one.power_error
-            seconds[row, column] = time_per_solution(setup, state, chosen, one.models)
-            if report is not None:
-                report(
-                    f"{setup.kind}: {one.models.normal} + {one.models.tangential}, {one.models.strips}: "
-                    f"{1e3 * seconds[row, column]:.3g} ms, depth error {percent(one.depth_error)}"
-                )
-    # NaN where a scene is not solved
-    per_solution, worst, worst_work = seconds.mean(axis=0), depth.max(axis=0), work.max(axis=0)
-    data: dict[str, Any] = {
-        "normal": ("model", [one.normal for one in models]),
-        "tangential": ("model", [one.tangential for one in models]),
-        "grid": ("model", [one.strips for one in models]),
-        "can_update_profile": ("model", [NORMAL_MODELS[one.normal].can_update_profile for one in models]),
-        "time": ("model", per_solution),
-        "worst_depth_error": ("model", worst),
-        "pareto": ("model", pareto(per_solution, worst, worst_work)),
-        "pareto_depth": ("model", pareto(per_solution, worst)),
-        "scene_time": (("scene", "model"), seconds),
-        "depth_error": (("scene", "model"), depth),
-        "work_error": (("scene", "model"), work),
-        "power_error": (("scene", "model"), power),
-        "refusal": (("scene", "model"), refusal),
-    }
-    reference = f"half_space + half_space, {reference_grid} x {reference_grid}"
-    return xr.Dataset(
-        data,
-        coords={"scene": [setup.title or setup.kind for setup in setups]},
-        attrs={"wearsim_version": __version__, "reference": reference},
-    )
+    rows = []
+    for setup in setups:
+        pair = dict(zip(("normal", "tangential"), CHAINS["accurate"][0], strict=True))
+        models = replace(setup.models, **pair)
+        accurate = replace(setup, models=models, fallbacks=(), tolerance=None)
+        true = run_short(accurate, depth)
+        control = replace(setup.control, distance=float(true.distance[-1]))
+        for name, one in combinations(replace(setup, control=control), tolerances):
+            row = {"scene": setup.title or setup.kind, "models": name, "refusal": ""}
+            try:
+                ran = true if one.models == models else run_short(one)
+                row |= {
+                    "time_per_solution": time_per_solution(one) if one.tolerance is None else np.nan,
+                    "time": ran.seconds, "time_ratio": ran.seconds / true.seconds, "steps": ran.state.step,
+                    "depth_error": ran.error_from(true),
+                }  # fmt: skip
+            except WearsimError as error:
+                row["refusal"] = str(error)
+            rows.append(row)
+            if report is not None and not row["refusal"]:
+                report(f"{setup.kind}: {name}: {row['time']:.3g} s, depth error {percent(row['depth_error'])}")
+    table = pd.DataFrame(rows)
+    of_scene = [group.index[pareto(*group[["time", "depth_error"]].to_numpy().T)]
+                for _, group in table.groupby("scene", sort=False)]  # fmt: skip
+    table["pareto"] = table.index.isin(np.concatenate(of_scene))
+    return table
 
 
-def time_per_solution(
-    setup: CampaignSetup, state: State, points: OperatingPoints, models: ContactModels
-) -> float:
+def time_per_solution(setup: CampaignSetup) -> float:
     """Shortest of several wall times of a batch over the number of solutions, on one thread [s].
 
     Fast models get their points several times over, in a batch as campaigns with many points have it.
     """
-    best, spent, batch = np.inf, 0.0, points
+    state, _ = WheelsetEvolution(setup).start()
+    acting = np.flatnonzero(setup.points.weight)
+    best, spent, batch = np.inf, 0.0, select(setup.points, acting)
     for repeat in range(_MOST_REPEATS):
         start = time.perf_counter()
-        solve_passage(state, batch, replace(setup_of(setup), models=models))
+        solve_passage(replace(state, points=None), batch, setup_of(setup))
         took = time.perf_counter() - start
         spent += took
         if repeat == 0 and took < _FAST:
-            batch = select(points, np.resize(np.arange(len(points.label)), CHUNK))
+            batch = select(setup.points, np.resize(acting, CHUNK))
             continue
         best = min(best, took / (2 * len(batch.label)))
         if spent > _ENOUGH:
