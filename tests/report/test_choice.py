@@ -36,7 +36,7 @@ def test_report_shows_classes_models_costs_and_evidence(result, without_figures)
     with open_results(result) as data:
         models, evidence = tables_quality.chosen(data)
         steps = tables_quality.looked_at(data)
-        text = [[cell.text for cell in row] for row in models.rows]
+        text = models.frame.to_numpy()
         assert steps[0] == 0
         assert len(text) == 2 * len(steps)
         assert [row[0] for row in text[:2]] == ["0 km, least", "0 km, leading"]
@@ -44,9 +44,9 @@ def test_report_shows_classes_models_costs_and_evidence(result, without_figures)
         names = data["contact_candidate"].values
         assert [row[2] for row in text[:2]] == [names[place[0]], names[place[-1]]]
         assert [int(row[3]) for row in text[:2]] == [place[0] + 1, place[-1] + 1]
-        assert evidence.rows[0][0].text == names[0]
+        assert evidence.frame.iloc[0, 0] == names[0]
         # the last that was tried for all points keeps the tolerance
-        assert min(row[3].value for row in evidence.rows if row[3].value is not None) <= 50.0
+        assert evidence.frame.iloc[:, 3].min() <= 50.0
         page = write_report(result.parent).read_text()
     for table in ("table-choice-rig", "table-candidates-rig"):
         assert table in page

@@ -13,8 +13,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from wearsim.profile.standard import shipped_path
-from wearsim.report.html import environment
 from wearsim.report.style import SERIES_COLOURS, grid, label_axes, legend, save_svg, style, writing
+from wearsim.report.texts import environment
 
 _MARKERS = ("o", "s", "^", "D", "v", "P")
 _PEERS = "chart_peers.csv"

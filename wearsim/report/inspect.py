@@ -10,12 +10,12 @@ import xarray as xr
 
 from wearsim.quantities import QUANTITIES
 from wearsim.report import tables_damage
-from wearsim.report.html import environment
-from wearsim.report.plates import COUNTERFACE_MEASURES, wears
+from wearsim.report.plates import COUNTERFACE_MEASURES
 from wearsim.report.sections import Campaigns, all_figures
 from wearsim.report.style import plain, role_of, save_svg, with_unit, writing
 from wearsim.report.tables import MEASURES, UNDEFINED, limit_text
 from wearsim.report.tables_quality import classes
+from wearsim.report.texts import environment, stated_warnings, wears
 from wearsim.results import open_results, result_warnings
 from wearsim.results.checks import (
     closing_reprofiling,
@@ -75,7 +75,7 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
         "monitoring_points": int((dataset["weight"].values == 0.0).sum()),
         "environment": _plain(_ends(dataset["environment"].values)),
         "warnings": [
-            *(line.strip() for line in str(dataset.attrs.get("warnings", "")).split("; ") if line.strip()),
+            *stated_warnings(dataset),
             *result_warnings(dataset),
             *filter(None, [closing_reprofiling(dataset)]),
         ],
@@ -132,7 +132,7 @@ def _damage(dataset: xr.Dataset) -> dict[str, Any]:
         }
         life = tables_damage.life(dataset)
         if life is not None:
-            damage_by["life"] = {row[0].text: row[life.head.index("Life ends by")].text for row in life.rows}
+            damage_by["life"] = dict(zip(life.frame.iloc[:, 0], life.frame["Life ends by"], strict=True))
     return damage_by
 
 
