@@ -6,12 +6,10 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import product
-from typing import Any
 
 import numpy as np
-import xarray as xr
+import pandas as pd
 
-from wearsim import __version__
 from wearsim.campaign import choose
 from wearsim.campaign.choose import CLASSES, judge
 from wearsim.campaign.evaluate import setup_of, solve_passage
@@ -28,6 +26,11 @@ from wearsim.scene import CampaignSetup
 
 POINTS = 40
 """Operating points that stand for each scene, at most: all of a shipped one that act."""
+
+MODEL = ["normal", "tangential", "grid"]
+"""What tells combinations apart."""
+
+ERRORS = ["depth_error", "work_error", "power_error"]
 
 _ENOUGH = 0.5  # seconds of repeats after which a time is taken as known
 _MOST_REPEATS = 40
@@ -49,7 +52,7 @@ def speed_and_accuracy(
     *,
     points: int = POINTS,
     report: Callable[[str], None] | None = None,
-) -> xr.Dataset:
+) -> pd.DataFrame:
     """Time every combination of models and compare its wear increment on new profiles.
 
     Parameters
@@ -67,23 +70,20 @@ def speed_and_accuracy(
 
     Returns
     -------
-    Dataset
-        Over `model`: normal, tangential, grid, time per solution of one wheel at one operating point on one
-        thread (mean over the scenes), whether it can update the profile, whether it lies on the Pareto
-        front of time, largest depth error and largest strip-work error (`pareto_depth`: without the last).
-        Over `scene` and `model`: `depth_error`, `work_error`, `power_error` and time. Where a combination
-        does not solve a point of a scene its values are missing, with the message in `refusal`.
+    DataFrame
+        A row for each scene and combination: names, time per solution of one wheel at one operating point on
+        one thread (mean over the scenes) [s], errors of the depth, the strip work and the power over their
+        largest [-], whether it lies on the Pareto front of time, largest depth error and largest strip-work
+        error of the scenes (`pareto_depth`: without the last). Where a combination does not solve a point of
+        a scene its values are missing, with the message in `refusal`; `attrs` names the reference.
 
     Raises
     ------
     ContactError, NumericalError
         If the reference does not solve a scene.
     """
-    models = combinations(setups[0].models, grids)
-    shape = (len(setups), len(models))
-    depth, work, power, seconds = (np.full(shape, np.nan) for _ in range(4))
-    refusal = np.full(shape, "", dtype=object)
-    for row, setup in enumerate(setups):
+    rows = []
+    for setup in setups:
         state, _ = WheelsetEvolution(replace(setup, tolerance=None)).start()
         few = np.count_nonzero(setup.points.weight) <= points
         chosen = choose.sample_of(setup, state, points if few else max(points // len(CLASSES), 1)).points
@@ -95,41 +95,42 @@ def speed_and_accuracy(
             combinations(setup.models, grids), truth, state, chosen, setup_of(setup),
             smoothing_wavelength=setup.control.smoothing_wavelength,
         )  # fmt: skip
-        for column, one in enumerate(evidence):
-            refusal[row, column] = one.message
-            if one.message:
-                continue
-            depth[row, column], work[row, column] = one.depth_error, one.work_error
-            power[row, column] = one.power_error
-            seconds[row, column] = time_per_solution(setup, state, chosen, one.models)
-            if report is not None:
+        for one in evidence:
+            models, known = one.models, not one.message
+            seconds = time_per_solution(setup, state, chosen, models) if known else np.nan
+            rows.append(
+                {
+                    "scene": setup.title or setup.kind,
+                    "normal": models.normal,
+                    "tangential": models.tangential,
+                    "grid": models.strips,
+                    "time": seconds,
+                    **{name: getattr(one, name) if known else np.nan for name in ERRORS},
+                    "can_update_profile": NORMAL_MODELS[models.normal].can_update_profile,
+                    "refusal": one.message,
+                }
+            )
+            if known and report is not None:
                 report(
-                    f"{setup.kind}: {one.models.normal} + {one.models.tangential}, {one.models.strips}: "
-                    f"{1e3 * seconds[row, column]:.3g} ms, depth error {percent(one.depth_error)}"
+                    f"{setup.kind}: {models.normal} + {models.tangential}, {models.strips}: "
+                    f"{1e3 * seconds:.3g} ms, depth error {percent(one.depth_error)}"
                 )
+    table = pd.DataFrame(rows)
+    by_model = table.groupby(MODEL, sort=False)
     # NaN where a scene is not solved
-    per_solution, worst, worst_work = seconds.mean(axis=0), depth.max(axis=0), work.max(axis=0)
-    data: dict[str, Any] = {
-        "normal": ("model", [one.normal for one in models]),
-        "tangential": ("model", [one.tangential for one in models]),
-        "grid": ("model", [one.strips for one in models]),
-        "can_update_profile": ("model", [NORMAL_MODELS[one.normal].can_update_profile for one in models]),
-        "time": ("model", per_solution),
-        "worst_depth_error": ("model", worst),
-        "pareto": ("model", pareto(per_solution, worst, worst_work)),
-        "pareto_depth": ("model", pareto(per_solution, worst)),
-        "scene_time": (("scene", "model"), seconds),
-        "depth_error": (("scene", "model"), depth),
-        "work_error": (("scene", "model"), work),
-        "power_error": (("scene", "model"), power),
-        "refusal": (("scene", "model"), refusal),
-    }
-    reference = f"half_space + half_space, {reference_grid} x {reference_grid}"
-    return xr.Dataset(
-        data,
-        coords={"scene": [setup.title or setup.kind for setup in setups]},
-        attrs={"wearsim_version": __version__, "reference": reference},
-    )
+    table["time"] = by_model["time"].transform("mean", skipna=False)
+    worst = worst_scene(table)
+    for name, errors in (("pareto", ["depth_error", "work_error"]), ("pareto_depth", ["depth_error"])):
+        front = pareto(worst["time"].to_numpy(), *(worst[error].to_numpy() for error in errors))
+        table[name] = np.resize(front, len(table))  # of each scene the same models in the same order
+    table.attrs["reference"] = f"half_space + half_space, {reference_grid} x {reference_grid}"
+    return table
+
+
+def worst_scene(table: pd.DataFrame) -> pd.DataFrame:
+    """Time and largest errors of each combination in any scene, NaN where it does not solve one of them."""
+    by_model = table.groupby(MODEL, sort=False)[["time", *ERRORS]]
+    return by_model.max(skipna=False).reset_index()
 
 
 def time_per_solution(
