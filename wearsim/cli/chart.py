@@ -10,7 +10,7 @@ from wearsim.cli import print_json
 from wearsim.cli.flags import whole
 
 SUMMARY = "time every combination of contact models here and compare its wear with a half-space solution"
-EXAMPLES = "wearsim chart\nwearsim chart my_scene.toml --grids 20,40 --json"
+EXAMPLES = "wearsim chart --points 10\nwearsim chart my_scene.toml --grids 20,40 --json"
 
 
 def add_flags(parser: argparse.ArgumentParser) -> None:
