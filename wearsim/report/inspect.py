@@ -145,35 +145,12 @@ def _index(dataset: xr.Dataset, k: int, law: str) -> dict[str, Any]:
 
 def summary_text(content: dict[str, Any]) -> str:
     """Write a summary from `inspect` for a terminal, in the units people read."""
-    damage = _damage_rows(content.get("damage", {}))
     template = environment(autoescape=False).get_template("summary.txt.j2")
     text = template.render(
-        c=content, measures=MEASURES, damage=damage, title=_title, text=_text, texts=_texts, span=_span,
+        c=content, measures=MEASURES, title=_title, text=_text, texts=_texts, span=_span,
         limit_text=limit_text, diameter=lambda value: UNDEFINED if value is None else f"{1e3 * value:.2f}",
-        width=max((len(text) for text, ends in damage if ends), default=0),
     )  # fmt: skip
     return text.rstrip("\n")
-
-
-def _damage_rows(damage: dict[str, Any]) -> list[tuple[str, list[str]]]:
-    """Texts on comparison laws and fatigue with their values (right, left), if they have any."""
-    rows: list[tuple[str, list[str]]] = []
-    for law, values in [*damage.get("comparison", {}).items(), *damage.get("fatigue", {}).items()]:
-        rows += [(f"{law}, {_small(name)}", _texts(name, ends)) for name, ends in values.items()]
-    for law, index in damage.get("fatigue_index", {}).items():
-        (name, ends), (at, places), (_, points) = index.items()
-        rows.append((f"{law}, largest {_small(name).removeprefix('largest ')}", _texts(name, ends)))
-        rows.append((f"{law}, {_small(at)}", _texts(at, places)))
-        rows.append(
-            (f"{law}, operating point of the index: {' (right), '.join(map(str, points))} (left)", [])
-        )
-    rows += [(f"Life of {law}, ended by: {what}", []) for law, what in damage.get("life", {}).items()]
-    return [("Comparison laws and fatigue", ["right", "left"]), *rows] if rows else []
-
-
-def _small(name: str) -> str:
-    """Title of a quantity within a line."""
-    return _title(name)[:1].lower() + _title(name)[1:]
 
 
 def _texts(name: str, ends: list[float | None]) -> list[str]:

@@ -16,7 +16,7 @@ import xarray as xr
 from wearsim.quantities import QUANTITIES
 from wearsim.report.plates import COUNTERFACE_MEASURES
 from wearsim.report.style import capital, label, plain, role_of, role_title, shown, values_of, with_unit
-from wearsim.report.texts import caption, columns, environment_text, wears
+from wearsim.report.texts import caption, columns, environment_text, wears, words
 from wearsim.results.checks import last_worn_row, reprofilings
 from wearsim.results.limits import LIMITED, LimitMet, limits_met
 
@@ -134,30 +134,6 @@ def operating_points(dataset: xr.Dataset) -> Table:
     return replace(made, name="")
 
 
-_SETTINGS = (
-    "wheel_profile_right", "wheel_profile_left", "counterface_profile", "counterface_wear_factor",
-    "redress_distance", "redress_depth", "counterface_area_rate", "wheel_radius", "half_span",
-    "rotation_rule", "roll_rule", "contact_normal", "contact_tangential", "contact_parameters", "strips",
-    "cells", "cell_size", "most_cells", "axle_torque", "youngs_modulus", "poisson_ratio", "wheel_density",
-    "wear_law", "wear_form", "wear_coefficients", "seizure_cap", "integrator", "depth_cap", "first_depth",
-    "stability_limit", "error_tolerance", "smoothing_wavelength",
-)  # fmt: skip
-"""Attributes of a result file, in order; texts and units are those of the quantity of that name."""
-
-_QUANTITY_OF = {
-    "wheel_density": "density", "stability_limit": "stability_number", "error_tolerance": "step_error",
-}  # fmt: skip
-_SETTING_TEXTS = {
-    "wheel_profile_right": "Wheel profile, right", "wheel_profile_left": "Wheel profile, left",
-    "rotation_rule": "Rule of the wheel rotation", "roll_rule": "Roll of the wheelset",
-    "contact_normal": "Normal contact model", "contact_tangential": "Tangential contact model",
-    "contact_parameters": "Parameters of the contact models", "wear_form": "Form of the wear law",
-    "seizure_cap": "Cap that keeps out the seizure regime",
-    "stability_limit": "Limit of the stability number", "error_tolerance": "Tolerance of the error of a step",
-}  # fmt: skip
-"""Texts of those that are no quantity, and not their name with spaces."""
-
-
 def settings(datasets: list[xr.Dataset]) -> Table:
     """Show what was computed, a column per campaign; rows that differ are shaded."""
     roller = [float(data.attrs.get("counterface_curvature", 0.0)) for data in datasets]
@@ -166,11 +142,11 @@ def settings(datasets: list[xr.Dataset]) -> Table:
         ranges = (_range(name, data[name].values[data["weight"].values > 0.0]) for data in datasets)
         rows.append([label(datasets[0], name), *ranges])
     rows.append(["Environment factor on the wear depth", *map(environment_text, datasets)])
-    for key in _SETTINGS:
+    for key, said in words("settings").items():
         values = [data.attrs.get(key) for data in datasets]
         if any(value is not None for value in values):
-            quantity = QUANTITIES.get(_QUANTITY_OF.get(key, key))
-            text = _SETTING_TEXTS.get(key, quantity.meaning if quantity else key.replace("_", " "))
+            quantity = QUANTITIES.get(said.get("quantity", key))
+            text = said.get("text") or (quantity.meaning if quantity else key.replace("_", " "))
             text = with_unit(text, quantity.name) if quantity else capital(text)
             factor = quantity.shown_factor if quantity else 1.0
             rows.append([text, *(_setting(value, factor) for value in values)])

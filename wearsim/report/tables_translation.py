@@ -15,35 +15,18 @@ from wearsim.report.figures.campaign import WHEELS
 from wearsim.report.plates import BASES, Datasets
 from wearsim.report.style import capital, plain, shown, values_of, with_unit
 from wearsim.report.tables import GIVEN, UNDEFINED, Table, table
-from wearsim.report.texts import lines
+from wearsim.report.texts import lines, words
 from wearsim.translation.factors import POINT_QUANTITIES
 from wearsim.translation.translate import point_table
-
-_REASONS = {
-    "zero_denominator": "no ratio: the field value is zero",
-    "small_denominator": "no ratio: the field value is too small to divide by",
-    "missing": "a value is missing on one side",
-    "beyond_range": "a campaign ends before",
-}
-_EQUAL = {"distance_run": "distance", "max_wear_depth": "worn depth"}
-
-
-def _group(variable: str) -> str:
-    """Heading of the rows of the verdict that a variable belongs to."""
-    if variable.endswith("_collective"):
-        return "Contact and wear law, mean magnitude over the load collective and both wheels"
-    shape = variable.endswith("_change") or variable == "equivalent_conicity"
-    return "Wheel shape" if shape else "Wear, both wheels"
 
 
 def verdict(factors: pd.DataFrame, translation: xr.Dataset, datasets: Datasets) -> Table:
     """Verdict from `wearsim.translation.translate.table`: values and ratios where both campaigns end."""
+    reasons, headings = words("reasons"), words("groups")
     rows: dict[tuple[str, str], list[object]] = {}
     for name, both in factors.groupby("variable", sort=False):
         variable = str(name)
-        notes = list(dict.fromkeys(_REASONS[s] for s in both["status"] if s != "defined"))
-        if variable in _EQUAL:
-            notes.append(f"equal by definition at equal {_EQUAL[variable]}")
+        notes = [reasons[key] for key in dict.fromkeys([*both["status"], variable]) if key in reasons]
         values = [
             (one.rig, one.field, one.factor if one.status == "defined" else UNDEFINED)
             for one in both.itertuples()
@@ -51,7 +34,8 @@ def verdict(factors: pd.DataFrame, translation: xr.Dataset, datasets: Datasets) 
         first = both.iloc[0]
         quantity = capital(first["quantity"].removesuffix(", collective mean"))
         unit = "–" if first["unit"] in ("", "1") else first["unit"]
-        rows[_group(variable), variable] = [quantity, unit, *sum(values, ()), "; ".join(notes) or "–"]
+        group = next(text for end, text in headings.items() if variable.endswith(end))
+        rows[group, variable] = [quantity, unit, *sum(values, ()), "; ".join(notes) or "–"]
     run = plain(shown("distance", translation["distance_run"].values[0, -1, 0]))
     depth = plain(shown("max_wear_depth", translation["worn_depth"].values[1, -1, 0]), 3)
     bands = [("", 2), (f"{BASES[0]}, {run} km each", 3), (f"{BASES[1]}, {depth} mm each", 3), ("", 1)]

@@ -87,12 +87,17 @@ def _texts() -> dict[str, dict[str, Any]]:
     return tomllib.loads(path.read_text(encoding="utf-8"))
 
 
-_words = functools.cache(environment)
+_templates = functools.cache(environment)
+
+
+def words(name: str) -> dict[str, Any]:
+    """Words by key that stand in the texts under a name."""
+    return _texts()[name]
 
 
 def lines(name: str, kind: str = "lines", **context: Any) -> list[str]:
     """Sentences of a name, those that apply."""
-    text = _words(False).from_string(_texts()[kind][name]).render(**context)
+    text = _templates(False).from_string(_texts()[kind][name]).render(**context)
     return [line.strip() for line in text.splitlines() if line.strip()]
 
 
@@ -103,4 +108,4 @@ def caption(kind: str, name: str, **context: Any) -> str:
 
 def columns(name: str, **context: Any) -> list[str]:
     """Heads of the columns of a table of a name, the first ones if others are of the data."""
-    return [_words(False).from_string(text).render(**context) for text in _texts()["columns"][name]]
+    return [_templates(False).from_string(text).render(**context) for text in _texts()["columns"][name]]
