@@ -158,12 +158,13 @@ def test_assumptions_of_the_balance_are_stated_with_their_effect(pair):
 
 def test_shakedown_map_states_where_its_yield_stress_comes_from(pair):
     source = "ekberg_kabo_andersson_2002"
+    stated = "shear_yield = 300 MPa, range 200 to 350 (recalled)"
     message = campaign.shear_yield_text(pair[0])
-    assert message == f"300 MPa of surface_fatigue_index_local ({source}, recalled, 200 to 350 MPa in use)"
+    assert message == f"300 MPa of surface_fatigue_index_local ({source}; {stated})"
     alone = pair[0].isel(fatigue=[0])
     assert list(alone["fatigue_name"].values) == ["wlrm"]
     assert campaign.shear_yield_text(alone) == (
-        f"300 MPa of {source}, as no law of the scene has one (recalled, 200 to 350 MPa in use)"
+        f"300 MPa of {source}, as no law of the scene has one ({stated})"
     )
     own = pair[0].copy(deep=True)
     own["fatigue_warnings"][1] = ""

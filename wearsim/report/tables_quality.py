@@ -153,16 +153,6 @@ def read_convergence(directory: Path) -> list[Table]:
         ) from error
 
 
-def markdown(tables: list[Table]) -> str:
-    """Write the tables of `read_convergence` as Markdown."""
-    parts = ["# Convergence", *dict.fromkeys(one.caption for one in tables)]
-    for one in tables:
-        rows = [[one.text(value, column) for column, value in enumerate(row)] for _, row in one.rows]
-        lines = [list(one.frame.columns), ["---"] * len(one.frame.columns), *rows]
-        parts += [f"## {one.title}", "\n".join(f"| {' | '.join(line)} |" for line in lines)]
-    return "\n\n".join(parts) + "\n"
-
-
 def _convergence(content: dict[str, Any], role: str) -> Table:
     given = content["given"][role]
     names = [name for name in COLUMNS if name in given["end"]]
