@@ -60,6 +60,8 @@ class Quantity:
         Group of variables that only results of some scenes have, all or none; "" if all results have it.
     allowed : InputRange, optional
         Range allowed as input, if it is one.
+    formerly : str
+        Name in results of wearsim 0.1, where it was another.
     """
 
     name: str
@@ -74,6 +76,7 @@ class Quantity:
     missing: bool = False
     group: str = ""
     allowed: InputRange | None = None
+    formerly: str = ""
 
     @property
     def label(self) -> str:
@@ -141,7 +144,7 @@ def _quantity(row: dict[str, str]) -> Quantity:
     return Quantity(
         row["name"], row["symbol"], row["unit"], row["shown_unit"], float(row["shown_factor"]),
         row["meaning"], row["sign"], tuple(name for name in dimensions if name != "?"), row["kind"],
-        "?" in dimensions, row["group"], allowed,
+        "?" in dimensions, row["group"], allowed, row["formerly"],
     )  # fmt: skip
 
 
