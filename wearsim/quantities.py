@@ -62,6 +62,8 @@ class Quantity:
         Range allowed as input, if it is one.
     formerly : str
         Name in results of wearsim 0.1, where it was another.
+    flags : tuple of str
+        Meanings of the values 0, 1, ... of a flag, if they are the same in all results.
     """
 
     name: str
@@ -77,6 +79,7 @@ class Quantity:
     group: str = ""
     allowed: InputRange | None = None
     formerly: str = ""
+    flags: tuple[str, ...] = ()
 
     @property
     def label(self) -> str:
@@ -115,13 +118,6 @@ class Quantity:
         return self.range[:2]
 
 
-STEP_LIMITS = (
-    "none", "depth cap", "stability", "error", "growth", "first step", "max step", "block border",
-    "redressing", "remaining distance", "no contact", "clipping",
-)  # fmt: skip
-"""What limits a wear step, in the order of the flags of `step_limit`; none in the initial state."""
-
-
 def duration(seconds: float) -> str:
     """Write a time [s] as people say it."""
     if seconds < 90.0:
@@ -145,6 +141,7 @@ def _quantity(row: dict[str, str]) -> Quantity:
         row["name"], row["symbol"], row["unit"], row["shown_unit"], float(row["shown_factor"]),
         row["meaning"], row["sign"], tuple(name for name in dimensions if name != "?"), row["kind"],
         "?" in dimensions, row["group"], allowed, row["formerly"],
+        tuple(row["flags"].split()),
     )  # fmt: skip
 
 
@@ -158,3 +155,6 @@ _ROWS = _read(Path(__file__).with_name("quantities.csv"))
 
 QUANTITIES: Mapping[str, Quantity] = MappingProxyType({row.name: row for row in _ROWS})
 """All quantities by name."""
+
+STEP_LIMITS = tuple(flag.replace("_", " ") for flag in QUANTITIES["step_limit"].flags)
+"""What limits a wear step, in the order of the flags of `step_limit`; none in the initial state."""

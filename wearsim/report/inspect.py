@@ -16,16 +16,7 @@ from wearsim.report.style import plain, role_of, save_svg, with_unit, writing
 from wearsim.report.tables import MEASURES, UNDEFINED, limit_text
 from wearsim.report.tables_quality import classes
 from wearsim.report.texts import environment, stated_warnings, wears
-from wearsim.results import open_results, result_warnings
-from wearsim.results.checks import (
-    closing_reprofiling,
-    cracks_left,
-    depth_by_regime,
-    last_worn_row,
-    reprofilings,
-    step_limits,
-    wear_steps,
-)
+from wearsim.results import checks, open_results, result_warnings
 from wearsim.results.limits import limits_met
 from wearsim.results.schema import FAINT
 
@@ -63,21 +54,21 @@ def inspect(path: str | Path) -> dict[str, Any]:
 
 def summary(dataset: xr.Dataset) -> dict[str, Any]:
     """Summarise an opened result, see `inspect`."""
-    end = last_worn_row(dataset)
+    end = checks.last_worn_row(dataset)
     content: dict[str, Any] = {
         "title": str(dataset.attrs.get("title", "")),
         "kind": role_of(dataset),
         "finished": "finished" in dataset.attrs,
         "distance": _plain(dataset["distance"].values[-1]),
-        "steps": wear_steps(dataset),
-        "step_limits": step_limits(dataset),
+        "steps": checks.wear_steps(dataset),
+        "step_limits": checks.step_limits(dataset),
         "operating_points": dataset.sizes["operating_point"],
         "monitoring_points": int((dataset["weight"].values == 0.0).sum()),
         "environment": _plain(_ends(dataset["environment"].values)),
         "warnings": [
             *stated_warnings(dataset),
             *result_warnings(dataset),
-            *filter(None, [closing_reprofiling(dataset)]),
+            *filter(None, [checks.closing_reprofiling(dataset)]),
         ],
         "settings": {key: _plain(dataset.attrs[key]) for key in _SETTINGS if key in dataset.attrs},
     }
@@ -85,7 +76,7 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
         names = (*MEASURES, "equivalent_conicity")
         content[state] = {name: _plain(dataset[name].values[row]) for name in names}
     content["contact"] = {name: _plain(_ends(np.abs(dataset[name].values[end]))) for name in _CONTACT}
-    depth = depth_by_regime(dataset).sum(axis=0)
+    depth = checks.depth_by_regime(dataset).sum(axis=0)
     share = depth / depth.sum() if depth.sum() > 0.0 else np.full(depth.shape, np.nan)
     content["regime_share"] = {
         str(name): _plain(part) for name, part in zip(dataset["regime_name"].values, share, strict=True)
@@ -97,9 +88,9 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
     }
     content["reprofilings"] = [
         {"distance": one.distance, "before": list(one.before), "after": list(one.after)}
-        for one in reprofilings(dataset)
+        for one in checks.reprofilings(dataset)
     ]
-    content["cracks_left"] = cracks_left(dataset)
+    content["cracks_left"] = checks.cracks_left(dataset)
     if "comparison_name" in dataset or "fatigue_name" in dataset:
         content["damage"] = _damage(dataset)
     if "contact_candidate" in dataset:
@@ -117,7 +108,7 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
 
 def _damage(dataset: xr.Dataset) -> dict[str, Any]:
     """Wear by the comparison laws and damage by the fatigue laws, lists are (right, left)."""
-    end = last_worn_row(dataset)
+    end = checks.last_worn_row(dataset)
     damage_by: dict[str, Any] = {}
     for group, variables in _ALONG.items():
         if f"{group}_name" in dataset:
@@ -138,7 +129,7 @@ def _damage(dataset: xr.Dataset) -> dict[str, Any]:
 
 def _index(dataset: xr.Dataset, k: int, law: str) -> dict[str, Any]:
     """Largest index of a law with its place and operating point, lists are (right, left)."""
-    indexes = tables_damage.largest(dataset, last_worn_row(dataset), k)
+    indexes = tables_damage.largest(dataset, checks.last_worn_row(dataset), k)
     keys = (tables_damage.quantity_of(law), "fatigue_index_y", "operating_point_name")
     return {key: [None if one is None else one[i] for one in indexes] for i, key in enumerate(keys)}
 

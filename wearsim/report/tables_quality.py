@@ -15,16 +15,7 @@ from wearsim.profile.shape import polygon_area_between
 from wearsim.report.figures.campaign import WHEELS
 from wearsim.report.style import plain, role_title, shown, values_of
 from wearsim.report.tables import UNDEFINED, Table, span, table
-from wearsim.results.checks import (
-    LOAD_TOLERANCE,
-    load_scaling,
-    percent,
-    reprofiled_rows,
-    spans,
-    step_limits,
-    tread_wear,
-    wear_steps,
-)
+from wearsim.results import checks
 from wearsim.studies.converge import TABLE
 
 COLUMNS = {
@@ -49,9 +40,9 @@ def quality(datasets: list[xr.Dataset]) -> Table:
 
 
 def _checks(dataset: xr.Dataset) -> dict[str, Any]:
-    steps = wear_steps(dataset)
+    steps = checks.wear_steps(dataset)
     rows: dict[str, Any] = {"Wear steps": steps}
-    if held := step_limits(dataset):
+    if held := checks.step_limits(dataset):
         rows["Wear steps held by"] = ", ".join(f"{limit} {count}" for limit, count in held.items())
     if steps:
         rows["Largest stability number S"] = dataset["stability_number"].values[1:].max()
@@ -60,23 +51,24 @@ def _checks(dataset: xr.Dataset) -> dict[str, Any]:
         if np.isfinite(error).any():
             rows["Largest estimated error of one step [µm]"] = np.nanmax(error)
         rows["Steps repeated because of their error"] = int(dataset["rejected_steps"].values.sum())
-        length = np.delete(dataset["step_length"].values, [0, *reprofiled_rows(dataset)])
+        length = np.delete(dataset["step_length"].values, [0, *checks.reprofiled_rows(dataset)])
         rows["Shortest and longest step [km]"] = span(shown("distance", length))
     for wheel, side in enumerate(WHEELS):
         law = float(dataset["worn_area"].values[-1, wheel])
         y, z = (dataset[f"profile_{c}"].values[:, wheel] for c in "yz")
-        polygon = sum(polygon_area_between(y[a], z[a], y[b], z[b]) for a, b in spans(dataset))
+        polygon = sum(polygon_area_between(y[a], z[a], y[b], z[b]) for a, b in checks.spans(dataset))
         text = f"Worn area by the law against the profiles, {side} wheel [relative difference]"
         rows[text] = abs(polygon - law) / law if law > 0.0 else "no wear"
-    scaling = load_scaling(dataset)
-    text = f"Distance run with normal forces scaled to the wheel load by more than {LOAD_TOLERANCE:.0%} [%]"
+    scaling = checks.load_scaling(dataset)
+    most = f"{checks.LOAD_TOLERANCE:.0%}"
+    text = f"Distance run with normal forces scaled to the wheel load by more than {most} [%]"
     rows[text] = 100.0 * scaling.distance_share if scaling else "none"
     if "faint_load" in dataset:
         for name in ("load", "power", "wear"):
             shares = [100.0 * float(dataset[f"faint_{name}{of}"].values.max()) for of in ("", "_max")]
             text = f"Largest share of the {name} that faint patches lost, in all and of a wheel [%]"
             rows[text] = ", ".join(f"{share:.2g}" for share in shares) if max(shares) > 0.0 else "none"
-    tread = tread_wear(dataset)
+    tread = checks.tread_wear(dataset)
     if tread is not None:
         rows["Largest wear depth on the tread per 100 000 km [mm]"] = 1e3 * tread
     balance = dataset["power_balance"].values
@@ -188,4 +180,4 @@ def _largest(values: np.ndarray, part: Any = 0.0, whole: Any = 0.0) -> str:
     text = plain(known[np.argmax(np.abs(known))], 3)
     part, whole = np.atleast_1d(part), np.atleast_1d(whole)
     shares = [abs(a / b) for a, b in zip(part, whole, strict=True) if b and np.isfinite(a / b)]
-    return f"{text} ({percent(max(shares))})" if shares else text
+    return f"{text} ({checks.percent(max(shares))})" if shares else text
