@@ -16,5 +16,5 @@ with (
     open_results(arguments.directory / "rig.nc") as rig,
     open_results(arguments.directory / "field.nc") as field,
 ):
-    figure = wear_depth([rig.load(), field.load()]).figure
+    figure = wear_depth([rig.load(), field.load()])
 save_svg(figure, arguments.picture)

@@ -14,7 +14,17 @@ from writing import HERE, Figure, Table, options, write_csv, write_report
 
 import wearsim
 from wearsim.report.figures import contact
-from wearsim.report.style import COLOURS, SERIES_COLOURS, grid, legend, save_svg, style
+from wearsim.report.style import (
+    COLOURS,
+    SERIES_COLOURS,
+    grid,
+    label,
+    label_axes,
+    legend,
+    save_svg,
+    style,
+    values_of,
+)
 from wearsim.studies.contact_state import contact_state
 
 WHEELSET = wearsim.wheelset("S1002", radius=0.46)
@@ -231,6 +241,17 @@ def frame(ax, states):
     ax.set_aspect("equal", adjustable="box")
 
 
+def plot_pressure(state, ax, **line):
+    """Draw the largest pressure of each strip across the first patch, zero at its ends."""
+    pressure = values_of(state, "pressure", 0).max(axis=0)
+    y = values_of(state, "lateral", 0)
+    half = 0.5 * (y[1] - y[0])
+    ax.plot(
+        np.r_[y[0] - half, y, y[-1] + half], np.r_[0.0, pressure, 0.0], label=state.attrs["label"], **line
+    )
+    label_axes(ax, "Lateral, to the right [mm]", label(state, "pressure"), 0.0)
+
+
 def patches_figure(groups):
     """Outlines above and pressures below of the patches, one column for each shift."""
     looks = list(zip((COLOURS["rail"], COLOURS["rig"], SERIES_COLOURS[1]), ("-", "--", "-."), strict=True))
@@ -239,7 +260,7 @@ def patches_figure(groups):
         for (above, below), states in zip(axes.T, groups, strict=True):
             for state, (colour, line) in zip(states, looks, strict=True):
                 contact.plot_outline(state, above, color=colour, linestyle=line)
-                contact.plot_pressure_along(state, below, color=colour, linestyle=line)
+                plot_pressure(state, below, color=colour, linestyle=line)
             frame(above, groups[0] + groups[1])
             below.set_xlim(above.get_xlim())
             above.set_title(f"Shift {1e3 * float(states[0]['shift']):g} mm")

@@ -67,9 +67,9 @@ def test_both_forms_of_a_law_stand_side_by_side(tmp_path, evolution):
         assert abs(mean.max() / local.max() - 1.0) > 1e-5
         area = data["comparison_worn_area"].values[-1][:, :2].sum()
         table, numbers = wear_laws(data)[:2]
-        assert [row[0].text for row in table.rows] == ["energy, active", "energy (patch mean)", "usfd"]
-        assert table.rows[1][3].value == pytest.approx(area / data["worn_area"].values[-1].sum(), rel=1e-12)
-        assert [row[1].text for row in numbers.rows] == ["local", "patch mean", "local"]
+        assert table.frame["Wear law"].tolist() == ["energy, active", "energy (patch mean)", "usfd"]
+        assert table.frame.iloc[1, 3] == pytest.approx(area / data["worn_area"].values[-1].sum(), rel=1e-12)
+        assert numbers.frame["Form"].tolist() == ["local", "patch mean", "local"]
 
 
 def test_comparison_laws_and_fatigue_change_no_bit_of_the_wear(evolution, all_states):

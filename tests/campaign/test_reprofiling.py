@@ -245,10 +245,10 @@ def test_rows_tell_each_turning(data):
             data["equivalent_conicity"][row], data["equivalent_conicity"][0], atol=1e-8
         )
         assert not data["fatigue_damage"][row].any()
-    table = reprofiled_wheels([data])[0].rows
+    table = reprofiled_wheels([data])[0].frame.to_numpy()
     assert len(table) == len(rows)
-    assert table[-1][0].text == "10.00"
-    assert table[0][1].value == pytest.approx(920.0, abs=0.1)
+    assert table[-1, 0] == pytest.approx(10.0, rel=1e-9)
+    assert table[0, 1] == pytest.approx(920.0, abs=0.1)
 
 
 def test_worn_area_is_the_sum_over_the_spans_between_turnings(data):
@@ -259,7 +259,7 @@ def test_worn_area_is_the_sum_over_the_spans_between_turnings(data):
             y, z = (data[f"profile_{c}"].values[:, w] for c in "yz")
             total[w] += polygon_area_between(y[first], z[first], y[last], z[last])
     np.testing.assert_allclose(total, data["worn_area"].values[-1], rtol=1e-9)
-    checks = {name.text: cell.value for name, cell in quality([data]).rows}
+    checks = quality([data]).frame.set_index("Check")["Rig"]
     assert checks["Worn area by the law against the profiles, right wheel [relative difference]"] < 1e-9
     assert checks["Wear steps"] == data.sizes["step"] - 1 - len(reprofiled_rows(data))
 
@@ -325,14 +325,14 @@ def test_a_campaign_that_ends_with_a_turning_still_tells_its_wear_by_regime(data
     """Cut off at a turning: area of all spans, shares that sum to one, depth of the stretch before it."""
     row = reprofiled_rows(data)[1]
     ended = data.isel(step=slice(0, row + 1))
-    first = wear_laws(ended)[0].rows[0]
+    first = wear_laws(ended)[0].frame.iloc[0].tolist()
     for cell, area in zip(first[1:3], ended["worn_area"].values[-1], strict=True):
-        assert cell.value == pytest.approx(1e6 * area, rel=1e-12)
-    assert first[4].value == 1e3 * data["wear_depth"].values[row - 1, 0].max() > 0.0
+        assert cell == pytest.approx(1e6 * area, rel=1e-12)
+    assert first[4] == 1e3 * data["wear_depth"].values[row - 1, 0].max() > 0.0
     depth = sum(data["wear_depth_by_regime"].values[last] for _, last in spans(ended)).sum(axis=(0, 2))
     message = summary(ended)["regime_share"]
     np.testing.assert_allclose(list(message.values()), depth / depth.sum(), rtol=1e-12)
-    assert first[-1].text != "no wear"
+    assert first[-1] != "no wear"
     seized = ended.copy()
     seized["regime_name"] = ("regime", ["seizure", *[*message][1:]])
     assert regime_shares(seized, "seizure")[str(data.attrs["wear_law"])] == pytest.approx(
@@ -347,9 +347,9 @@ def test_a_campaign_that_ends_with_a_turning_still_tells_its_fatigue(data):
     damage = data["fatigue_damage"].values[row - 1, :, 0].max(axis=1)
     assert damage.max() > 0.0
     table, other = (fatigue_laws(one)[0] for one in (ended, before))
-    assert [cell.text for cell in table.rows[0]] == [cell.text for cell in other.rows[0]]
-    columns = [table.head.index(f"{side}: largest damage") for side in ("Right", "Left")]
-    np.testing.assert_array_equal([table.rows[0][column].value for column in columns], damage)
+    assert table.frame.equals(other.frame)
+    columns = [f"{side}: largest damage" for side in ("Right", "Left")]
+    assert table.frame.loc[0, columns].tolist() == damage.tolist()
     message = "The campaign ends with a reprofiling of the wheels"
     assert message in table.caption
     assert message not in other.caption
@@ -418,7 +418,7 @@ def test_figures_stand_at_the_points_of_the_profile_that_was_turned(reshaped):
     np.testing.assert_allclose(start, 1e3 * reshaped["profile_y"].values[0, 0], rtol=1e-15)
     damage = reshaped["fatigue_damage"].values[-1, 0, 1]
     table = fatigue_laws(reshaped)[0]
-    place = table.rows[1][table.head.index("Right: at y [mm]")].value
+    place = table.frame["Right: at y [mm]"][1]
     assert place == 1e3 * y[damage.argmax()]
 
 

@@ -1,7 +1,7 @@
 import io
 
 from wearsim.campaign.run import Event
-from wearsim.cli.progress import PlainLines, line, observer
+from wearsim.cli.progress import line, observer
 
 STEP = Event(
     "step", "rig", step=7, distance=36e3, target=1200e3, worst_depth=52e-6, elapsed=2.0, time_left=130.0
@@ -24,7 +24,6 @@ def test_time_left_is_not_invented_before_the_first_step():
 def test_without_a_terminal_lines_are_plain_and_steps_are_thinned_out():
     stream = io.StringIO()
     with observer(stream) as show:
-        assert isinstance(show, PlainLines)
         show(Event("started", "rig", target=1200e3))
         for _ in range(50):
             show(STEP)
@@ -48,23 +47,23 @@ def test_without_a_terminal_lines_are_plain_and_steps_are_thinned_out():
 
 def test_every_step_is_told_when_no_interval_is_asked_for():
     stream = io.StringIO()
-    show = PlainLines(stream, interval=0.0)
-    show(STEP)
-    show(STEP)
+    with observer(stream, interval=0.0) as show:
+        show(STEP)
+        show(STEP)
     assert stream.getvalue().count("step 7") == 2
 
 
-def test_in_a_terminal_both_campaigns_have_one_live_line(monkeypatch):
-    monkeypatch.setenv("TERM", "xterm")
-    monkeypatch.setenv("COLUMNS", "140")
+def test_in_a_terminal_steps_share_one_live_line(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "30")
     stream = Terminal()
     with observer(stream) as show:
         show(STEP)
+        show(STEP)
         show(Event("deferred", "rig", target=1200e3))
         show(Event("deferred", "rig", target=1200e3))
-        show(Event("finished", "field", step=9, distance=5e3, target=5e3))
-    message = stream.getvalue()
-    assert message.count("another program holds rig.nc open; the campaign goes on") >= 1
-    last = message.split("\x1b[2K")[-1]
-    assert "field" in last
-    assert "finished, 5 km" in last
+        show(STEP)
+    first, second, deferred = stream.getvalue().split("\r\x1b[K")
+    assert first == second == line(STEP)[:29]
+    held, _, third = deferred.partition("\n")
+    assert "another program holds rig.nc open; the campaign goes on" in held
+    assert third == line(STEP)[:29] + "\n"

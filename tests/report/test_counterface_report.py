@@ -44,9 +44,8 @@ def test_report_states_what_the_counterface_lost(folder, pair):
     assert "Running after which rollers are redressed [km]" in text
     assert "cross-section loses per distance run [mm²/1000 km]" in text
     (rails,) = counterface(pair[1])
-    assert rails.head == ["Measure", "Right rail", "Left rail"]
-    area = rails.rows[1]
-    assert [cell.value for cell in area[1:]] == pytest.approx([0.09, 0.09], rel=1e-9)  # 3 mm2, 30 of 1000 km
+    assert list(rails.frame.columns) == ["Measure", "Right rail", "Left rail"]
+    assert rails.frame.iloc[1, 1:].tolist() == pytest.approx([0.09, 0.09], rel=1e-9)  # 3 mm2, 30 of 1000 km
 
 
 @pytest.mark.slow
@@ -60,7 +59,7 @@ def test_whole_figures_of_the_counterface_are_drawn(folder, drawing):
 def test_captions_of_rails_say_that_their_area_is_stated(pair):
     """No environment factor acts on it, and rails are not redressed."""
     draw = (plates.counterface_wear, plates.counterface_over_distance)
-    rig, field = ([one([data]).caption for one in draw] for data in pair)
+    rig, field = ([plates.plate(one, [data]).caption for one in draw] for data in pair)
     for along, over in (rig, field):
         assert along.endswith(".")
         assert over.endswith(".")
@@ -69,7 +68,7 @@ def test_captions_of_rails_say_that_their_area_is_stated(pair):
     assert "the amount is as given and contains no environment factor" in field[0]
     assert "Wear depths contain" not in "".join(field)
     assert "redressed" not in "".join(field)
-    both = plates.counterface_wear(pair).caption
+    both = plates.plate(plates.counterface_wear, pair).caption
     assert "Wear depths contain the environment factor: 1 (rig)." in both
     assert "Rails (field) lose" in both
 

@@ -47,8 +47,7 @@ def text(folder):
 
 
 def cells(table, head):
-    column = table.head.index(head)
-    return [row[column].value for row in table.rows]
+    return table.frame[head].tolist()
 
 
 def test_report_has_all_tables_and_figures_of_the_laws(text):
@@ -88,8 +87,10 @@ def test_report_marks_laws_of_the_users_own_with_their_certainty(pair, tmp_path,
     (tmp_path / "rig.toml").write_text(scene_text(BLOCK, more=own))
     header = WheelsetEvolution(build(load_scene(tmp_path / "rig.toml"))).header
     numbers = tables_damage.wear_laws(pair[0].assign_attrs(header.attributes))[1]
-    column = numbers.head.index("Uncertain coefficients")
-    assert numbers.rows[0][column].text == "wear.table: given by the user, who says: measured, 10 %"
+    assert (
+        cells(numbers, "Uncertain coefficients")[0]
+        == "wear.table: given by the user, who says: measured, 10 %"
+    )
     assert header.static["fatigue_warnings"] == ("damage_function: given by the user, who says: a guess",)
     assert "given by the user" in render([pair[0].assign_attrs(header.attributes)])
 
@@ -105,15 +106,16 @@ def test_report_states_what_the_numbers_of_every_law_hold_for(pair, text):
     ):
         assert message in text
     table = tables_damage.wear_laws(pair[0])[2]
-    assert [row[0].text for row in table.rows] == ["usfd, active", "archard", "none"]
-    assert table.rows[1][1].text.startswith("wheel and rail steels, dry")
-    assert [cell.text for cell in table.rows[2][1:]] == ["–"] * 3
+    values = table.frame.to_numpy()
+    assert values[:, 0].tolist() == ["usfd, active", "archard", "none"]
+    assert table.frame.iloc[1, 1].startswith("wheel and rail steels, dry")
+    assert values[2, 1:].tolist() == [None] * 3
     life = tables_damage.life(pair[0])
     assert "numbers of rail steels R220 and R260 (burstow_2004), not of wheel steel" in life.caption
     assert text.count("not of wheel steel") == 2  # rig and field
     older = pair[0].copy()
     older.attrs = {k: v for k, v in older.attrs.items() if not k.startswith(("fatigue_", "comparison_"))}
-    assert [cell.text for cell in tables_damage.wear_laws(older)[2].rows[1][1:]] == ["–"] * 3
+    assert tables_damage.wear_laws(older)[2].frame.iloc[1, 1:].tolist() == [None] * 3
     assert "wheel steel" not in tables_damage.life(older).caption
 
 
@@ -148,20 +150,21 @@ def test_assumptions_of_the_balance_are_stated_with_their_effect(pair):
     assert "in the last state" in table.caption
     laws = tables_damage.fatigue_laws(pair[0])[0]
     assert "assumption" in laws.caption
-    assert "Right: largest rate at the end, before removal [1/1000 km]" in laws.head
-    plate = plates.balance([pair[0]])
+    assert "Right: largest rate at the end, before removal [1/1000 km]" in laws.frame.columns
+    plate = plates.plate(plates.balance, [pair[0]])
     assert "last step" not in plate.caption
     assert "assumptions" in plate.caption
 
 
 def test_shakedown_map_states_where_its_yield_stress_comes_from(pair):
     source = "ekberg_kabo_andersson_2002"
+    stated = "shear_yield = 300 MPa, range 200 to 350 (recalled)"
     message = campaign.shear_yield_text(pair[0])
-    assert message == f"300 MPa of surface_fatigue_index_local ({source}, recalled, 200 to 350 MPa in use)"
+    assert message == f"300 MPa of surface_fatigue_index_local ({source}; {stated})"
     alone = pair[0].isel(fatigue=[0])
     assert list(alone["fatigue_name"].values) == ["wlrm"]
     assert campaign.shear_yield_text(alone) == (
-        f"300 MPa of {source}, as no law of the scene has one (recalled, 200 to 350 MPa in use)"
+        f"300 MPa of {source}, as no law of the scene has one ({stated})"
     )
     own = pair[0].copy(deep=True)
     own["fatigue_warnings"][1] = ""
@@ -177,19 +180,18 @@ def test_report_without_such_laws_has_no_section(run_directory):
 
 def test_table_of_wear_laws_is_the_dataset(pair):
     table = tables_damage.wear_laws(pair[0])[0]
-    assert [row[0].text for row in table.rows] == ["usfd, active", "archard", "none"]
+    values = table.frame.to_numpy()
+    assert values[:, 0].tolist() == ["usfd, active", "archard", "none"]
     area = pair[0]["comparison_worn_area"].values[-1]
-    assert table.rows[1][1].value == 1e6 * area[0, :4].sum()
-    assert table.rows[1][3].value == pytest.approx(
-        area[:, :4].sum() / pair[0]["worn_area"].values[-1].sum(), 1e-12
-    )
+    assert values[1, 1] == 1e6 * area[0, :4].sum()
+    assert values[1, 3] == pytest.approx(area[:, :4].sum() / pair[0]["worn_area"].values[-1].sum(), 1e-12)
     assert cells(table, "Deepest, right [mm]")[0] == 1e3 * pair[0]["wear_depth"].values[-1, 0].max()
     assert (
         cells(table, "Deepest, right [mm]")[1]
         == 1e3 * pair[0]["comparison_wear_depth"].values[-1, 0, 0].max()
     )
-    assert table.rows[2][-1].text == "no wear"
-    shares = [float(part) for part in re.findall(r"([\d.]+)%", table.rows[1][-1].text)]
+    assert values[2, -1] == "no wear"
+    shares = [float(part) for part in re.findall(r"([\d.]+)%", values[1, -1])]
     assert sum(shares) == pytest.approx(100.0, abs=0.2)  # each rounded to 0.1
 
 
@@ -201,8 +203,7 @@ def test_life_is_ended_by_what_comes_first(pair):
     worn = 1e-3 * 3e-3 / wear.max()
     assert cells(table, "First crack after [km]")[0] == pytest.approx(crack, rel=1e-12)
     assert cells(table, "Wear limit after [km]")[0] == pytest.approx(worn, rel=1e-12)
-    ended = table.rows[0][table.head.index("Life ends by")].text
-    assert ended == ("cracks" if crack < worn else "wear")
+    assert cells(table, "Life ends by")[0] == ("cracks" if crack < worn else "wear")
 
 
 def test_largest_index_is_stated_with_its_place_and_operating_point(pair, text):
@@ -213,22 +214,20 @@ def test_largest_index_is_stated_with_its_place_and_operating_point(pair, text):
     side, end = data["side"].values[-1], data.isel(step=-1)
     number = np.where(side == 0, end["wear_number_without_spin"].values, -np.inf)
     at = np.unravel_index(number.argmax(), number.shape)
-    first = table.rows[0]
-    assert first[0].text == "wlrm, right wheel: wear number the fatigue law judges by [N]"
-    assert first[table.head.index("Damage above")].value == 15.0
+    first, local, below = (table.frame.iloc[k] for k in (0, 2, 4))
+    assert first.iloc[0] == "wlrm, right wheel: wear number the fatigue law judges by [N]"
+    assert first["Damage above"] == 15.0
     assert cells(table, "End: largest index")[0] == number.max()
-    assert first[table.head.index("End: point")].text == str(data["operating_point_name"].values[at[0]])
+    assert first["End: point"] == str(data["operating_point_name"].values[at[0]])
     place = cells(table, "End: at y [mm]")[0]
     half = 500.0 * end["width"].values[at]  # [mm]; the patch's place is its pressure-weighted centre
     assert abs(place - 1e3 * end["wheel_y"].values[at]) < half
     pressure = np.nanmax(np.where(side == 0, end["max_pressure"].values, np.nan))
-    local = table.rows[2]
-    assert local[0].text == "surface_fatigue_index_local, right wheel: fatigue index of the surface"
+    assert local.iloc[0] == "surface_fatigue_index_local, right wheel: fatigue index of the surface"
     # not above mu - k/p0 in the cell of the highest pressure; cells that carry the load reach 2 % above p0
     friction = data["friction"].values.max()
-    assert local[table.head.index("End: largest index")].value <= friction - 300e6 / (1.02 * pressure)
-    below = table.rows[4]
-    assert below[table.head.index("End: largest index")].value >= 1e-6 * pressure / 6.0
+    assert local["End: largest index"] <= friction - 300e6 / (1.02 * pressure)
+    assert below["End: largest index"] >= 1e-6 * pressure / 6.0
     for role in ("rig", "field"):
         assert text.count(f'id="table-fatigue-index-{role}"') == 1
 

@@ -9,7 +9,8 @@ import xarray as xr
 from wearsim.errors import ResultError
 from wearsim.quantities import QUANTITIES
 from wearsim.report.html import render, write_report
-from wearsim.report.sections import SECTIONS, Campaigns, all_figures, warnings
+from wearsim.report.sections import SECTIONS, Campaigns, all_figures
+from wearsim.report.texts import lines
 from wearsim.results import open_results
 from wearsim.results.limits import attributes_of
 from wearsim.translation.translate import table, translate
@@ -130,12 +131,12 @@ def test_result_warnings_and_differing_settings_are_listed(rig, field):
     other = field.assign_attrs(poisson_ratio=0.28)
     other["load_scale"] = other["load_scale"].copy(deep=True)
     other["load_scale"].values[1:3, 0, 0] = 1.2
-    lines = warnings([rig, other], translate(rig, other))
-    assert "Poisson ratio differs: 0.3 on the rig, 0.28 in the field." in lines
-    assert any(line.startswith("Field: contact patches merge") for line in lines)
+    told = lines("warnings", datasets=[rig, other], factors=translate(rig, other))
+    assert "Poisson ratio differs: 0.3 on the rig, 0.28 in the field." in told
+    assert any(line.startswith("Field: contact patches merge") for line in told)
     # 0.72 mm in 90 km
-    assert any(line.startswith("Field: tread wear of 800 mm per 100 000 km is above") for line in lines)
-    assert not any(line.startswith("Rig: tread wear") for line in lines)
+    assert any(line.startswith("Field: tread wear of 800 mm per 100 000 km is above") for line in told)
+    assert not any(line.startswith("Rig: tread wear") for line in told)
 
 
 def test_every_figure_and_section_is_there(page, text, rig, field):
@@ -221,14 +222,17 @@ def test_report_of_the_first_row_only(tmp_path, write_campaign, drawing, drawn):
 def test_unfinished_and_regimes_are_warned_of(rig, field):
     unfinished = rig.copy()
     del unfinished.attrs["finished"]
-    lines = warnings([unfinished, field], translate(unfinished, field))
-    assert "Rig: the campaign is unfinished, these are the first 60.00 km." in lines
-    assert any("different regimes" in line for line in lines)
+    told = lines("warnings", datasets=[unfinished, field], factors=translate(unfinished, field))
+    assert "Rig: the campaign is unfinished, these are the first 60.00 km." in told
+    assert any("different regimes" in line for line in told)
 
 
 def test_warnings_of_the_campaigns_are_repeated(rig: xr.Dataset):
     noted = rig.assign_attrs(warnings="friction 0.9 is high; shift is large")
-    assert warnings([noted], None) == ["Rig: friction 0.9 is high", "Rig: shift is large"]
+    assert lines("warnings", datasets=[noted], factors=None) == [
+        "Rig: friction 0.9 is high",
+        "Rig: shift is large",
+    ]
 
 
 def test_empty_directory_is_one_line(tmp_path):

@@ -6,6 +6,7 @@ import sys
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from shutil import get_terminal_size
 from typing import TYPE_CHECKING, TextIO
 
 from wearsim.quantities import duration
@@ -18,39 +19,35 @@ PLAIN_INTERVAL = 10.0
 
 
 @contextmanager
-def observer(stream: TextIO | None = None) -> Iterator[Observer]:
+def observer(stream: TextIO | None = None, interval: float = PLAIN_INTERVAL) -> Iterator[Observer]:
     """Give the observer for a campaign run from the command line.
 
-    It writes to standard error by default, so that standard output stays for results.
+    It writes to standard error by default, so that standard output stays for results: in a terminal each step
+    into one live line, elsewhere a line for steps not more often than the interval [s].
     """
-    stream = sys.stderr if stream is None else stream
-    if stream.isatty():
-        with _live(stream) as show:
-            yield show
-    else:
-        yield PlainLines(stream)
+    out = sys.stderr if stream is None else stream
+    live, last, deferred, open_line = out.isatty(), -float("inf"), False, False
 
-
-class PlainLines:
-    """Writes a line for each start and end, and for steps not more often than the interval [s]."""
-
-    def __init__(self, stream: TextIO, interval: float = PLAIN_INTERVAL) -> None:
-        self._stream = stream
-        self._interval = interval
-        self._last = -float("inf")
-        self._deferred_shown = False
-
-    def __call__(self, event: Event) -> None:
-        """Show an event."""
-        if event.kind == "step":
-            if time.monotonic() - self._last < self._interval:
-                return
-            self._last = time.monotonic()
-        if event.kind == "deferred" and self._deferred_shown:
+    def show(event: Event) -> None:
+        nonlocal last, deferred, open_line
+        if (event.kind == "deferred" and deferred) or (
+            event.kind == "step" and not live and time.monotonic() - last < interval
+        ):
             return
-        self._deferred_shown |= event.kind == "deferred"
-        self._stream.write(line(event) + "\n")
-        self._stream.flush()
+        if event.kind == "step":
+            last = time.monotonic()
+        deferred |= event.kind == "deferred"
+        before, open_line = "\r\x1b[K" if open_line else "", live and event.kind == "step"
+        text = line(event)
+        # a line that the terminal wraps could not be written anew
+        out.write(before + (text[: get_terminal_size().columns - 1] if open_line else f"{text}\n"))
+        out.flush()
+
+    try:
+        yield show
+    finally:
+        if open_line:
+            out.write("\n")
 
 
 def line(event: Event) -> str:
@@ -87,27 +84,3 @@ def held_by(limits: Mapping[str, int]) -> str:
 
 def _km(distance: float) -> str:
     return f"{distance / 1e3:.6g} km"
-
-
-@contextmanager
-def _live(stream: TextIO) -> Iterator[Observer]:
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TaskID, TextColumn
-
-    console = Console(file=stream)
-    columns = (TextColumn("{task.fields[name]}"), BarColumn(bar_width=24), TextColumn("{task.description}"))
-    with Progress(*columns, console=console) as bar:
-        tasks: dict[str, TaskID] = {}
-        deferred: set[str] = set()
-
-        def show(event: Event) -> None:
-            if event.name not in tasks:
-                tasks[event.name] = bar.add_task("", name=event.name, total=event.target)
-            text = line(event).removeprefix(f"{event.name}: ")
-            bar.update(tasks[event.name], completed=event.distance, description=text)
-            if event.kind == "rebuilt" or (event.kind == "deferred" and event.name not in deferred):
-                bar.console.print(line(event), markup=False, highlight=False)
-            if event.kind == "deferred":
-                deferred.add(event.name)
-
-        yield show

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from wearsim.cli.flags import overrides_of
+from wearsim.cli.flags import add_set_flag, overrides_of
 from wearsim.cli.progress import observer
 from wearsim.cli.report import print_warnings, reported
 
@@ -16,15 +16,7 @@ EXAMPLES = "wearsim resume out\nwearsim resume out --set campaign.error_toleranc
 def add_flags(parser: argparse.ArgumentParser) -> None:
     """Add the flags."""
     parser.add_argument("directory", metavar="DIR", help="run directory")
-    parser.add_argument(
-        "--set",
-        metavar="KEY=VALUE",
-        action="append",
-        default=[],
-        help="another value for a key of [campaign] on step, tolerance or smoothing, such as "
-        "campaign.max_step_km=10, from the next step on; in a comparison for both scenes, with rig. or "
-        "field. before the key for one of them; can be repeated",
-    )
+    add_set_flag(parser, "[campaign] on step, tolerance or smoothing", ", from the next step on")
 
 
 def execute(arguments: argparse.Namespace) -> int:

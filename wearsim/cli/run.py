@@ -107,7 +107,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _converge(arguments: argparse.Namespace, out: Path, overrides: Sequence[Override]) -> None:
-    from wearsim.report.tables_quality import markdown, read_convergence
+    from wearsim.report.tables_quality import read_convergence
     from wearsim.studies.converge import converge
 
     distance = None if arguments.converge in (None, "all") else 1e3 * arguments.converge
@@ -117,6 +117,5 @@ def _converge(arguments: argparse.Namespace, out: Path, overrides: Sequence[Over
             arguments.scene, out, overrides=overrides, distance=distance, refine=bool(arguments.converge),
             against=against, command=arguments.command_line, observer=observe,
         )  # fmt: skip
-    text = markdown(read_convergence(out))
-    (out / "convergence.md").write_text(text, encoding="utf-8")
-    print(text)
+    for table in read_convergence(out):
+        print(f"{table.title}\n{table.frame.to_string(index=False)}\n")

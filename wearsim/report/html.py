@@ -4,20 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
-import jinja2
 import xarray as xr
 
 from wearsim.campaign.directory import read_status
 from wearsim.errors import ResultError
-from wearsim.report.plates import Plate
-from wearsim.report.sections import SECTIONS, Block, Campaigns, summary_line
-from wearsim.report.style import capital, role_of, role_title, to_svg, write_text
-from wearsim.report.tables import Table
+from wearsim.report.sections import SECTIONS, Campaigns, summary_line
+from wearsim.report.style import role_of, to_svg, write_text
+from wearsim.report.tables import Table, exact
 from wearsim.report.tables_quality import read_convergence
+from wearsim.report.texts import environment
 from wearsim.results import open_results
-from wearsim.translation.translate import translate
+from wearsim.translation.translate import content_hash, translate
 
 
 def write_report(directory: str | Path) -> Path:
@@ -85,37 +83,18 @@ def render(
         Why campaigns failed, by role.
     """
     factors = translate(datasets[0], datasets[1]) if len(datasets) == 2 else None
-    lines = [f"{capital(role)}: the campaign failed: {text}" for role, text in (failures or {}).items()]
-    template = environment().get_template("report.html.j2")
-    return template.render(
+    campaigns = Campaigns(datasets, factors, convergence)
+    page = environment()
+    page.filters |= {
+        "svg": lambda plate: to_svg(plate.figure, plate.name),
+        "exact": exact,
+        "content_hash": content_hash,
+        "summary_line": summary_line,
+    }
+    sections = [(section.key, section.title, list(section.content(campaigns))) for section in SECTIONS]
+    return page.get_template("report.html.j2").render(
         title=" against ".join(str(data.attrs.get("title", role_of(data))) for data in datasets),
-        campaigns=[(role_of(data), role_title(data), summary_line(data)) for data in datasets],
-        failures=lines,
-        sections=_contents(Campaigns(datasets, factors, convergence)),
-    )
-
-
-def _contents(campaigns: Campaigns) -> list[dict[str, Any]]:
-    """Key, title and blocks of the sections that have any; figures are drawn here."""
-    sections = []
-    for section in SECTIONS:
-        blocks = [
-            Block("figure", {"name": b.name, "caption": b.caption, "svg": to_svg(b.figure, b.name)})
-            if isinstance(b, Plate)
-            else b
-            for b in section.content(campaigns)
-        ]
-        if blocks:
-            sections.append({"key": section.key, "title": section.title, "blocks": blocks})
-    return sections
-
-
-def environment(autoescape: bool = True) -> jinja2.Environment:
-    """Templates of the reports, for HTML or (without escapes) for text."""
-    return jinja2.Environment(
-        loader=jinja2.PackageLoader("wearsim.report"),
-        autoescape=autoescape,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
+        datasets=datasets,
+        failures=failures or {},
+        sections=[section for section in sections if section[-1]],
     )

@@ -10,22 +10,13 @@ import xarray as xr
 
 from wearsim.quantities import QUANTITIES
 from wearsim.report import tables_damage
-from wearsim.report.html import environment
-from wearsim.report.plates import COUNTERFACE_MEASURES, wears
+from wearsim.report.plates import COUNTERFACE_MEASURES
 from wearsim.report.sections import Campaigns, all_figures
 from wearsim.report.style import plain, role_of, save_svg, with_unit, writing
 from wearsim.report.tables import MEASURES, UNDEFINED, limit_text
 from wearsim.report.tables_quality import classes
-from wearsim.results import open_results, result_warnings
-from wearsim.results.checks import (
-    closing_reprofiling,
-    cracks_left,
-    depth_by_regime,
-    last_worn_row,
-    reprofilings,
-    step_limits,
-    wear_steps,
-)
+from wearsim.report.texts import environment, stated_warnings, wears
+from wearsim.results import checks, open_results, result_warnings
 from wearsim.results.limits import limits_met
 from wearsim.results.schema import FAINT
 
@@ -63,21 +54,21 @@ def inspect(path: str | Path) -> dict[str, Any]:
 
 def summary(dataset: xr.Dataset) -> dict[str, Any]:
     """Summarise an opened result, see `inspect`."""
-    end = last_worn_row(dataset)
+    end = checks.last_worn_row(dataset)
     content: dict[str, Any] = {
         "title": str(dataset.attrs.get("title", "")),
         "kind": role_of(dataset),
         "finished": "finished" in dataset.attrs,
         "distance": _plain(dataset["distance"].values[-1]),
-        "steps": wear_steps(dataset),
-        "step_limits": step_limits(dataset),
+        "steps": checks.wear_steps(dataset),
+        "step_limits": checks.step_limits(dataset),
         "operating_points": dataset.sizes["operating_point"],
         "monitoring_points": int((dataset["weight"].values == 0.0).sum()),
         "environment": _plain(_ends(dataset["environment"].values)),
         "warnings": [
-            *(line.strip() for line in str(dataset.attrs.get("warnings", "")).split("; ") if line.strip()),
+            *stated_warnings(dataset),
             *result_warnings(dataset),
-            *filter(None, [closing_reprofiling(dataset)]),
+            *filter(None, [checks.closing_reprofiling(dataset)]),
         ],
         "settings": {key: _plain(dataset.attrs[key]) for key in _SETTINGS if key in dataset.attrs},
     }
@@ -85,7 +76,7 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
         names = (*MEASURES, "equivalent_conicity")
         content[state] = {name: _plain(dataset[name].values[row]) for name in names}
     content["contact"] = {name: _plain(_ends(np.abs(dataset[name].values[end]))) for name in _CONTACT}
-    depth = depth_by_regime(dataset).sum(axis=0)
+    depth = checks.depth_by_regime(dataset).sum(axis=0)
     share = depth / depth.sum() if depth.sum() > 0.0 else np.full(depth.shape, np.nan)
     content["regime_share"] = {
         str(name): _plain(part) for name, part in zip(dataset["regime_name"].values, share, strict=True)
@@ -97,9 +88,9 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
     }
     content["reprofilings"] = [
         {"distance": one.distance, "before": list(one.before), "after": list(one.after)}
-        for one in reprofilings(dataset)
+        for one in checks.reprofilings(dataset)
     ]
-    content["cracks_left"] = cracks_left(dataset)
+    content["cracks_left"] = checks.cracks_left(dataset)
     if "comparison_name" in dataset or "fatigue_name" in dataset:
         content["damage"] = _damage(dataset)
     if "contact_candidate" in dataset:
@@ -117,7 +108,7 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
 
 def _damage(dataset: xr.Dataset) -> dict[str, Any]:
     """Wear by the comparison laws and damage by the fatigue laws, lists are (right, left)."""
-    end = last_worn_row(dataset)
+    end = checks.last_worn_row(dataset)
     damage_by: dict[str, Any] = {}
     for group, variables in _ALONG.items():
         if f"{group}_name" in dataset:
@@ -132,48 +123,25 @@ def _damage(dataset: xr.Dataset) -> dict[str, Any]:
         }
         life = tables_damage.life(dataset)
         if life is not None:
-            damage_by["life"] = {row[0].text: row[life.head.index("Life ends by")].text for row in life.rows}
+            damage_by["life"] = dict(zip(life.frame.iloc[:, 0], life.frame["Life ends by"], strict=True))
     return damage_by
 
 
 def _index(dataset: xr.Dataset, k: int, law: str) -> dict[str, Any]:
     """Largest index of a law with its place and operating point, lists are (right, left)."""
-    indexes = tables_damage.largest(dataset, last_worn_row(dataset), k)
+    indexes = tables_damage.largest(dataset, checks.last_worn_row(dataset), k)
     keys = (tables_damage.quantity_of(law), "fatigue_index_y", "operating_point_name")
     return {key: [None if one is None else one[i] for one in indexes] for i, key in enumerate(keys)}
 
 
 def summary_text(content: dict[str, Any]) -> str:
     """Write a summary from `inspect` for a terminal, in the units people read."""
-    damage = _damage_rows(content.get("damage", {}))
     template = environment(autoescape=False).get_template("summary.txt.j2")
     text = template.render(
-        c=content, measures=MEASURES, damage=damage, title=_title, text=_text, texts=_texts, span=_span,
+        c=content, measures=MEASURES, title=_title, text=_text, texts=_texts, span=_span,
         limit_text=limit_text, diameter=lambda value: UNDEFINED if value is None else f"{1e3 * value:.2f}",
-        width=max((len(text) for text, ends in damage if ends), default=0),
     )  # fmt: skip
     return text.rstrip("\n")
-
-
-def _damage_rows(damage: dict[str, Any]) -> list[tuple[str, list[str]]]:
-    """Texts on comparison laws and fatigue with their values (right, left), if they have any."""
-    rows: list[tuple[str, list[str]]] = []
-    for law, values in [*damage.get("comparison", {}).items(), *damage.get("fatigue", {}).items()]:
-        rows += [(f"{law}, {_small(name)}", _texts(name, ends)) for name, ends in values.items()]
-    for law, index in damage.get("fatigue_index", {}).items():
-        (name, ends), (at, places), (_, points) = index.items()
-        rows.append((f"{law}, largest {_small(name).removeprefix('largest ')}", _texts(name, ends)))
-        rows.append((f"{law}, {_small(at)}", _texts(at, places)))
-        rows.append(
-            (f"{law}, operating point of the index: {' (right), '.join(map(str, points))} (left)", [])
-        )
-    rows += [(f"Life of {law}, ended by: {what}", []) for law, what in damage.get("life", {}).items()]
-    return [("Comparison laws and fatigue", ["right", "left"]), *rows] if rows else []
-
-
-def _small(name: str) -> str:
-    """Title of a quantity within a line."""
-    return _title(name)[:1].lower() + _title(name)[1:]
 
 
 def _texts(name: str, ends: list[float | None]) -> list[str]:

@@ -1,4 +1,4 @@
-"""The figures of a report: which axes stand together, what the caption says."""
+"""The figures of a report: which axes stand together; captions are in `templates/texts.toml`."""
 
 from __future__ import annotations
 
@@ -14,8 +14,9 @@ from matplotlib.figure import Figure
 
 from wearsim.report.figures import campaign, translation
 from wearsim.report.figures.campaign import WHEELS
-from wearsim.report.style import COLOURS, panels, plain, role_of, role_title, shown, values_of
-from wearsim.results.checks import last_worn_row, reprofiled_rows
+from wearsim.report.style import COLOURS, panels, plain, role_title, shown
+from wearsim.report.texts import caption, run, wears
+from wearsim.results.checks import last_worn_row
 
 _FACTOR_POINTS = (
     "area", "max_pressure", "spin", "creepage_x", "force_x", "force_y", "power", "wear_area_rate",
@@ -36,30 +37,15 @@ class Plate:
     figure: Figure
     caption: str
 
-
-def environment_text(dataset: xr.Dataset) -> str:
-    """Environment factor of the points that wear, as a range where they differ."""
-    factor = dataset["environment"].values[dataset["weight"].values > 0.0]
-    if factor.size == 0:
-        return "none: no point wears"
-    low, high = float(factor.min()), float(factor.max())
-    return f"{low:g}" if low == high else f"{low:g} to {high:g}"
+    macro = "figure"
 
 
-def environment_note(datasets: Datasets) -> str:
-    """One sentence with the environment factors of all campaigns."""
-    parts = ", ".join(f"{environment_text(data)} ({role_of(data)})" for data in datasets)
-    return f"Wear depths contain the environment factor: {parts}."
-
-
-def wears(dataset: xr.Dataset) -> bool:
-    """Whether the counterface of a campaign wears."""
-    return "counterface_name" in dataset
-
-
-def rolls(dataset: xr.Dataset) -> bool:
-    """Whether the counterface that wears is a pair of rollers."""
-    return "roller" in str(dataset["counterface_name"].values[0])
+def plate(
+    draw: Callable[..., Figure | None], datasets: Datasets, *factors: xr.Dataset | None
+) -> Plate | None:
+    """Draw one of the figures below, of its function's name; None if there is nothing to draw."""
+    figure, name = draw(datasets, *factors), draw.__name__
+    return None if figure is None else Plate(name, figure, caption("figure", name, datasets=datasets))
 
 
 def _range(places: list[np.ndarray], depths: list[np.ndarray], margin: float) -> tuple[float, float]:
@@ -76,10 +62,6 @@ def worn_range(datasets: Datasets, wheel: int, name: str = "profile_y") -> tuple
     depths = [data["wear_depth"].values[last_worn_row(data), wheel] for data in datasets]
     low, high = shown(name, _range(places, depths, 1e-3))
     return float(low), float(high)
-
-
-def _run(dataset: xr.Dataset) -> str:
-    return f"{plain(values_of(dataset, 'distance', -1))} km"
 
 
 def _by_wheel(
@@ -116,9 +98,9 @@ def _by_campaign(
     return panels(len(names or "1"), len(datasets), draw, **usual | options)
 
 
-def profiles(datasets: Datasets, factors: xr.Dataset | None = None) -> Plate:
+def profiles(datasets: Datasets, factors: xr.Dataset | None = None) -> Figure:
     """Profiles of both wheels overlaid, new and worn, with the wear depth and its difference below."""
-    ends: list[tuple[str, list[float | None]]] = [(f"After {_run(datasets[0])}", [None])]
+    ends: list[tuple[str, list[float | None]]] = [(f"After {run(datasets[0])}", [None])]
     if factors is not None:
         ends = [
             (
@@ -143,15 +125,9 @@ def profiles(datasets: Datasets, factors: xr.Dataset | None = None) -> Plate:
         elif len(datasets) == 2:
             _difference(datasets, distances, ax, wheel)
 
-    figure = panels(
+    return panels(
         4, len(ends), draw, height=1.6, between=0.42, sharex="col", keys=(slice(2), 0), key_columns=5
     )
-    text = (
-        "Profiles of both wheels, new and worn, flange down, each with the wear depth along the normal below"
-    )
-    if len(datasets) == 2:
-        text += " and the difference rig minus field at the same place of the wheel"
-    return Plate("profiles", figure, f"{text}. {environment_note(datasets)}")
 
 
 def _difference(datasets: Datasets, distances: list[float | None], ax: Axes, wheel: int) -> None:
@@ -166,7 +142,7 @@ def _difference(datasets: Datasets, distances: list[float | None], ax: Axes, whe
     ax.plot(x, difference, color=COLOURS["difference"], lw=0.9, label="rig minus field")
 
 
-def wear_depth(datasets: Datasets) -> Plate:
+def wear_depth(datasets: Datasets) -> Figure:
     """Wear depth of both wheels over lateral position and over arc length, at the end of each campaign."""
 
     def draw(ax: Axes, row: int, wheel: int) -> None:
@@ -176,36 +152,22 @@ def wear_depth(datasets: Datasets) -> Plate:
         ax.set_xlim(worn_range(datasets, wheel, against))
         ax.set_title(f"{WHEELS[wheel].capitalize()} wheel")
 
-    figure = panels(2, 2, draw, gap=0.3, sharey=True)
-    ends = ", ".join(f"{role_of(data)} after {_run(data)}" for data in datasets)
-    text = (
-        f"Wear depth along the profile: {ends}; faint lines at a quarter, half and three quarters of the way."
-    )
-    if any(map(reprofiled_rows, datasets)):
-        text += " Depth counts from the last reprofiling of the wheels."
-    return Plate("wear_depth", figure, f"{text} {environment_note(datasets)}")
+    return panels(2, 2, draw, gap=0.3, sharey=True)
 
 
-def wear_over_distance(datasets: Datasets) -> Plate:
+def wear_over_distance(datasets: Datasets) -> Figure:
     """Largest depth and worn area over the distance."""
-    names = ("max_wear_depth", "worn_area")
-    text = "Largest wear depth and worn area of each wheel over the distance run."
-    text += f" {environment_note(datasets)}"
-    return Plate("wear_over_distance", _by_campaign(datasets, campaign.plot_over_distance, names), text)
+    return _by_campaign(datasets, campaign.plot_over_distance, ("max_wear_depth", "worn_area"))
 
 
-def wear_by_regime(datasets: Datasets) -> Plate:
+def wear_by_regime(datasets: Datasets) -> Figure:
     """Wear depth stacked by regime, one panel per campaign and wheel."""
-    figure = _by_wheel([(data, campaign.plot_wear_by_regime, "") for data in datasets], alike=True)
-    text = "Wear depth at the end of each campaign by the wear regime behind it; the sum is the whole depth."
-    return Plate("wear_by_regime", figure, text)
+    return _by_wheel([(data, campaign.plot_wear_by_regime, "") for data in datasets], alike=True)
 
 
-def counterface_wear(datasets: Datasets) -> Plate | None:
+def counterface_wear(datasets: Datasets) -> Figure | None:
     """Wear depth of rails or rollers along their profiles."""
-    worn = [data for data in datasets if wears(data)]
-    if not worn:
-        return None
+    worn = list(filter(wears, datasets))
 
     def draw(ax: Axes, row: int, side: int) -> None:
         data = worn[row]
@@ -215,67 +177,33 @@ def counterface_wear(datasets: Datasets) -> Plate | None:
         campaign.plot_counterface_depth(data, ax, side=side).set_xlim(_range([y], [depth], 1.0))
         ax.set_title(f"{role_title(data)}, {data['counterface_name'].values[side]}")
 
-    figure = panels(len(worn), 2, draw, height=1.8, gap=0.3, sharey="row")
-    rollers, rails = ([data for data in worn if rolls(data) == which] for which in (True, False))
-    redressed = " or last redressed", " when it was redressed, or"
-    since, earlier = redressed if rollers else ("", "")
-    notes = [
-        f"Wear depth of the counterface along its profile, since it was new{since}; faint lines are what it "
-        f"had{earlier} a quarter, half and three quarters of the way."
-    ]
-    if rollers:
-        notes.append(environment_note(rollers))
-    if rails:
-        notes.append(
-            f"Rails ({', '.join(map(role_of, rails))}) lose the area that is stated, where the contacts "
-            "wear: the amount is as given and contains no environment factor, its place is from the contacts."
-        )
-    return Plate("counterface_wear", figure, " ".join(notes))
+    return panels(len(worn), 2, draw, height=1.8, gap=0.3, sharey="row") if worn else None
 
 
-def counterface_over_distance(datasets: Datasets) -> Plate | None:
+def counterface_over_distance(datasets: Datasets) -> Figure | None:
     """Largest depth and worn area of rails or rollers over the distance."""
-    worn = [data for data in datasets if wears(data)]
-    if not worn:
-        return None
-    plot = campaign.plot_counterface_over_distance
-    figure = _by_campaign(worn, plot, COUNTERFACE_MEASURES[:2], gap=0.6, sharey=False)
-    text = "Largest wear depth and worn area of the counterface over the distance run"
-    if any(map(rolls, worn)):
-        text += "; the depth falls to 0 where rollers are redressed to their new profile"
-    return Plate("counterface_over_distance", figure, f"{text}.")
+    worn, plot = list(filter(wears, datasets)), campaign.plot_counterface_over_distance
+    return _by_campaign(worn, plot, COUNTERFACE_MEASURES[:2], gap=0.6, sharey=False) if worn else None
 
 
-def wear_laws(datasets: Datasets) -> Plate | None:
+def wear_laws(datasets: Datasets) -> Figure | None:
     """Wear depth by the active law and the comparison laws."""
-    compared = [data for data in datasets if "comparison_name" in data]
-    if not compared:
-        return None
-    figure = _by_wheel([(data, campaign.plot_wear_laws, "") for data in compared], key_columns=6)
-    text = (
-        "Wear depth at the end of each campaign by the active law and by the comparison laws, on the same "
-        f"contacts: the profile wears by the active law alone. {environment_note(compared)}"
-    )
-    return Plate("wear_laws", figure, text)
+    rows = [(data, campaign.plot_wear_laws, "") for data in datasets if "comparison_name" in data]
+    return _by_wheel(rows, key_columns=6) if rows else None
 
 
-def measures(datasets: Datasets) -> Plate:
+def measures(datasets: Datasets) -> Figure:
     """Flange height, thickness, gradient and hollowing over the distance."""
     names = ("flange_height", "flange_thickness", "flange_gradient", "hollowing")
-    text = (
-        "Flange height Sh, flange thickness Sd, flange gradient qR and tread hollowing over the distance run."
-    )
-    return Plate("measures", _by_campaign(datasets, campaign.plot_over_distance, names), text)
+    return _by_campaign(datasets, campaign.plot_over_distance, names)
 
 
-def conicity(datasets: Datasets) -> Plate:
+def conicity(datasets: Datasets) -> Figure:
     """Equivalent conicity over the distance."""
-    figure = _by_campaign(datasets, campaign.plot_over_distance, ["equivalent_conicity"])
-    text = "Equivalent conicity at 3 mm amplitude over the distance run; a gap where it is undefined."
-    return Plate("conicity", figure, text)
+    return _by_campaign(datasets, campaign.plot_over_distance, ["equivalent_conicity"])
 
 
-def contact(datasets: Datasets) -> Plate:
+def contact(datasets: Datasets) -> Figure:
     """Contact positions and pressures over the shift by campaign, new and worn."""
 
     def plot(data: xr.Dataset, name: str, ax: Axes) -> None:
@@ -283,87 +211,48 @@ def contact(datasets: Datasets) -> Plate:
             campaign.plot_contact(data, name, ax, new=new)
 
     names = ("wheel_y", "max_pressure", "area", "power")
-    return Plate(
-        "contact",
-        # the legend explains the marks once; the colours are those of the titles
-        _by_campaign(datasets, plot, names, sharex=True, keys=(0, slice(1))),
-        "Position on the wheel, largest pressure, area and frictional power of every contact patch over the "
-        "lateral shift: hollow marks the new wheel, full ones the end of the campaign; monitoring points "
-        "included.",
-    )
+    # the legend explains the marks once; the colours are those of the titles
+    return _by_campaign(datasets, plot, names, sharex=True, keys=(0, slice(1)))
 
 
-def shakedown(datasets: Datasets) -> Plate:
+def shakedown(datasets: Datasets) -> Figure:
     """Shakedown map of the campaigns, which have fatigue laws."""
     figure = _by_campaign(datasets, campaign.plot_shakedown, height=3.2, gap=0.6, sharey=True, key_columns=3)
     figure.subplots_adjust(top=0.78)
-    shear = "; ".join(f"{role_of(data)}: {campaign.shear_yield_text(data)}" for data in datasets)
-    text = (
-        "Shakedown map of point contact with every contact patch of the campaign: hollow marks the new "
-        "wheel, full ones the end; monitoring points included. Above the limits the material ratchets. "
-        f"Yield stress in cyclic shear, {shear}. The limits are recalled from the source; between "
-        "pure rolling and flow at the surface they are a straight join of our own."
-    )
-    return Plate("shakedown", figure, text)
+    return figure
 
 
-def fatigue_damage(datasets: Datasets) -> Plate:
+def fatigue_damage(datasets: Datasets) -> Figure:
     """Fatigue damage along the profile of campaigns with fatigue laws."""
-    figure = _by_wheel([(data, campaign.plot_fatigue_damage, "") for data in datasets], sharey=True)
-    text = (
-        "Fatigue damage along the profile at the end of each campaign, each law over its largest value on "
-        "both wheels: laws count different things, the place compares."
-    )
-    return Plate("fatigue_damage", figure, text)
+    return _by_wheel([(data, campaign.plot_fatigue_damage, "") for data in datasets], sharey=True)
 
 
-def fatigue_cycles(datasets: Datasets) -> Plate:
+def fatigue_cycles(datasets: Datasets) -> Figure:
     """Damage of each load cycle by every fatigue law."""
-    text = (
-        "Agreement of the fatigue laws: damage of each load cycle (passage of a contact patch, both wheels, "
-        "worn profiles) over the largest of its law. Where marks of all laws coincide, they agree."
-    )
-    figure = _by_campaign(datasets, campaign.plot_passage_damage, height=2.4, sharey=True)
-    return Plate("fatigue_cycles", figure, text)
+    return _by_campaign(datasets, campaign.plot_passage_damage, height=2.4, sharey=True)
 
 
-def balance(datasets: Datasets) -> Plate | None:
+def balance(datasets: Datasets) -> Figure | None:
     """Wear rate against crack growth, of the fatigue laws whose cracks have a stated depth."""
     rows = [
         (data, partial(campaign.plot_magic_wear_rate, law=int(law)), f", {data['fatigue_name'].values[law]}")
         for data in datasets
         for law in np.flatnonzero(np.isfinite(data["fatigue_crack_depth"].values))
     ]
-    if not rows:
-        return None
-    text = (
-        "Wear against fatigue at the rates of the full collective in the last state: the wear rate and "
-        "the magic wear rate, at which cracks just do not grow. Where wear is above, it removes cracks as "
-        "fast as they grow. The magic wear rate is in proportion to two assumptions, the depth of a crack "
-        "and the width of a place."
-    )
-    return Plate("balance", _by_wheel(rows), text)
+    return _by_wheel(rows) if rows else None
 
 
-def factors_wear(datasets: Datasets, factors: xr.Dataset) -> Plate:
+def factors_wear(_: Datasets, factors: xr.Dataset) -> Figure:
     """Factors of wear over distance and over worn depth."""
     series = {"max_wear_depth": "largest wear depth", "worn_area": "worn area", "worn_mass": "worn mass"}
-    text = (
-        "Wear factors rig over field at equal distance and at equal worn depth, both wheels. They are "
-        f"functions: no single number carries the rig to the field. {environment_note(datasets)}"
-    )
-    return Plate("factors_wear", _factor_curves(factors, series), text)
+    return _factor_curves(factors, series)
 
 
-def factors_contact(_: Datasets, factors: xr.Dataset) -> Plate:
+def factors_contact(_: Datasets, factors: xr.Dataset) -> Figure:
     """Factors of the contact of the collectives over distance and over worn depth."""
     names = [f"{name}_collective" for name in _FACTOR_COLLECTIVE]
-    texts = [str(factors[name].attrs["long_name"]).removesuffix(", collective mean") for name in names]
-    text = (
-        "Contact factors rig over field, mean magnitudes over the load collectives and both wheels. The "
-        "environment factor does not enter here."
-    )
-    return Plate("factors_contact", _factor_curves(factors, dict(zip(names, texts, strict=True))), text)
+    texts = {name: str(factors[name].attrs["long_name"]) for name in names}
+    return _factor_curves(factors, {n: text.removesuffix(", collective mean") for n, text in texts.items()})
 
 
 def _factor_curves(factors: xr.Dataset, series: dict[str, str]) -> Figure:
@@ -376,17 +265,12 @@ def _factor_curves(factors: xr.Dataset, series: dict[str, str]) -> Figure:
     return panels(1, 2, draw, height=2.5, key_columns=3)
 
 
-def equivalent_distance(datasets: Datasets, factors: xr.Dataset) -> Plate:
+def equivalent_distance(_: Datasets, factors: xr.Dataset) -> Figure:
     """Field distance that wears as much as the rig."""
-    figure = panels(1, 1, lambda ax, *_: translation.plot_equivalent_distance(factors, ax), height=2.4)
-    text = (
-        "Field distance that wears both wheels as much as the rig did; it ends where the field campaign "
-        f"does. {environment_note(datasets)}"
-    )
-    return Plate("equivalent_distance", figure, text)
+    return panels(1, 1, lambda ax, *_: translation.plot_equivalent_distance(factors, ax), height=2.4)
 
 
-def factor_along_profile(datasets: Datasets, factors: xr.Dataset) -> Plate:
+def factor_along_profile(datasets: Datasets, factors: xr.Dataset) -> Figure:
     """Factor of the wear depth along the profile."""
     position = datasets[0]["profile_y"].values[0]
 
@@ -396,13 +280,10 @@ def factor_along_profile(datasets: Datasets, factors: xr.Dataset) -> Plate:
         ax.set_xlim(worn_range(datasets, wheel))
         ax.set_title(f"{WHEELS[wheel].capitalize()} wheel, {BASES[basis].lower()}")
 
-    text = (
-        "Factor of the wear depth along the profile where the field wears more than 1 % of its largest depth."
-    )
-    return Plate("factor_along_profile", panels(2, 2, draw, height=1.8), text)
+    return panels(2, 2, draw, height=1.8)
 
 
-def factors_at_points(_: Datasets, factors: xr.Dataset) -> Plate | None:
+def factors_at_points(_: Datasets, factors: xr.Dataset) -> Figure | None:
     """Factors at equal operating points, if there are any."""
     if not int(factors.attrs["matched_points"]):
         return None
@@ -413,24 +294,12 @@ def factors_at_points(_: Datasets, factors: xr.Dataset) -> Plate | None:
             translation.plot_factor_at_points(factors, name, ax, progress=progress)
         translation.mark_one(ax)
 
-    figure = panels(3, 3, draw, outer=True, height=1.8, gap=0.5, between=0.6, sharex=True)
-    text = (
-        "Factors of contact and wear where both campaigns solve the same operating point: hollow for the new "
-        "wheel, full at the end of the common distance. Worn area and wear depth are those of the wear law "
-        "per distance run in the point, without environment factor. Where the field value is (nearly) zero "
-        "there is no mark."
-    )
-    return Plate("factors_at_points", figure, text)
+    return panels(3, 3, draw, outer=True, height=1.8, gap=0.5, between=0.6, sharex=True)
 
 
-def steps(datasets: Datasets) -> Plate:
+def steps(datasets: Datasets) -> Figure:
     """Step length, stability number and error estimate over the distance."""
     names = ["step_length", "stability_number"]
     if any(bool(data["step_error"].notnull().any()) for data in datasets):
         names.append("step_error")
-    figure = _by_campaign(datasets, campaign.plot_steps, names, height=1.6, gap=0.85, sharey=False)
-    text = (
-        "Length of each wear step, its stability number S and the estimated error of its depth, with the "
-        "limits the campaign set. The estimate is the difference between rules of first and second order."
-    )
-    return Plate("steps", figure, text)
+    return _by_campaign(datasets, campaign.plot_steps, names, height=1.6, gap=0.85, sharey=False)

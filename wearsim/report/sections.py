@@ -10,30 +10,15 @@ from dataclasses import dataclass
 from typing import Any
 
 import xarray as xr
+from matplotlib.figure import Figure
 
 from wearsim.report import plates, tables, tables_damage, tables_quality, tables_translation
 from wearsim.report.plates import Plate
-from wearsim.report.style import capital, plain, role_of, role_title, shown, values_of
+from wearsim.report.style import plain, role_of, role_title, shown
 from wearsim.report.tables import Table
-from wearsim.results import result_warnings
-from wearsim.results.checks import closing_reprofiling, last_worn_row, wear_steps
-from wearsim.results.schema import CHANGES
-from wearsim.translation.translate import content_hash, table
-
-_PROVENANCE = {
-    "title": "Title",
-    "history": "Command",
-    "source": "Versions",
-    "input_hashes": "Input files",
-    "wear_coefficients": "Wear coefficients",
-    "wear_coefficients_source": "Source of the coefficients",
-    "wear_coefficients_materials": "Materials of the coefficients",
-    "wear_coefficients_validity": "Validity of the coefficients",
-    "wear_coefficients_departures": "Departures from the source",
-    "wear_coefficients_warnings": "Uncertain coefficients",
-    CHANGES: "Changed settings",
-    "finished": "Finished",
-}
+from wearsim.report.texts import lines, run
+from wearsim.results.checks import last_worn_row, wear_steps
+from wearsim.translation.translate import table
 
 
 @dataclass(frozen=True)
@@ -58,7 +43,7 @@ class Campaigns:
             yield from (one.of(role_of(data), role_title(data)) for one in make(data))
 
 
-Content = Iterator[Table | Block | Plate | tables_translation.Verdict]
+Content = Iterator[Table | Block | Plate]
 
 
 @dataclass(frozen=True)
@@ -71,63 +56,33 @@ class Section:
 
 
 def figures(
-    campaigns: Campaigns, *draw: Callable[..., Plate | None], factors: bool = False
+    campaigns: Campaigns, *draw: Callable[..., Figure | None], factors: bool = False
 ) -> Iterator[Plate]:
     """Draw figures one after the other, those of factors from the translation, too."""
-    given = (campaigns.datasets, campaigns.factors) if factors else (campaigns.datasets,)
-    yield from filter(None, (one(*given) for one in draw))
+    given = (campaigns.factors,) if factors else ()
+    yield from filter(None, (plates.plate(one, campaigns.datasets, *given) for one in draw))
 
 
 def summary_line(dataset: xr.Dataset) -> str:
     """Distance, wear steps and depth of a campaign."""
-    run = values_of(dataset, "distance", -1)
     depth = shown("max_wear_depth", dataset["max_wear_depth"].values[last_worn_row(dataset)].max())
-    return f"{plain(run)} km in {wear_steps(dataset)} wear steps, {plain(depth, 3)} mm deep"
-
-
-def warnings(datasets: list[xr.Dataset], translation: xr.Dataset | None) -> list[str]:
-    """All a reader must know before trusting the numbers, one line each."""
-    lines = []
-    for data in datasets:
-        role = role_title(data)
-        text = str(data.attrs.get("warnings", "")).replace("\n", "; ")
-        lines += [f"{role}: {line.strip()}" for line in text.split("; ") if line.strip()]
-        lines += [f"{role}: {line}." for line in result_warnings(data)]
-        if closing := closing_reprofiling(data):
-            lines.append(f"{role}: {closing}")
-        if "finished" not in data.attrs:
-            run = values_of(data, "distance", -1)
-            lines.append(f"{role}: the campaign is unfinished, these are the first {plain(run)} km.")
-    if translation is None:
-        return lines
-    lines += [f"{capital(line)}." for line in str(translation.attrs.get("warnings", "")).splitlines()]
-    environment = [plates.environment_text(data) for data in datasets]
-    if environment[0] != environment[1]:
-        lines.append(
-            f"The environment factors differ: {environment[0]} on the rig, {environment[1]} in the field. "
-            "Wear factors contain this assumption; contact factors do not."
-        )
-    if bool((translation["regime_profile_differs"].values[:, -1] == 1).any()):
-        lines.append(
-            "Rig and field wear in different regimes at some places: factors there depend on the wear law."
-        )
-    return lines
+    return f"{run(dataset)} in {wear_steps(dataset)} wear steps, {plain(depth, 3)} mm deep"
 
 
 def _verdict(c: Campaigns) -> Content:
-    environment = plates.environment_note(c.datasets)
+    warnings = Block("warnings", lines("warnings", datasets=c.datasets, factors=c.factors))
     if c.factors is None:
         data = c.datasets[0]
         yield Block("lead", f"{role_title(data)}: {summary_line(data)}.")
-        yield Block("warnings", warnings(c.datasets, None))
-        yield tables.state(data, f"The wheels at the end of the campaign. {environment}")
+        yield warnings
+        yield tables.state(c.datasets)
         return
     rows = table(c.factors)
     for line in tables_translation.verdict_sentences(rows, c.factors):
         yield Block("lead", line)
-    yield Block("warnings", warnings(c.datasets, c.factors))
-    yield tables_translation.verdict(rows, c.factors, environment)
-    yield Block("note", tables_translation.patch_rules())
+    yield warnings
+    yield tables_translation.verdict(rows, c.factors, c.datasets)
+    yield Block("patch_rules", tables_translation.patch_rules())
 
 
 def _settings(c: Campaigns) -> Content:
@@ -194,17 +149,6 @@ def _quality(c: Campaigns) -> Content:
     yield from figures(c, plates.steps)
 
 
-def _provenance(c: Campaigns) -> Content:
-    for data in c.datasets:
-        attrs = data.attrs
-        rows = [(text, str(attrs[key])) for key, text in _PROVENANCE.items() if str(attrs.get(key, ""))]
-        rows.append(("SHA-256 of the result values", content_hash(data)))
-        scene = str(attrs.get("scene_text", ""))
-        yield Block(
-            "provenance", {"role": role_of(data), "heading": role_title(data), "rows": rows, "scene": scene}
-        )
-
-
 SECTIONS = (
     Section("verdict", "Verdict", _verdict),
     Section("settings", "Settings", _settings),
@@ -216,7 +160,7 @@ SECTIONS = (
     Section("factors", "Factors from rig to field", _factors),
     Section("regimes", "Wear regimes", _regimes),
     Section("quality", "Numerical quality", _quality),
-    Section("provenance", "Provenance", _provenance),
+    Section("provenance", "Provenance", lambda c: (Block("provenance", data) for data in c.datasets)),
 )
 """Sections of the report of rig against field, in order."""
 

@@ -31,36 +31,12 @@ SERIES_COLOURS = ("#1a1a1a", "#cc79a7", "#009e73", "#e69f00", "#56b4e9", "#88225
 WHEEL_LINES = ("-", "--")
 """Right wheel, left wheel."""
 
-_RC: Any = {
-    "font.family": ["DejaVu Sans"],
-    "font.size": 9.0,
-    "axes.titlesize": 9.5,
-    "axes.titleweight": "bold",
-    "axes.titlelocation": "left",
-    "axes.labelsize": 9.0,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.edgecolor": "#555555",
-    "axes.grid": True,
-    "grid.color": "#e3e3e3",
-    "grid.linewidth": 0.6,
-    "axes.axisbelow": True,
-    "lines.linewidth": 1.6,
-    "lines.markersize": 4.5,
-    "legend.frameon": False,
-    "legend.fontsize": 8.5,
-    "xtick.labelsize": 8.5,
-    "ytick.labelsize": 8.5,
-    "figure.facecolor": "white",
-    "svg.fonttype": "none",
-    "svg.hashsalt": "wearsim",
-    "axes.unicode_minus": True,
-}
+_SHEET = Path(__file__).with_name("templates") / "figures.mplstyle"
 
 
 def style() -> Any:
     """Context in which figures are made and drawn; nothing global is changed."""
-    return matplotlib.rc_context(_RC)
+    return matplotlib.rc_context(fname=_SHEET)
 
 
 def grid(

@@ -1,21 +1,28 @@
-"""The tables of a report as rows of cells; every number keeps its exact value with its text."""
+"""The tables of a report: data frames of numbers and words, with what it takes to show them.
+
+Captions and heads of columns are in `templates/texts.toml`, under the name of the table.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
 from wearsim.quantities import QUANTITIES
-from wearsim.report.plates import COUNTERFACE_MEASURES, environment_text, rolls, wears
+from wearsim.report.plates import COUNTERFACE_MEASURES
 from wearsim.report.style import capital, label, plain, role_of, role_title, shown, values_of, with_unit
-from wearsim.results.checks import cracks_left, last_worn_row, reprofilings
+from wearsim.report.texts import caption, columns, environment_text, wears, words
+from wearsim.results.checks import last_worn_row, reprofilings
 from wearsim.results.limits import LIMITED, LimitMet, limits_met
 
 UNDEFINED = "undefined"
+GIVEN = 0
+"""Digits of a number somebody chose, shown without digits it does not have."""
 MEASURES = (
     "max_wear_depth", "worn_area", "worn_mass", "flange_height", "flange_thickness", "flange_gradient",
     "hollowing",
@@ -24,33 +31,20 @@ MEASURES = (
 
 
 @dataclass(frozen=True)
-class Cell:
-    """One cell of a table: what is shown, and the exact number behind it (None for words)."""
-
-    text: str
-    value: float | None = None
-
-    @property
-    def exact(self) -> str:
-        """The number with all its digits."""
-        return "" if self.value is None else repr(float(self.value))
-
-
-NONE = Cell("–")
-
-
-@dataclass(frozen=True)
 class Table:
-    """A table; the first cell of a row names it.
+    """A table of a report.
 
     Parameters
     ----------
     name : str
-        Unique in the report, with the role of its campaign where it is of one.
-    caption, head : str, sequence of str
-        What it holds, as a whole and in each column.
-    rows : list of list of Cell
-        As many cells as the head.
+        Unique in the report, with the role of its campaign where it is of one; "" if nothing refers to it.
+    frame : DataFrame
+        Numbers, texts, None for an empty cell and NaN for an undefined number; the first column names the
+        rows. With an index of two levels, rows of a group stand below its name, the second names a variable.
+    caption : str
+        What it holds.
+    digits : int or sequence of int
+        Significant digits of all or of each column, `GIVEN` for numbers as they were given.
     look : {"laws", "points", "regimes", "text", "numbers"}
         How it looks: "text" without columns of numbers, "numbers" with nothing but those.
     fold, unfolded : str, bool
@@ -59,55 +53,67 @@ class Table:
         Rows that stand out.
     title : str
         Heading before it, if it has one.
+    bands : sequence of (str, int)
+        Heads over several columns, if there are any: text and number of columns.
     """
 
     name: str
-    caption: str
-    head: Sequence[str]
-    rows: list[list[Cell]]
+    frame: pd.DataFrame
+    caption: str = ""
+    digits: int | Sequence[int] = 4
     look: str = "laws"
     fold: str = ""
     unfolded: bool = False
     shaded: frozenset[int] = frozenset()
     title: str = ""
+    bands: Sequence[tuple[str, int]] = ()
 
     macro = "table"
+
+    @property
+    def rows(self) -> list[tuple[Any, list[Any]]]:
+        """Place in the index and values of each row."""
+        return list(zip(self.frame.index, self.frame.to_numpy().tolist(), strict=True))
 
     def numeric(self, column: int) -> bool:
         """Whether a column is one of numbers: any row has one there."""
         if self.look in ("text", "numbers"):
             return self.look == "numbers"
-        return any(row[column].value is not None for row in self.rows)
+        return any(exact(value) for value in self.frame.iloc[:, column])
+
+    def text(self, value: Any, column: int) -> str:
+        """Write the value of a cell of a column."""
+        return cell_text(value, self.digits if isinstance(self.digits, int) else self.digits[column])
 
     def of(self, role: str, heading: str) -> Table:
         """Give the table of a campaign, with its role in name and caption."""
         return replace(self, name=f"{self.name}-{role}", caption=f"{heading}: {self.caption}")
 
 
-def cell(value: Any, digits: int = 4) -> Cell:
-    """Cell of words, a whole number or another with some digits; a dash for None."""
-    if isinstance(value, Cell):
-        return value
+def table(name: str, rows: Iterable[Iterable[Any]], *more: str, context: Any = None, **options: Any) -> Table:
+    """Make a table of a name in the texts: rows, heads of `more` columns, what the texts need."""
+    heads = [*columns(name, **context or {}), *more]
+    frame = pd.DataFrame([list(row) for row in rows], columns=heads, dtype=object)
+    return Table(name.replace("_", "-"), frame, caption("table", name, **context or {}), **options)
+
+
+def exact(value: Any) -> str:
+    """Give a number with all its digits, "" for words and what is undefined."""
+    return "" if value is None or isinstance(value, str) or not np.isfinite(value) else repr(float(value))
+
+
+def cell_text(value: Any, digits: int) -> str:
+    """Write words, a whole number or another with some digits; a dash for None."""
     if value is None:
-        return NONE
-    if isinstance(value, str):
-        return Cell(value)
-    if isinstance(value, int | np.integer):
-        return Cell(str(value), float(value))
-    text = plain(value, digits)
-    return Cell(text) if text == UNDEFINED else Cell(text, float(value))
+        return "–"
+    if isinstance(value, str | int | np.integer):
+        return str(value)
+    return plain(value, digits) if digits != GIVEN else given(value)
 
 
-def cells(*values: Any, digits: int = 4) -> list[Cell]:
-    """Cells of a row."""
-    return [cell(value, digits) for value in values]
-
-
-def given(value: Any) -> Cell:
-    """Cell of a number somebody chose: shown as it was given, without digits it does not have."""
-    value = float(value)
-    text = f"{value:.6g}".replace("-", "\N{MINUS SIGN}")
-    return Cell(text, value) if np.isfinite(value) else Cell(UNDEFINED)
+def given(value: float) -> str:
+    """Write a number somebody chose as it was given, without digits it does not have."""
+    return f"{value:.6g}".replace("-", "\N{MINUS SIGN}") if np.isfinite(value) else UNDEFINED
 
 
 def span(values: np.ndarray, digits: int = 4) -> str:
@@ -121,68 +127,45 @@ def operating_points(dataset: xr.Dataset) -> Table:
         "shift", "yaw", "roll", "wheel_load", "speed", "friction", "track_curvature",
         "environment", "weight", "block_length",
     ]  # fmt: skip
-    columns = [map(given, values_of(dataset, name)) for name in names]
-    rows = [cells(*row) for row in zip(dataset["operating_point_name"].values, *columns, strict=True)]
-    head = ["Operating point", *(label(dataset, name) for name in names)]
-    return Table("", "", head, rows, "numbers", f"{role_title(dataset)}: all {len(rows)} operating points")
-
-
-_SETTINGS = (
-    "wheel_profile_right", "wheel_profile_left", "counterface_profile", "counterface_wear_factor",
-    "redress_distance", "redress_depth", "counterface_area_rate", "wheel_radius", "half_span",
-    "rotation_rule", "roll_rule", "contact_normal", "contact_tangential", "contact_parameters", "strips",
-    "cells", "cell_size", "most_cells", "axle_torque", "youngs_modulus", "poisson_ratio", "wheel_density",
-    "wear_law", "wear_form", "wear_coefficients", "seizure_cap", "integrator", "depth_cap", "first_depth",
-    "stability_limit", "error_tolerance", "smoothing_wavelength",
-)  # fmt: skip
-"""Attributes of a result file, in order; texts and units are those of the quantity of that name."""
-
-_QUANTITY_OF = {
-    "wheel_density": "density", "stability_limit": "stability_number", "error_tolerance": "step_error",
-}  # fmt: skip
-_SETTING_TEXTS = {
-    "wheel_profile_right": "Wheel profile, right", "wheel_profile_left": "Wheel profile, left",
-    "rotation_rule": "Rule of the wheel rotation", "roll_rule": "Roll of the wheelset",
-    "contact_normal": "Normal contact model", "contact_tangential": "Tangential contact model",
-    "contact_parameters": "Parameters of the contact models", "wear_form": "Form of the wear law",
-    "seizure_cap": "Cap that keeps out the seizure regime",
-    "stability_limit": "Limit of the stability number", "error_tolerance": "Tolerance of the error of a step",
-}  # fmt: skip
-"""Texts of those that are no quantity, and not their name with spaces."""
+    data = (dataset["operating_point_name"].values, *(values_of(dataset, name) for name in names))
+    heads = (label(dataset, name) for name in names)
+    fold = f"{role_title(dataset)}: all {len(data[0])} operating points"
+    made = table("operating_points", zip(*data, strict=True), *heads, look="numbers", fold=fold, digits=GIVEN)
+    return replace(made, name="")
 
 
 def settings(datasets: list[xr.Dataset]) -> Table:
     """Show what was computed, a column per campaign; rows that differ are shaded."""
     roller = [float(data.attrs.get("counterface_curvature", 0.0)) for data in datasets]
-    rows = [cells("Counterface", *(f"roller, radius {1e3 / k:.4g} mm" if k else "rail" for k in roller))]
+    rows = [["Counterface", *(f"roller, radius {1e3 / k:.4g} mm" if k else "rail" for k in roller)]]
     for name in ("shift", "yaw", "wheel_load", "speed", "friction", "track_curvature"):
         ranges = (_range(name, data[name].values[data["weight"].values > 0.0]) for data in datasets)
-        rows.append(cells(label(datasets[0], name), *ranges))
-    rows.append(cells("Environment factor on the wear depth", *map(environment_text, datasets)))
-    for key in _SETTINGS:
+        rows.append([label(datasets[0], name), *ranges])
+    rows.append(["Environment factor on the wear depth", *map(environment_text, datasets)])
+    for key, said in words("settings").items():
         values = [data.attrs.get(key) for data in datasets]
         if any(value is not None for value in values):
-            quantity = QUANTITIES.get(_QUANTITY_OF.get(key, key))
-            text = _SETTING_TEXTS.get(key, quantity.meaning if quantity else key.replace("_", " "))
+            quantity = QUANTITIES.get(said.get("quantity", key))
+            text = said.get("text") or (quantity.meaning if quantity else key.replace("_", " "))
             text = with_unit(text, quantity.name) if quantity else capital(text)
             factor = quantity.shown_factor if quantity else 1.0
-            rows.append(cells(text, *(_setting(value, factor) for value in values)))
-    differ = frozenset(k for k, row in enumerate(rows) if len({cell.text for cell in row[1:]}) > 1)
-    caption = f"What was computed{'; shaded rows differ' if len(datasets) > 1 else ''}."
-    return Table("settings", caption, ["Setting", *map(role_title, datasets)], rows, "text", shaded=differ)
+            rows.append([text, *(_setting(value, factor) for value in values)])
+    differ = frozenset(k for k, row in enumerate(rows) if len(set(row[1:])) > 1)
+    roles = map(role_title, datasets)
+    return table("settings", rows, *roles, context={"datasets": datasets}, look="text", shaded=differ)
 
 
-def _setting(value: Any, factor: float) -> Cell | str:
+def _setting(value: Any, factor: float) -> str:
     if value is None or isinstance(value, str):
         return "not given" if value is None else value
     return given(float(value) * factor)
 
 
-def _range(name: str, values: np.ndarray) -> Cell | str:
+def _range(name: str, values: np.ndarray) -> str:
     if values.size == 0:
         return "none"
-    low, high = shown(name, [values.min(), values.max()])
-    return given(low) if low == high else f"{given(low).text} to {given(high).text}"
+    low, high = map(given, shown(name, [values.min(), values.max()]))
+    return low if low == high else f"{low} to {high}"
 
 
 def limits(datasets: list[xr.Dataset]) -> list[Table]:
@@ -192,10 +175,8 @@ def limits(datasets: list[xr.Dataset]) -> list[Table]:
     for name in LIMITED:
         if any(name in campaign for campaign in met):
             values = sorted({campaign[name].limit for campaign in met if name in campaign})
-            rows.append(cells(limit_text(name, values), *(_where_met(one.get(name)) for one in met)))
-    caption = "Limits and the distance at which each is met, linear between two wear steps."
-    head = ["Limit", *map(role_title, datasets)]
-    return [Table("limits", caption, head, rows, "numbers")] if rows else []
+            rows.append([limit_text(name, values), *(_where_met(one.get(name)) for one in met)])
+    return [table("limits", rows, *map(role_title, datasets), look="numbers")] if rows else []
 
 
 def limit_text(name: str, values: Sequence[float]) -> str:
@@ -207,39 +188,27 @@ def limit_text(name: str, values: Sequence[float]) -> str:
     return f"{capital(quantity.meaning)}, {most} {texts}{unit}"
 
 
-def _where_met(limit: LimitMet | None) -> Cell:
+def _where_met(limit: LimitMet | None) -> str:
     if limit is None:
-        return Cell("not given")
+        return "not given"
     sides = ("right: ", "left: ") if len(limit.distance) == 2 else ("",)
-    unit = QUANTITIES["distance"].shown_unit
-    met = [
-        "not met" if at is None else f"{plain(float(shown('distance', at)))} {unit}" for at in limit.distance
-    ]
-    texts = [side + text for side, text in zip(sides, met, strict=True)]
-    return Cell("; ".join(texts), min((at for at in limit.distance if at is not None), default=None))
+    met = ["not met" if at is None else f"{plain(shown('distance', at))} km" for at in limit.distance]
+    return "; ".join(side + text for side, text in zip(sides, met, strict=True))
 
 
 def reprofiled_wheels(datasets: list[xr.Dataset]) -> list[Table]:
     """Diameter before, after and lost by each reprofiling of the wheels, for campaigns that have any."""
-
-    def diameters(before: float | None, after: float | None) -> list[Cell]:
-        if before is None or after is None:
-            return cells(*[UNDEFINED] * 3)
-        return cells(cell(1e3 * before, 6), cell(1e3 * after, 6), 1e3 * (before - after))
-
-    text = "Reprofilings of the wheels: diameter at the running circle [mm]. Wear depth counts from the last."
-    caption = " ".join([text, *filter(None, map(cracks_left, datasets))])
-    columns = (text for side in ("right", "left") for text in (f"{side}, before", "after", "lost"))
-    head = ["Distance [km]", *columns]
     tables = []
     for data in datasets:
-        rows = [
-            cells(shown("distance", one.distance))
-            + diameters(one.before[0], one.after[0])
-            + diameters(one.before[1], one.after[1])
-            for one in reprofilings(data)
-        ]
-        tables += [Table(f"reprofilings-{role_of(data)}", caption, head, rows, "numbers")] if rows else []
+        rows = []
+        for one in reprofilings(data):
+            rows.append([float(shown("distance", one.distance))])
+            for pair in zip(one.before, one.after, strict=True):
+                before, after = (np.nan if value is None else 1e3 * value for value in pair)
+                rows[-1] += [before, after, before - after]
+        context, digits = {"datasets": datasets}, (4, 6, 6, 4, 6, 6, 4)
+        made = table("reprofilings", rows, context=context, look="numbers", digits=digits)
+        tables += [replace(made, name=f"reprofilings-{role_of(data)}")] if rows else []
     return tables
 
 
@@ -249,23 +218,19 @@ def counterface(dataset: xr.Dataset) -> list[Table]:
         return []
     times = int(dataset["counterface_redressed_count"].values[-1])
     rows = [
-        cells(with_unit(QUANTITIES[name].meaning, name), *values_of(dataset, name, -1))
+        [with_unit(QUANTITIES[name].meaning, name), *values_of(dataset, name, -1)]
         for name in COUNTERFACE_MEASURES[: 3 if times else 2]
     ]
-    caption = "wear of the counterface at the end of the campaign"
-    if rolls(dataset):
-        often = "once" if times == 1 else f"{times} times"
-        caption += f"; the rollers were redressed {often}" if times else "; the rollers were never redressed"
-    head = ["Measure", *(capital(str(name)) for name in dataset["counterface_name"].values)]
-    return [Table("counterface", f"{caption}.", head, rows)]
+    heads = (capital(str(name)) for name in dataset["counterface_name"].values)
+    return [table("counterface", rows, *heads, context={"data": dataset, "times": times})]
 
 
-def state(dataset: xr.Dataset, caption: str) -> Table:
+def state(datasets: list[xr.Dataset]) -> Table:
     """Measures of one campaign, new, worn and their change, by wheel where they differ."""
-    rows = []
+    dataset, rows = datasets[0], []
     for name in (*MEASURES, "equivalent_conicity"):
         new, worn = shown(name, dataset[name].values[[0, last_worn_row(dataset)]])
         sides = (", right", ", left") if new.ndim else ("",)
         for side, start, end in zip(sides, np.atleast_1d(new), np.atleast_1d(worn), strict=True):
-            rows.append(cells(label(dataset, name) + side, start, end, end - start))
-    return Table("verdict", caption, ["Quantity", "New", "Worn", "Change"], rows, "numbers")
+            rows.append([label(dataset, name) + side, start, end, end - start])
+    return replace(table("state", rows, context={"datasets": datasets}, look="numbers"), name="verdict")

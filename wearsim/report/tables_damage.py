@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,14 +15,8 @@ from wearsim.damage.fatigue.balance import LIMITED_BY, balance
 from wearsim.quantities import QUANTITIES
 from wearsim.report.figures.campaign import WHEELS
 from wearsim.report.style import capital, shown, values_of, with_unit
-from wearsim.report.tables import Cell, Table, cell, cells
-from wearsim.results.checks import (
-    closing_reprofiling,
-    depth_by_regime,
-    last_worn_row,
-    new_row,
-    reprofiled_rows,
-)
+from wearsim.report.tables import Table, table
+from wearsim.results.checks import depth_by_regime, last_worn_row, new_row
 
 SUBSURFACE = "subsurface_fatigue_index"
 _HOLDS = ("materials", "validity", "departures")
@@ -53,21 +48,15 @@ def wear_laws(dataset: xr.Dataset) -> list[Table]:
     rows = []
     for name, worn, deep, regimes in zip(names, area, depth, regime_names, strict=True):
         right_left, deepest = worn.sum(axis=1), deep.max(axis=1)
-        rows.append(cells(
+        rows.append([
             name, *shown("worn_area", right_left), _ratio(right_left.sum(), area[0].sum()),
             *shown("wear_depth", deepest), _ratio(deepest.max(), depth[0].max()),
             _shares(regimes, worn.sum(axis=0)),
-        ))  # fmt: skip
-    head = [
-        "Wear law", "Worn area, right [mm²]", "left [mm²]", "over active", "Deepest, right [mm]",
-        "left [mm]", "over active", "Share of the worn area by regime",
-    ]  # fmt: skip
-    text = "Wear laws on the contacts of the campaign; the profile wears by the active law alone."
-    if reprofiled_rows(dataset):
-        text += " Area is of all wear, depth of the wear since the last reprofiling."
+        ])  # fmt: skip
     active_set = [str(dataset.attrs.get(f"wear_coefficients_{key}", "")) for key in _HOLDS]
     validity = [active_set, *_validity(dataset, "comparison")]
-    return [Table("wear-laws", text, head, rows), *_sources("wear", names, origin, validity)]
+    made = table("wear_laws", rows, context={"data": dataset}, digits=(4, 4, 4, 3, 4, 4, 3, 4))
+    return [made, *_sources("wear", names, origin, validity)]
 
 
 def fatigue_laws(dataset: xr.Dataset) -> list[Table]:
@@ -82,23 +71,11 @@ def fatigue_laws(dataset: xr.Dataset) -> list[Table]:
             damage = dataset["fatigue_damage"].values[end, wheel, k]
             rate = dataset["fatigue_damage_rate"].values[end, wheel, k].max()
             place = 1e3 * y[wheel, damage.argmax()] if damage.max() > 0.0 else None
-            row += [damage.max(), place, shown("fatigue_damage_rate", rate)]
-        rows.append(cells(*row, 1e3 * dataset["fatigue_crack_width"].values[k], digits=3))
-    what = ("largest damage", "at y [mm]", "largest rate at the end, before removal [1/1000 km]")
-    head = [
-        "Fatigue law", *(f"{side.capitalize()}: {text}" for side in WHEELS for text in what),
-        "Width of a place [mm]",
-    ]  # fmt: skip
-    text = (
-        "Fatigue laws along the profile. Damage 1 is a crack of visible size for wlrm; the other laws order "
-        "passages and count no cycles to failure. The environment factor acts on wear, not on damage. Rates "
-        "are before what wear removes of cracks of a stated depth. The width of a place is an assumption: "
-        "damage at a point before removal is in proportion to it."
-    )
-    text = " ".join(filter(None, (text, closing_reprofiling(dataset))))
+            row += [damage.max(), place, shown("fatigue_damage_rate", rate)[()]]
+        rows.append([*row, 1e3 * dataset["fatigue_crack_width"].values[k]])
     origin = [_origin(dataset, "fatigue", k) for k in range(len(names))]
-    validity = _validity(dataset, "fatigue")
-    return [Table("fatigue-laws", text, head, rows), *_sources("fatigue", names, origin, validity)]
+    made = table("fatigue_laws", rows, context={"data": dataset}, digits=3)
+    return [made, *_sources("fatigue", names, origin, _validity(dataset, "fatigue"))]
 
 
 def _origin(dataset: xr.Dataset, group: str, law: int) -> list[str]:
@@ -117,27 +94,18 @@ def _validity(dataset: xr.Dataset, group: str) -> list[list[str]]:
 
 def _sources(group: str, laws: list[str], origin: list[list[str]], validity: list[list[str]]) -> list[Table]:
     """Tables on where the numbers of laws come from and what they hold for."""
-    text = "Where the numbers of the laws come from"
-    tables = (
-        ("numbers", f"{text}.", ("Form", "Coefficients", "Source", "Uncertain coefficients"),
-         [[form.replace("_", " "), *others] for form, *others in origin]),
-        ("validity", f"{text}: the materials they were measured on, what they hold for, and where our "
-         "law departs from its source.", ("Materials", "Holds for", "Departures from the source"), validity),
-    )  # fmt: skip
-    return [
-        Table(
-            f"{group}-law-{name}",
-            caption,
-            [f"{group.capitalize()} law", *head],
-            [cells(law, *(text or None for text in texts)) for law, texts in zip(laws, rows, strict=True)],
-        )
-        for name, caption, head, rows in tables
-    ]
+    numbers = [[form.replace("_", " "), *others] for form, *others in origin]
+    tables = []
+    for name, columns in (("numbers", numbers), ("validity", validity)):
+        rows = [[law, *(text or None for text in row)] for law, row in zip(laws, columns, strict=True)]
+        made = table(name, rows, context={"law": group.capitalize()})
+        tables.append(replace(made, name=f"{group}-law-{name}"))
+    return tables
 
 
 def life(dataset: xr.Dataset) -> Table | None:
     """Say what limits the life of each wheel, from new at the rates of the last state; None if unknown."""
-    rows, steels = [], []
+    rows, of_rails, materials = [], [], _validity(dataset, "fatigue")
     end = last_worn_row(dataset)
     wear = dataset["wear_depth_rate"].values[end]
     y = dataset["profile_y"].values[new_row(dataset, end)]
@@ -146,7 +114,9 @@ def life(dataset: xr.Dataset) -> Table | None:
         limit = float(dataset["fatigue_wear_limit"].values[k])
         if not np.isfinite(crack):
             continue
-        steels.append(_steel(dataset, k))
+        if "rail" in materials[k][0] and "wheel" not in materials[k][0]:
+            numbers = str(dataset["fatigue_coefficients"].values[k])
+            of_rails.append((str(name), materials[k][0], numbers))
         for wheel, side in enumerate(WHEELS):
             rate = dataset["fatigue_damage_rate"].values[end, wheel, k]
             half, result, double = (
@@ -158,38 +128,16 @@ def life(dataset: xr.Dataset) -> Table | None:
             ends = np.isfinite(distances[first].min())
             acts = (rate > 0.0) | (wear[wheel] > 0.0)
             grown = (result.limited_by == LIMITED_BY.index("cracks")) & acts
-            rows.append(cells(
+            rows.append([
                 f"{name}, {side} wheel", 1e3 * crack, 1e3 * limit, _distance(result.crack_distance),
                 _distance(half.crack_distance), _distance(double.crack_distance),
                 _distance(result.wear_distance), first if ends else "nothing",
                 1e3 * y[wheel, distances[first].argmin()] if ends else None,
                 100.0 * grown.sum() / acts.sum() if acts.any() else None,
-                shown("magic_wear_rate", result.magic_wear_rate.max()), digits=3,
-            ))  # fmt: skip
-    if not rows:
-        return None
-    head = [
-        "Fatigue law and wheel", "Crack of damage 1 [mm]", "Depth that may wear [mm]",
-        "First crack after [km]", "with half the width of a place [km]", "with double the width [km]",
-        "Wear limit after [km]", "Life ends by", "at y [mm]",
-        "Points limited by cracks [%]", "Largest magic wear rate [µm/1000 km]",
-    ]  # fmt: skip
-    text = (
-        "Wear against fatigue, from a new wheel at the rates of the full collective in the last state: what "
-        "is met first at any place of the profile. The magic wear rate is the one at which cracks just do "
-        "not grow. The depth of a crack, the depth that may wear and the width of a place are assumptions: "
-        "the distance to the wear limit is in proportion to the depth that may wear, and damage to the width."
-    )
-    return Table("life", " ".join([text, *filter(None, dict.fromkeys(steels))]), head, rows)
-
-
-def _steel(dataset: xr.Dataset, law: int) -> str:
-    """Sentence on numbers of a fatigue law that are of rails; empty where they are of wheels, or unknown."""
-    materials = [entry[0] for entry in _validity(dataset, "fatigue")][law]
-    if "rail" not in materials or "wheel" in materials:
-        return ""
-    name, numbers = (str(dataset[f"fatigue_{key}"].values[law]) for key in ("name", "coefficients"))
-    return f"Cracks of {name} are counted with numbers of {materials} ({numbers}), not of wheel steel."
+                shown("magic_wear_rate", result.magic_wear_rate.max())[()],
+            ])  # fmt: skip
+    digits = (3, 3, 3, 4, 4, 4, 4, 3, 3, 3, 3)
+    return table("life", rows, context={"of_rails": of_rails}, digits=digits) if rows else None
 
 
 def cycles(dataset: xr.Dataset) -> Agreement:
@@ -204,13 +152,8 @@ def cycles(dataset: xr.Dataset) -> Agreement:
 def overlaps(dataset: xr.Dataset) -> Table:
     """Compare each pair of laws: the common part of their damage over the load cycles."""
     common = cycles(dataset)
-    rows = [cells(law, *shares, digits=3) for law, shares in zip(common.laws, common.overlap, strict=True)]
-    text = (
-        "Agreement of the fatigue laws: common part of their distributions of damage over the load cycles of "
-        "the worn wheels, weighted with the shares of the collective; 1 where they are the same, 0 where no "
-        "cycle has damage by both."
-    )
-    return Table("agreement", text, ["Fatigue law", *common.laws], rows)
+    rows = [[law, *shares] for law, shares in zip(common.laws, common.overlap, strict=True)]
+    return table("agreement", rows, *common.laws, digits=3)
 
 
 def wear_numbers(dataset: xr.Dataset) -> Table:
@@ -221,9 +164,8 @@ def wear_numbers(dataset: xr.Dataset) -> Table:
     for name in ("wear_number_without_spin", "wear_number_with_spin"):
         values = values_of(dataset, name, end)
         largest = (values[side == wheel].max(initial=0.0) for wheel in (0, 1))
-        rows.append(cells(capital(str(dataset[name].attrs["long_name"])), *largest))
-    text = "Largest wear number of any contact patch at the end, monitoring points included."
-    return Table("wear-numbers", text, ["Wear number", "Right wheel [N]", "Left wheel [N]"], rows)
+        rows.append([capital(str(dataset[name].attrs["long_name"])), *largest])
+    return table("wear_numbers", rows)
 
 
 def fatigue_tables(dataset: xr.Dataset) -> list[Table]:
@@ -235,13 +177,13 @@ def fatigue_tables(dataset: xr.Dataset) -> list[Table]:
     return [table for table in tables if table is not None]
 
 
-def _ratio(value: float, active: float) -> Cell:
-    return cell(value / active if active > 0.0 else "active law wears nothing", 3)
+def _ratio(value: float, active: float) -> float | str:
+    return value / active if active > 0.0 else "active law wears nothing"
 
 
-def _distance(distances: np.ndarray) -> Cell:
-    nearest = distances.min()
-    return cell(shown("distance", nearest) if np.isfinite(nearest) else "never")
+def _distance(distances: np.ndarray) -> float | str:
+    nearest = float(shown("distance", distances.min()))
+    return nearest if np.isfinite(nearest) else "never"
 
 
 def _shares(names: list[str], area: np.ndarray) -> str:
@@ -302,19 +244,11 @@ def fatigue_index(dataset: xr.Dataset) -> list[Table]:
     rows = []
     for law, name in [*laws, (None, "below the surface")]:
         entry = QUANTITIES[quantity_of(name)]
-        limit = "the steel's own" if law is None else cell(_limit("".join(numbers[law : law + 1])))
+        limit = "the steel's own" if law is None else _limit("".join(numbers[law : law + 1]))
         states = [largest(dataset, at, law) for at in (0, last_worn_row(dataset))]
         for wheel, side in enumerate(WHEELS):
             row: list[Any] = [f"{name}, {side} wheel: {entry.meaning}{with_unit('', entry.name)}", limit]
             for one in (state[wheel] for state in states):
-                row += [None] * 3 if one is None else [shown(entry.name, one[0]), 1e3 * one[1], one[2]]
-            rows.append(cells(*row, digits=3))
-    head = [
-        "Fatigue law and wheel", "Damage above",
-        *(f"{state}: {what}" for state in ("New", "End") for what in ("largest index", "at y [mm]", "point")),
-    ]  # fmt: skip
-    text = (
-        "Largest index of any contact patch, with its place on the wheel profile and its operating point, "
-        "monitoring points included. Below its limit the difference is the margin to damage."
-    )
-    return [Table("fatigue-index", text, head, rows)]
+                row += [None] * 3 if one is None else [shown(entry.name, one[0])[()], 1e3 * one[1], one[2]]
+            rows.append(row)
+    return [table("fatigue_index", rows, digits=(3, 4, 3, 3, 3, 3, 3, 3))]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,79 +13,64 @@ import xarray as xr
 from wearsim.errors import ResultError
 from wearsim.profile.shape import polygon_area_between
 from wearsim.report.figures.campaign import WHEELS
-from wearsim.report.style import capital, plain, role_title, shown, values_of
-from wearsim.report.tables import UNDEFINED, Cell, Table, cell, cells, span
-from wearsim.results.checks import (
-    LOAD_TOLERANCE,
-    load_scaling,
-    percent,
-    reprofiled_rows,
-    spans,
-    step_limits,
-    tread_wear,
-    wear_steps,
-)
+from wearsim.report.style import plain, role_title, shown, values_of
+from wearsim.report.tables import UNDEFINED, Table, span, table
+from wearsim.results import checks
+from wearsim.studies.converge import TABLE
 
-TABLE = "convergence.json"
-COLUMNS = (
-    ("flange_thickness", "flange thickness Sd [µm]", 1e6),
-    ("flange_height", "flange height Sh [µm]", 1e6),
-    ("max_wear_depth", "largest wear depth [µm]", 1e6),
-    ("worn_area", "worn area [mm²]", 1e6),
-    ("equivalent_conicity", "equivalent conicity [10⁻³]", 1e3),
-    ("counterface_max_wear_depth", "largest depth of the counterface [µm]", 1e6),
-    ("counterface_worn_area", "worn area of the counterface [mm²]", 1e6),
-)
-"""Measures, those of a counterface where it wears."""
+COLUMNS = {
+    "flange_thickness": ("flange thickness Sd [µm]", 1e6),
+    "flange_height": ("flange height Sh [µm]", 1e6),
+    "max_wear_depth": ("largest wear depth [µm]", 1e6),
+    "worn_area": ("worn area [mm²]", 1e6),
+    "equivalent_conicity": ("equivalent conicity [10⁻³]", 1e3),
+    "counterface_max_wear_depth": ("largest depth of the counterface [µm]", 1e6),
+    "counterface_worn_area": ("worn area of the counterface [mm²]", 1e6),
+}
+"""Title and factor of each measure of `wearsim.studies.converge`."""
 ANYWHERE = "wear depth anywhere on the profile [µm]"
-
-_TITLE = "Convergence, "
-CAPTION = (
-    "Each row is the same campaign computed otherwise: by how much its end differs from the campaign as "
-    "given, the larger difference of both sides, and that as a share of what wear changed (in the last "
-    "column of the largest wear depth)."
-)
 
 
 def quality(datasets: list[xr.Dataset]) -> Table:
     """List the checks of the computation, a column per campaign."""
     columns = [_checks(data) for data in datasets]
     names = dict.fromkeys(text for column in columns for text in column)
-    rows = [cells(text, *(column.get(text) for column in columns)) for text in names]
-    return Table("quality", "", ["Check", *map(role_title, datasets)], rows, "numbers")
+    rows = [[text, *(column.get(text) for column in columns)] for text in names]
+    return table("quality", rows, *map(role_title, datasets), look="numbers", digits=3)
 
 
-def _checks(dataset: xr.Dataset) -> dict[str, Cell | str | float]:
-    steps = wear_steps(dataset)
+def _checks(dataset: xr.Dataset) -> dict[str, Any]:
+    steps = checks.wear_steps(dataset)
     rows: dict[str, Any] = {"Wear steps": steps}
-    if held := step_limits(dataset):
+    if held := checks.step_limits(dataset):
         rows["Wear steps held by"] = ", ".join(f"{limit} {count}" for limit, count in held.items())
     if steps:
         rows["Largest stability number S"] = dataset["stability_number"].values[1:].max()
         rows["Largest depth in one step [µm]"] = 1e6 * np.diff(dataset["wear_depth"].values, axis=0).max()
         error = shown("step_error", dataset["step_error"].values[1:])
         if np.isfinite(error).any():
-            rows["Largest estimated error of one step [µm]"] = cell(np.nanmax(error), 2)
+            rows["Largest estimated error of one step [µm]"] = np.nanmax(error)
         rows["Steps repeated because of their error"] = int(dataset["rejected_steps"].values.sum())
-        length = np.delete(dataset["step_length"].values, [0, *reprofiled_rows(dataset)])
+        length = np.delete(dataset["step_length"].values, [0, *checks.reprofiled_rows(dataset)])
         rows["Shortest and longest step [km]"] = span(shown("distance", length))
     for wheel, side in enumerate(WHEELS):
         law = float(dataset["worn_area"].values[-1, wheel])
         y, z = (dataset[f"profile_{c}"].values[:, wheel] for c in "yz")
-        polygon = sum(polygon_area_between(y[a], z[a], y[b], z[b]) for a, b in spans(dataset))
+        polygon = sum(polygon_area_between(y[a], z[a], y[b], z[b]) for a, b in checks.spans(dataset))
         text = f"Worn area by the law against the profiles, {side} wheel [relative difference]"
-        rows[text] = cell(abs(polygon - law) / law, 2) if law > 0.0 else "no wear"
-    scaling = load_scaling(dataset)
-    text = f"Distance run with normal forces scaled to the wheel load by more than {LOAD_TOLERANCE:.0%} [%]"
-    rows[text] = cell(100.0 * scaling.distance_share, 2) if scaling else "none"
+        rows[text] = abs(polygon - law) / law if law > 0.0 else "no wear"
+    scaling = checks.load_scaling(dataset)
+    most = f"{checks.LOAD_TOLERANCE:.0%}"
+    text = f"Distance run with normal forces scaled to the wheel load by more than {most} [%]"
+    rows[text] = 100.0 * scaling.distance_share if scaling else "none"
     if "faint_load" in dataset:
         for name in ("load", "power", "wear"):
             shares = [100.0 * float(dataset[f"faint_{name}{of}"].values.max()) for of in ("", "_max")]
             text = f"Largest share of the {name} that faint patches lost, in all and of a wheel [%]"
             rows[text] = ", ".join(f"{share:.2g}" for share in shares) if max(shares) > 0.0 else "none"
-    tread = tread_wear(dataset)
+    tread = checks.tread_wear(dataset)
     if tread is not None:
-        rows["Largest wear depth on the tread per 100 000 km [mm]"] = cell(1e3 * tread, 3)
+        rows["Largest wear depth on the tread per 100 000 km [mm]"] = 1e3 * tread
     balance = dataset["power_balance"].values
     balance = balance[np.isfinite(balance)]
     if balance.size:
@@ -100,34 +86,22 @@ def chosen(dataset: xr.Dataset) -> list[Table]:
     places = [f"{plain(value)} km" for value in values_of(dataset, "distance", steps)]
     rows = []
     for step, place in zip(steps, places, strict=True):
-        error = cell(100.0 * float(dataset["contact_models_error"].values[step]), 2)
+        error = 100.0 * float(dataset["contact_models_error"].values[step])
         for one in classes(dataset, step):
             at = f"{place}, {one['class']}"
-            rows.append(cells(at, one["points"], one["models"], one["rank"], cell(one["cost"], 3), error))
-    tolerance = 100.0 * float(dataset.attrs["contact_tolerance"])
-    models = Table(
-        "choice",
-        "contact models of the classes of operating points, by rising share of the work, wherever they were "
-        "looked for; depth error: of the wear increment by all of them together, estimated from a sample; "
-        f"tolerance {tolerance:.3g} %",
-        ["From, class", "Points", "Contact models", "Rank", "Cost", "Depth error [%]"],
-        rows,
-    )
+            rows.append([at, one["points"], one["models"], one["rank"], one["cost"], error])
+    tolerance = {"tolerance": 100.0 * float(dataset.attrs["contact_tolerance"])}
     errors = 100.0 * dataset["contact_candidate_error"].values[steps]
     names, costs = (dataset[f"contact_candidate{part}"].values for part in ("", "_cost"))
-    evidence = Table(
-        "candidates",
-        "error of the wear increment if one combination solved all points, against half-space solutions of "
-        "a sample, of fast ones by what they differ from each other at all points, too; cost in "
-        "units of the cheapest one's time per solution",
-        ["Contact models", "Rank", "Cost", *(f"Depth error at {place} [%]" for place in places)],
-        [
-            cells(names[k], k + 1, cell(costs[k], 3))
-            + cells(*(error if np.isfinite(error) else None for error in errors[:, k]), digits=2)
-            for k in np.flatnonzero(np.isfinite(errors).any(axis=0))
-        ],
-    )
-    return [models, evidence]
+    evidence = [
+        [names[k], int(k) + 1, costs[k], *(error if np.isfinite(error) else None for error in errors[:, k])]
+        for k in np.flatnonzero(np.isfinite(errors).any(axis=0))
+    ]
+    heads = [f"Depth error at {place} [%]" for place in places]
+    return [
+        table("choice", rows, context=tolerance, digits=(4, 4, 4, 4, 3, 2)),
+        table("candidates", evidence, *heads, digits=(4, 4, 3, *(2 for _ in heads))),
+    ]
 
 
 def looked_at(dataset: xr.Dataset) -> list[int]:
@@ -163,71 +137,47 @@ def read_convergence(directory: Path) -> list[Table]:
     if not path.is_file():
         return []
     try:
-        table = json.loads(path.read_text(encoding="utf-8"))
-        return [_convergence(table, role) for role in table["given"]]
+        content = json.loads(path.read_text(encoding="utf-8"))
+        return [_convergence(content, role) for role in content["given"]]
     except (OSError, ValueError, LookupError, TypeError) as error:
         raise ResultError(
             f"{path} is no table of `wearsim run --converge` ({error}); remove it and run that again"
         ) from error
 
 
-def markdown(tables: list[Table]) -> str:
-    """Write the tables of `read_convergence` as Markdown."""
-    parts = ["# Convergence", CAPTION]
-    for table in tables:
-        rows = [" | ".join(cell.text for cell in row) for row in table.rows]
-        lines = [
-            f"| {' | '.join(table.head)} |",
-            "|" + " --- |" * len(table.head),
-            *(f"| {row} |" for row in rows),
-        ]
-        parts += [f"## {capital(table.title.removeprefix(_TITLE))}", "\n".join(lines)]
-    return "\n\n".join(parts) + "\n"
-
-
-def _convergence(table: dict[str, Any], role: str) -> Table:
-    given = table["given"][role]
-    columns = [column for column in COLUMNS if column[0] in given["end"]]
-    head = ("computed with", "wear steps", *(title for _, title, _ in columns), ANYWHERE)
-    moved = (
-        _largest([None if value is None else factor * value for value in given["moved"][name]])
-        for name, _, factor in columns
-    )
-    rows = [cells("what wear changed, as given", given["steps"], *moved, "")]
-    for row in table["rows"]:
+def _convergence(content: dict[str, Any], role: str) -> Table:
+    given = content["given"][role]
+    names = [name for name in COLUMNS if name in given["end"]]
+    moved = {name: np.array(given["moved"][name], dtype=np.float64) for name in names}
+    first = [_largest(COLUMNS[name][1] * moved[name]) for name in names]
+    rows: list[list[Any]] = [["what wear changed, as given", given["steps"], *first, ""]]
+    for row in content["rows"]:
         if "ends" not in row:
             reason = row.get("reason", row.get("told")) or "not run"
-            rows.append(cells(row["text"], reason, *[""] * (len(columns) + 1)))
+            rows.append([row["text"], reason, *[""] * (len(names) + 1)])
             continue
         end = row["ends"][role]
-        differences = (_difference(given, end, name, factor) for name, _, factor in columns)
-        rows.append(cells(row["text"], end["steps"], *differences, _anywhere(given, end)))
-    short = ", shortened for this comparison" if table["shortened"] else ""
-    title = f"{_TITLE}{role}: {given['distance'] / 1e3:.6g} km{short}"
-    return Table(f"convergence-{role}", CAPTION, head, rows, "numbers", title=title)
+        cells = []
+        for name in names:
+            apart = np.subtract(*(np.array(one["end"][name], dtype=np.float64) for one in (end, given)))
+            cells.append(_largest(COLUMNS[name][1] * apart, apart, moved[name]))
+        apart, deepest = (
+            np.array(one) for one in (end["profile_difference"], given["end"]["max_wear_depth"])
+        )
+        rows.append([row["text"], end["steps"], *cells, _largest(1e6 * apart, apart, deepest)])
+    short = ", shortened for this comparison" if content["shortened"] else ""
+    title = f"Convergence, {role}: {given['distance'] / 1e3:.6g} km{short}"
+    heads = [*(COLUMNS[name][0] for name in names), ANYWHERE]
+    made = table("convergence", rows, *heads, look="numbers", title=title)
+    return replace(made, name=f"convergence-{role}")
 
 
-def _difference(given: dict[str, Any], end: dict[str, Any], name: str, factor: float) -> Cell:
-    """Largest difference of a measure, with the largest share of what wear changed."""
-    sides = zip(given["end"][name], end["end"][name], given["moved"][name], strict=True)
-    known = [(a, b, moved) for a, b, moved in sides if a is not None and b is not None]
-    shares = [abs((b - a) / moved) for a, b, moved in known if moved]
-    return _with_share(_largest([factor * (b - a) for a, b, _ in known]), shares)
-
-
-def _anywhere(given: dict[str, Any], end: dict[str, Any]) -> Cell:
-    """Largest difference of the depth at one place, with its share of the largest depth as given."""
-    difference, deepest = end["profile_difference"], given["end"]["max_wear_depth"]
-    shares = [a / b for a, b in zip(difference, deepest, strict=True) if b]
-    return _with_share(cell(1e6 * max(difference), 3), shares)
-
-
-def _with_share(difference: Cell, shares: list[float]) -> Cell:
-    if difference.value is None or not shares:
-        return difference
-    return Cell(f"{difference.text} ({percent(max(shares))})", difference.value)
-
-
-def _largest(values: list[float | None]) -> Cell:
-    known = [value for value in values if value is not None]
-    return cell(max(known, key=abs) if known else UNDEFINED, 3)
+def _largest(values: np.ndarray, part: Any = 0.0, whole: Any = 0.0) -> str:
+    """Write the largest magnitude of values, with the largest share (`part` of a `whole` that is not 0)."""
+    known = values[np.isfinite(values)]
+    if known.size == 0:
+        return UNDEFINED
+    text = plain(known[np.argmax(np.abs(known))], 3)
+    part, whole = np.atleast_1d(part), np.atleast_1d(whole)
+    shares = [abs(a / b) for a, b in zip(part, whole, strict=True) if b and np.isfinite(a / b)]
+    return f"{text} ({checks.percent(max(shares))})" if shares else text

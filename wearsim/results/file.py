@@ -20,7 +20,7 @@ import netCDF4
 import numpy as np
 
 from wearsim.errors import ResultError
-from wearsim.quantities import STEP_LIMITS, Quantity
+from wearsim.quantities import Quantity
 from wearsim.results.schema import (
     ADDED,
     FILL_FLOAT,
@@ -321,15 +321,9 @@ def _define_variable(file: netCDF4.Dataset, name: str, variable: Quantity, heade
     labels = [c for c in near if set(layout[c].dimensions) <= set(variable.dimensions)]
     if name not in LABELS and labels:
         made.coordinates = " ".join(labels)
-    if name == "side":
-        made.flag_values = np.array([0, 1], dtype=np.int32)
-        made.flag_meanings = "right left"
-    if name == "step_limit":
-        made.flag_values = np.arange(len(STEP_LIMITS), dtype=np.int32)
-        made.flag_meanings = " ".join(limit.replace(" ", "_") for limit in STEP_LIMITS)
-    if name == "life_limited_by":
-        made.flag_values = np.arange(3, dtype=np.int32)
-        made.flag_meanings = "nothing wear cracks"
+    if variable.flags:
+        made.flag_values = np.arange(len(variable.flags), dtype=np.int32)
+        made.flag_meanings = " ".join(variable.flags)
     if name in REGIME_FLAGS:
         regimes = [str(text).replace(" ", "_") for text in header.static["regime_name"]]
         made.flag_values = np.arange(-1, len(regimes), dtype=np.int32)

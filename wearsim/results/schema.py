@@ -106,39 +106,13 @@ ADDED = (*FAINT, "step_limit", "stages", "point_length", "point_error", "point_s
 """Variables that older schemas do not have."""
 
 RENAMED: Mapping[str, str] = {
-    "op_label": "operating_point_name",
-    **{
-        f"op_{name}": name
-        for name in (
-            "shift", "yaw", "roll", "wheel_load", "speed", "friction", "track_curvature", "environment",
-            "weight", "block_length",
-        )
-    },
-    "patch_side": "side",
-    "contact_x": "x",
-    "patch_length": "length",
-    "patch_width": "width",
+    **{each.formerly: each.name for each in QUANTITIES.values() if each.formerly},
     "beside": "comparison",
     "beside_regime": "comparison_regime",
-    **{
-        f"beside_{name}": f"comparison_{name}"
-        for name in (
-            "name", "coefficients", "source", "form", "regime_name", "wear_depth", "worn_area",
-            "numbers", "materials", "validity", "departures",
-        )
-    },
-    "beside_doubts": "comparison_warnings",
-    "fatigue_doubts": "fatigue_warnings",
+    **{f"beside_{name}": f"comparison_{name}" for name in ("numbers", "materials", "validity", "departures")},
     "wear_coefficients_doubts": "wear_coefficients_warnings",
-    "balanced_wear_rate": "magic_wear_rate",
-    "counterface_turned_depth": "counterface_redressed_depth",
-    "counterface_turnings": "counterface_redressed_count",
-    "counterface_turned_at": "counterface_redressed_at",
-    "last_turning": "last_reprofiling",
-    "turning_limits": "reprofiling_limits",
-    "turning_distances": "reprofiling_distances",
-    "turning_least_cut": "reprofiling_least_cut",
-}  # fmt: skip
+    **{f"turning_{name}": f"reprofiling_{name}" for name in ("limits", "distances", "least_cut")},
+}
 """Present name by the name of schema 3."""
 
 

@@ -302,22 +302,17 @@ def shear_yield_text(dataset: xr.Dataset) -> str:
     value = f"{plain(1e-6 * map_shear_yield(dataset), 3)} MPa"
     known = np.flatnonzero(np.isfinite(dataset["fatigue_shear_yield"].values))
     if not known.size:
-        certainty = _certainty(COEFFICIENT_SETS[_YIELD_SET].uncertain)
-        return f"{value} of {_YIELD_SET}, as no law of the scene has one ({certainty})"
+        uncertain = COEFFICIENT_SETS[_YIELD_SET].uncertain
+        return f"{value} of {_YIELD_SET}, as no law of the scene has one ({_certainty(uncertain)})"
     keys = ("name", "coefficients", "warnings")
     name, numbers, warnings = (str(dataset[f"fatigue_{key}"].values[known[0]]) for key in keys)
     certainty = _certainty(warnings.split("; "))
-    return f"{value} of {name} ({numbers}, {certainty})" if certainty else f"{value} as given for {name}"
+    return f"{value} of {name} ({numbers}; {certainty})" if certainty else f"{value} as given for {name}"
 
 
 def _certainty(parts: Iterable[str]) -> str:
-    """Range and certainty in a part such as "shear_yield = 300 MPa, range 200 to 350 (recalled)"."""
-    for part in parts:
-        if part.startswith("shear_yield"):
-            text, _, certainty = part.removesuffix(")").partition(" (")
-            _, _, between = text.partition(", range ")
-            return f"{certainty}, {between} MPa in use" if between else certainty
-    return ""
+    """Part on the yield stress, such as "shear_yield = 300 MPa, range 200 to 350 (recalled)"."""
+    return next((part for part in parts if part.startswith("shear_yield")), "")
 
 
 def shakedown_place(dataset: xr.Dataset, row: int) -> tuple[np.ndarray, np.ndarray]:

@@ -1,10 +1,8 @@
 """Figures of one contact solution: `plot_x(dataset, ax=None) -> Axes`, seen from above, rolling upwards.
 
 The datasets are those of `wearsim.studies.contact_state`. `patch` is the index of a patch, `side` 0 for the
-right and 1 for the left wheel, one of those solved; `line` are further properties of the line. Outlines and
-pressures of several states can be laid over each other by further calls on the same axes: `label` (if not
-given, that of the dataset) names the state, `across` is "lateral", from the centre of the patch, or
-"strip_wheel_y", on the wheel profile.
+right and 1 for the left wheel, one of those solved. Outlines of several states can be laid over each other by
+further calls on the same axes.
 """
 
 from __future__ import annotations
@@ -20,8 +18,7 @@ from matplotlib.patches import Patch as Swatch
 
 from wearsim.quantities import QUANTITIES
 from wearsim.report.figures.campaign import WHEELS
-from wearsim.report.style import COLOURS, label_axes, own_axes, plain, shown, style, values_of, wrapped
-from wearsim.report.style import label as label_of
+from wearsim.report.style import COLOURS, label, label_axes, own_axes, plain, shown, style, values_of, wrapped
 
 STICK, SLIP = "#cfe3ee", "#f6dca6"
 """Areas of stick and slip."""
@@ -41,13 +38,13 @@ def _colour(dataset: xr.Dataset) -> str:
 
 
 def _ends(
-    dataset: xr.Dataset, patch: int, across: str, of: tuple[str, str] = ("x_lead", "x_trail")
+    dataset: xr.Dataset, patch: int, of: tuple[str, str] = ("x_lead", "x_trail")
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Lateral positions of strip edges and centres in turn, leading and trailing ends there, shown units.
 
     At their centres strips end where they end; in between, neighbours are joined half-way.
     """
-    y = values_of(dataset, across, patch)
+    y = values_of(dataset, "lateral", patch)
     half = 0.5 * (y[1] - y[0])
     place = np.empty(2 * y.size + 1)
     place[0], place[1::2], place[2::2] = y[0] - half, y, y + half
@@ -63,12 +60,12 @@ def _ends(
     return place, lines[0], lines[1]
 
 
-def outline(dataset: xr.Dataset, patch: int, across: str = "lateral") -> tuple[np.ndarray, np.ndarray]:
+def outline(dataset: xr.Dataset, patch: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the line around a patch: lateral and longitudinal positions in shown units.
 
     NaN between the parts of a patch that are not connected.
     """
-    place, lead, trail = _ends(dataset, patch, across)
+    place, lead, trail = _ends(dataset, patch)
     # models that find the contact on a grid have strips without contact next to it
     loaded = np.flatnonzero(dataset["x_lead"].values[patch] > dataset["x_trail"].values[patch])
     part = slice(2 * int(loaded[0]), 2 * int(loaded[-1]) + 3)
@@ -80,54 +77,20 @@ def outline(dataset: xr.Dataset, patch: int, across: str = "lateral") -> tuple[n
 
 def _cells(dataset: xr.Dataset, patch: int, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Corners of the cells, each of two halves across, and their values."""
-    place, lead, trail = _ends(dataset, patch, "lateral", ("cells_lead", "cells_trail"))
+    place, lead, trail = _ends(dataset, patch, ("cells_lead", "cells_trail"))
     values = np.ma.masked_where(dataset["pressure"].values[patch] == 0.0, values)
     share = np.linspace(0.0, 1.0, dataset.sizes["cell"] + 1)[:, None]
     x = lead - share * (lead - trail)
     return np.broadcast_to(place, x.shape), x, np.ma.repeat(values, 2, axis=1)
 
 
-def _across(dataset: xr.Dataset, across: str) -> str:
-    return "Lateral, to the right [mm]" if across == "lateral" else label_of(dataset, across)
-
-
-def _look(dataset: xr.Dataset, label: str | None, line: dict[str, Any]) -> dict[str, Any]:
-    """Colour and label of the line of a state, and what is stated of it."""
-    return {"color": _colour(dataset), "label": dataset.attrs["label"] if label is None else label} | line
-
-
-def plot_outline(
-    dataset: xr.Dataset,
-    ax: Axes | None = None,
-    *,
-    patch: int = 0,
-    across: str = "lateral",
-    label: str | None = None,
-    **line: Any,
-) -> Axes:
-    """Draw the outline of a patch."""
+def plot_outline(dataset: xr.Dataset, ax: Axes | None = None, *, patch: int = 0, **line: Any) -> Axes:
+    """Draw the outline of a patch; `line` are further properties of the line."""
     ax = own_axes(ax)
-    ax.plot(*outline(dataset, patch, across), **_look(dataset, label, {"linewidth": 1.3} | line))
+    look = {"color": _colour(dataset), "label": dataset.attrs["label"], "linewidth": 1.3} | line
+    ax.plot(*outline(dataset, patch), **look)
     ax.set_aspect("equal", adjustable="datalim")
-    return label_axes(ax, _across(dataset, across), "Rolling direction [mm]")
-
-
-def plot_pressure_along(
-    dataset: xr.Dataset,
-    ax: Axes | None = None,
-    *,
-    patch: int = 0,
-    across: str = "lateral",
-    label: str | None = None,
-    **line: Any,
-) -> Axes:
-    """Draw the largest pressure of each strip across a patch, zero at its ends."""
-    ax = own_axes(ax)
-    pressure = values_of(dataset, "pressure", patch).max(axis=0)
-    place = values_of(dataset, across, patch)
-    before, after = place[0] - 0.5 * (place[1] - place[0]), place[-1] + 0.5 * (place[-1] - place[-2])
-    ax.plot(np.r_[before, place, after], np.r_[0.0, pressure, 0.0], **_look(dataset, label, line))
-    return label_axes(ax, _across(dataset, across), label_of(dataset, "pressure"), 0.0)
+    return label_axes(ax, "Lateral, to the right [mm]", "Rolling direction [mm]")
 
 
 def plot_field(
@@ -142,7 +105,7 @@ def plot_field(
     colours = ax.pcolormesh(y, x, values, cmap=_MAP, vmin=0.0, vmax=top or 1.0, rasterized=True)
     plot_outline(dataset, ax, patch=patch, color=_WHEEL, linewidth=0.8, label="")
     if top > 0.0:  # a bar of zeros has no scale
-        text = wrapped(label_of(dataset, name))
+        text = wrapped(label(dataset, name))
         ax.figure.colorbar(colours, ax=ax, label=text, shrink=0.85, aspect=16, pad=0.02)
     return ax
 
@@ -242,7 +205,7 @@ def plot_gap(dataset: xr.Dataset, ax: Axes | None = None, *, side: int = 0) -> A
     ax.plot(at, gap, color=_WHEEL)
     highest = 0.0
     for k, patch in enumerate(map(int, np.flatnonzero(dataset["side"].values == side))):
-        place = _ends(dataset, patch, "lateral")[0]
+        place = _ends(dataset, patch)[0]
         flat = np.cos(float(dataset["contact_angle"][patch]))  # of the contact plane
         ends = values_of(dataset, "rail_y", patch) + (-1.0 if side else 1.0) * flat * place[[0, -1]]
         # counted from the initial contact within the patch

@@ -1,0 +1,111 @@
+"""The words of a report, from `templates/texts.toml`, and what they say about results."""
+
+from __future__ import annotations
+
+import functools
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import jinja2
+import xarray as xr
+
+from wearsim.report.figures.campaign import shear_yield_text
+from wearsim.report.style import capital, plain, role_of, role_title, values_of
+from wearsim.results.checks import closing_reprofiling, cracks_left, reprofiled_rows, result_warnings
+
+
+def environment_text(dataset: xr.Dataset) -> str:
+    """Environment factor of the points that wear, as a range where they differ."""
+    factor = dataset["environment"].values[dataset["weight"].values > 0.0]
+    if factor.size == 0:
+        return "none: no point wears"
+    low, high = float(factor.min()), float(factor.max())
+    return f"{low:g}" if low == high else f"{low:g} to {high:g}"
+
+
+def environment_note(datasets: Sequence[xr.Dataset]) -> str:
+    """One sentence with the environment factors of all campaigns."""
+    parts = ", ".join(f"{environment_text(data)} ({role_of(data)})" for data in datasets)
+    return f"Wear depths contain the environment factor: {parts}."
+
+
+def run(dataset: xr.Dataset) -> str:
+    """Distance run by a campaign."""
+    return f"{plain(values_of(dataset, 'distance', -1))} km"
+
+
+def wears(dataset: xr.Dataset) -> bool:
+    """Whether the counterface of a campaign wears."""
+    return "counterface_name" in dataset
+
+
+def rolls(dataset: xr.Dataset) -> bool:
+    """Whether the counterface that wears is a pair of rollers."""
+    return "roller" in str(dataset["counterface_name"].values[0])
+
+
+def compares(dataset: xr.Dataset) -> bool:
+    """Whether a campaign has comparison laws."""
+    return "comparison_name" in dataset
+
+
+def stated_warnings(dataset: xr.Dataset) -> list[str]:
+    """Warnings that a result file states, one line each."""
+    lines = str(dataset.attrs.get("warnings", "")).replace("\n", "; ").split("; ")
+    return [line.strip() for line in lines if line.strip()]
+
+
+_SAYS = (
+    capital, closing_reprofiling, cracks_left, environment_note, environment_text, compares, plain,
+    reprofiled_rows, result_warnings, role_of, role_title, rolls, run, shear_yield_text, stated_warnings,
+    wears,
+)  # fmt: skip
+"""Functions that templates call, also as filters and tests."""
+
+
+def environment(autoescape: bool = True) -> jinja2.Environment:
+    """Templates of the reports, for HTML or (without escapes) for text."""
+    made = jinja2.Environment(
+        loader=jinja2.PackageLoader("wearsim.report"),
+        autoescape=autoescape,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    says = {each.__name__: each for each in _SAYS}
+    made.globals |= says
+    made.filters |= says
+    made.tests |= says
+    return made
+
+
+@functools.cache
+def _texts() -> dict[str, dict[str, Any]]:
+    path = Path(__file__).with_name("templates") / "texts.toml"
+    return tomllib.loads(path.read_text(encoding="utf-8"))
+
+
+_templates = functools.cache(environment)
+
+
+def words(name: str) -> dict[str, Any]:
+    """Words by key that stand in the texts under a name."""
+    return _texts()[name]
+
+
+def lines(name: str, kind: str = "lines", **context: Any) -> list[str]:
+    """Sentences of a name, those that apply."""
+    text = _templates(False).from_string(_texts()[kind][name]).render(**context)
+    return [line.strip() for line in text.splitlines() if line.strip()]
+
+
+def caption(kind: str, name: str, **context: Any) -> str:
+    """Caption of a figure or table ("figure", "table") of a name; "" if it has none."""
+    return " ".join(lines(name, kind, **context)) if name in _texts()[kind] else ""
+
+
+def columns(name: str, **context: Any) -> list[str]:
+    """Heads of the columns of a table of a name, the first ones if others are of the data."""
+    return [_templates(False).from_string(text).render(**context) for text in _texts()["columns"][name]]
