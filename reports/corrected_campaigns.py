@@ -1,6 +1,6 @@
 """Depth worn with `model = "auto"` against a half-space at every point, on campaigns made up by seeds.
 
-python reports/corrected_campaigns.py                    runs all: corrected_campaigns.csv and .md (half an hour)
+python reports/corrected_campaigns.py                    runs all: corrected_campaigns.csv and .md (an hour)
 python reports/corrected_campaigns.py --cases 3 17       runs these; all other rows stay as they are
 python reports/corrected_campaigns.py --from-csv         writes the text from the table as it stands
 """
@@ -32,12 +32,12 @@ COLUMNS = (
     "cpu_ratio", "fault",
 )  # fmt: skip
 INTRODUCTION = f"""\
-{CASES} campaigns made up by seeds: wheels S1002, EPS, P8, 1in40 and a pair worn in service, on rails and
-rollers of 0.4 to 4 m, loads of 50 to 110 kN, friction 0.1 to 0.5, law `usfd` and Archard's. Each is run with a
-half-space at every operating point in every stage (`model = "accurate"`), with `model = "auto"` at a tolerance
-of {100 * TOLERANCE:g} % and with the fast model alone over the same distance. Differences are the largest along
-both profiles at the end, over the largest depth; the largest one is that at any of ten places of the distance.
-Solved are operating points with the half-space.
+{CASES} campaigns made up by seeds: wheels S1002, EPS, P8, 1in40 and a pair worn in service, on rails
+and rollers of 0.4 to 4 m, loads of 50 to 110 kN, friction 0.1 to 0.5, law `usfd` and Archard's. Each is
+run with a half-space at every operating point in every stage (`model = "accurate"`), with `model = "auto"`
+at a tolerance of {100 * TOLERANCE:g} % and with the fast model alone over the same distance. Differences
+are the largest along both profiles at the end, over the largest depth; the largest one is that at any of
+ten places of the distance, over the largest depth there. Solved are operating points with the half-space.
 """
 
 
@@ -177,15 +177,18 @@ def report(table: pd.DataFrame, out) -> None:
     """Write the text."""
     done = table[table["auto_percent"].notna()]
     kept = int((done["auto_percent"] <= 100 * TOLERANCE).sum())
-    shown = ["case", "kind", "wheel", "points", "deepest_um", "fast_percent", "auto_percent", "largest_percent",
-             "estimate_percent", "solved_accurate", "solved_auto", "cpu_ratio"]  # fmt: skip
+    shown = [
+        "case", "kind", "wheel", "points", "deepest_um", "fast_percent", "auto_percent", "largest_percent",
+        "estimate_percent", "solved_accurate", "solved_auto", "cpu_ratio",
+    ]  # fmt: skip
     rows = [["" if pd.isna(value) else f"{value:.3g}" if isinstance(value, float) else str(value)
              for value in row] for row in done[shown].itertuples(index=False)]  # fmt: skip
     summary = [
         f"Within {100 * TOLERANCE:g} % at the end: {kept} of {len(done)} campaigns; largest difference "
-        f"{done['auto_percent'].max():.2g} %, median {done['auto_percent'].median():.2g} %. The fast model alone: "
-        f"largest {done['fast_percent'].max():.3g} %, median {done['fast_percent'].median():.2g} %. Time of the "
-        f"half-space at every point over that of `auto`: median {done['cpu_ratio'].median():.2g}.",
+        f"{done['auto_percent'].max():.2g} %, median {done['auto_percent'].median():.2g} %. The fast model "
+        f"alone: largest {done['fast_percent'].max():.3g} %, median {done['fast_percent'].median():.2g} %. "
+        f"Time of the half-space at every point over that of `auto`: median "
+        f"{done['cpu_ratio'].median():.2g}.",
         *(f"Case {int(row.case)} has no result: {row.fault}" for row in table.itertuples() if row.fault),
     ]
     head = ["case", "kind", "wheel", "points", "deepest [µm]", "fast alone [%]", "auto [%]", "largest [%]",
@@ -206,7 +209,7 @@ def main(arguments=None):
     wanted = [] if chosen.from_csv else range(CASES) if chosen.cases is None else chosen.cases
     with tempfile.TemporaryDirectory() as folder, ProcessPoolExecutor(chosen.jobs) as pool:
         for row in pool.map(outcome, wanted, [Path(folder)] * len(wanted)):
-            print(row, file=sys.stderr)
+            sys.stderr.write(f"{row}\n")
             table = pd.concat([table[table["case"] != row["case"]], pd.DataFrame([row])])
             write_csv(table.reindex(columns=COLUMNS).sort_values("case"), values)
     report(pd.read_csv(values, keep_default_na=True).fillna({"fault": ""}), chosen.out)

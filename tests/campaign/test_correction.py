@@ -129,7 +129,7 @@ def test_a_single_point_does_not_ripple_beyond_the_bound_of_frozen_differences(e
         campaign="distance_km = 8000\npoint_spacing_mm = 0.5\nmax_step_depth_um = 30",
     )  # fmt: skip
     evolution = evolution_of(text)
-    state, states = ended(evolution, steps=14)
+    _, states = ended(evolution, steps=14)
     increments = np.diff([one.wear_depth[0] for one in states[-5:]], axis=0)
     band = increments.sum(axis=0) > 0.2 * increments.sum(axis=0).max()
     turned = np.diff(increments[:, band] / increments[:, band].max(axis=1, keepdims=True), axis=0)

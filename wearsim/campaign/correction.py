@@ -6,15 +6,16 @@ the time, and adds it to what the fast model says: with weights :math:`w_j` the 
 :math:`\sum_j w_j (f_j(z) + D_j)`.
 
 When a point is solved again after the distance :math:`L` that it acted for, waiting has left
-:math:`\tfrac12 L\,\Delta D` out: the trapezoidal rule for :math:`D`. What of it is longer than `LONG` is added
-to the step. Shorter waves would grow: a half-space answers to a wave of the profile in proportion to its
-wave number, a model with virtual penetration to all waves alike, so that a wave that decays with
+:math:`\tfrac12 L\,\Delta D` out: the trapezoidal rule for :math:`D`. What of it is longer than `LONG` is
+added to the step. Shorter waves would grow: a half-space answers to a wave of the profile in proportion to
+its wave number, a model with virtual penetration to all waves alike, so that a wave that decays with
 :math:`a` in the fast model and with :math:`b` in the half-space is multiplied by
 :math:`1 - (b/a)(1 - e^{-S})` from one refreshment to the next. Of the change of short waves a point therefore
 takes on the share `_SHORT` :math:`/ (1 - e^{-S})`, stable up to :math:`b/a` of 10.
 
-What was left out in relation to the depth of the step sets how many points are solved again after the next
-one, and, when that is all of them, how long it may be.
+By the change of its difference over the distance each point foretells what it would leave out by waiting for
+another step: those are solved again which together would leave out more than a step may add to the error. A
+step that adds more than that is followed by shorter ones, and repeated if it is much more.
 """
 
 from __future__ import annotations
@@ -65,7 +66,7 @@ _STRICTEST = 1.0 / 16.0
 """Smallest factor on it after steps that left out more."""
 
 
-def new_correction(state: State, points: OperatingPoints, setup: Setup) -> Correction:
+def new_correction(state: State, points: OperatingPoints) -> Correction:
     """Return the correction of points that were never solved with the reference."""
     count, n = len(points.label), state.y.shape[1]
     rows = state.regime_depth.shape[1] + state.comparison_area.shape[1] + 1 + len(state.fatigue_damage)
@@ -130,7 +131,8 @@ def refreshed(
         Share of the change of short waves that known differences of depth take on [-].
     """
     old = state.correction
-    assert old is not None and setup.reference is not None
+    assert old is not None
+    assert setup.reference is not None
     if not among.any():
         return Refreshed(old, np.zeros(0, dtype=np.int64), np.zeros((0, *old.wheel.shape[1:])))
     passage = solve_points(state, points, among, setup) if passage is None else passage
@@ -304,8 +306,8 @@ def corrected_step(
     every = bool(due[acts].all())
     strictness = old.strictness / (1.0 if every else min(2.0, max(0.7, excess)))
     new = replace(
-        new, strictness=min(1.0, max(_STRICTEST, strictness)), overlap=max(overlap, 0.5 * old.overlap), left=left,
-        added=old.added + float(np.abs(added).max()),
+        new, strictness=min(1.0, max(_STRICTEST, strictness)), overlap=max(overlap, 0.5 * old.overlap),
+        left=left, added=old.added + float(np.abs(added).max()),
     )  # fmt: skip
     longer = 1.0 / math.sqrt(excess) if excess > (0.0 if every else _MUCH) else math.inf
     return replace(state, points=after.points, correction=new), longer

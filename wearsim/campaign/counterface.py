@@ -55,7 +55,7 @@ def worn_counterface(counterface: Counterface, state: CounterfaceState | None) -
 def per_passage(
     solution: ContactPatches, law: FloatArray, group: IntArray, count: int, state: CounterfaceState
 ) -> FloatArray:
-    """Depth of the counterface (count, 2, k) of each group of patches in one passage, were it the wheel's [m].
+    """Depth of the counterface (count, 2, k) by each group of patches in a passage, were it the wheel's [m].
 
     Strips of the depth `law` (m, ny) of the wheel are carried to the vertices of the counterface as they are
     to those of the wheel, by overlap of arc lengths.

@@ -202,7 +202,7 @@ def accumulate(
     total = carried(passage, scale, np.zeros(point.size, dtype=np.int64), 1, state, setup)[0]
     below: FloatArray | float = 0.0
     if state.correction is not None:
-        total, below = _corrected(total, passage, (every, weight), state, setup)
+        total, below = _corrected(total, passage, (every, weight), state)
     n_regimes, laws = len(passage.depth), [len(by_law) for by_law in passage.comparison.depth]
     depth, *comparison = np.split(total, np.cumsum([n_regimes, *laws]), axis=1)
     work_and_damage = comparison.pop()
@@ -284,7 +284,7 @@ def _edges(passage: Passage, at: IntArray, wheel: int, state: State) -> tuple[Fl
 
 
 def _corrected(
-    total: FloatArray, passage: Passage, scale: tuple[FloatArray, FloatArray], state: State, setup: Setup
+    total: FloatArray, passage: Passage, scale: tuple[FloatArray, FloatArray], state: State
 ) -> tuple[FloatArray, FloatArray]:
     """Add the differences of the correction to a rate (2, q, n); also those of the counterface (2, k).
 

@@ -101,8 +101,7 @@ class WheelsetEvolution:
             state, active_weight=nowhere, point_length=nowhere, point_error=nowhere, point_stiffness=nowhere
         )
         if self.setup.tolerance is not None:
-            setup = setup_of(self.setup, self.threads)
-            state = replace(state, correction=correction.new_correction(state, self.setup.points, setup))
+            state = replace(state, correction=correction.new_correction(state, self.setup.points))
         return self._solved_with_reference(state, self.setup.points.weight), NO_STEP
 
     def _solved_with_reference(self, state: State, weight: FloatArray) -> State:

@@ -5,12 +5,15 @@ from __future__ import annotations
 import argparse
 import sys
 from functools import partial
+from typing import Any
 
 from wearsim.cli import print_json
-from wearsim.cli.flags import whole
+from wearsim.cli.flags import decimal
 
-SUMMARY = "time every combination of contact models here and compare its wear with a half-space solution"
-EXAMPLES = "wearsim chart --points 10\nwearsim chart my_scene.toml --grids 20,40 --json"
+SUMMARY = (
+    "run short campaigns with every combination of contact models, compare their wear with a half-space's"
+)
+EXAMPLES = "wearsim chart --depth-um 30\nwearsim chart my_scene.toml --tolerances 5,2 --json"
 
 
 def add_flags(parser: argparse.ArgumentParser) -> None:
@@ -20,49 +23,45 @@ def add_flags(parser: argparse.ArgumentParser) -> None:
         help="scene file of a campaign or comparison (default workflows/rig_vs_field.toml)",
     )  # fmt: skip
     parser.add_argument(
-        "--grids", metavar="N,N,...", type=_grids, default=[20, 30, 50],
-        help="strips and cells (default 20,30,50)",
+        "--depth-um", metavar="D", type=partial(decimal, 0.5, 5000), default=60.0,
+        help="largest wear depth at the end of the campaigns, by the half-space (default 60)",
     )  # fmt: skip
     parser.add_argument(
-        "--reference-grid", metavar="N", type=partial(whole, 10, 400), default=60,
-        help="of the half-space (default 60)",
-    )  # fmt: skip
-    parser.add_argument(
-        "--points", metavar="N", type=partial(whole, 1, 500), default=40,
-        help="operating points per scene, at most; but one of each class of operating points (default 40)",
+        "--tolerances", metavar="T,T,...", type=_tolerances, default=[10.0, 5.0, 3.0, 2.0],
+        help="of model = \"auto\", in per cent (default 10,5,3,2)",
     )  # fmt: skip
     parser.add_argument("--json", action="store_true", help="print JSON")
 
 
-def _grids(text: str) -> list[int]:
-    return sorted({whole(5, 200, part.strip()) for part in text.split(",")})
+def _tolerances(text: str) -> list[float]:
+    return [decimal(0.01, 100, part.strip()) for part in text.split(",")]
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Measure and print."""
-    from wearsim.errors import Fault, SceneError
     from wearsim.scene import build
     from wearsim.scene.read import load_campaign
-    from wearsim.studies.chart import ERRORS, MODEL, speed_and_accuracy, worst_scene
+    from wearsim.studies.chart import speed_and_accuracy
 
-    finest = max(arguments.grids)
-    if arguments.reference_grid < finest:
-        flag = f"--reference-grid = {arguments.reference_grid}"
-        raise SceneError([Fault(f"{flag} must be at least the finest of --grids, {finest}")])
     scene = load_campaign(arguments.scene)
     table = speed_and_accuracy(
-        [build(part) for part in scene.parts], arguments.grids, arguments.reference_grid,
-        points=arguments.points, report=lambda line: print(line, file=sys.stderr),
+        [build(part) for part in scene.parts], 1e-6 * arguments.depth_um,
+        [0.01 * one for one in arguments.tolerances], report=lambda line: print(line, file=sys.stderr),
     )  # fmt: skip
     if arguments.json:
-        whole_table = table.astype(object).where(table.notna(), None)
-        print_json({**table.attrs, "models": whole_table.to_dict("records")}, allow_nan=False)
+        print_json(
+            {"models": table.astype(object).where(table.notna(), None).to_dict("records")}, allow_nan=False
+        )
         return 0
-    worst = worst_scene(table).sort_values("time")
-    shown = worst[MODEL].assign(**{"time [ms]": 1e3 * worst["time"]})
-    for name in ERRORS:
-        shown[f"{name.replace('_', ' ')} [%]"] = 100.0 * worst[name]
-    shown["Pareto"] = ["yes" if front else "" for front in table["pareto"][worst.index]]
-    print(f"largest errors of any scene, against {table.attrs['reference']}")
-    print(shown.to_string(index=False, na_rep="refused", float_format=lambda value: f"{value:.3g}"))
+    columns: dict[str, Any] = {
+            "one solution [ms]": 1e3 * table["time_per_solution"], "campaign [s]": table["time"],
+            "of half-space": table["time_ratio"], "steps": table["steps"],
+            "largest error [%]": 100.0 * table["depth_error"],
+            "front": ["yes" if front else "" for front in table["pareto"]],
+    }  # fmt: skip
+    shown = table[["scene", "models"]].assign(**columns)
+    print("largest difference of wear depth along both profiles and the distance, over the largest depth")
+    print(shown.to_string(index=False, na_rep="-", float_format=lambda value: f"{value:.3g}"))
+    for row in table[table["refusal"] != ""].itertuples():
+        print(f"{row.scene}, {row.models}: no solution, {row.refusal}")
     return 0

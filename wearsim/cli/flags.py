@@ -37,6 +37,17 @@ def whole(low: int, high: int, text: str) -> int:
     return number
 
 
+def decimal(low: float, high: float, text: str) -> float:
+    """Return the number of a flag; raise what argparse prints."""
+    try:
+        number = float(text)
+    except ValueError:
+        number = low - 1.0
+    if not low <= number <= high:
+        raise argparse.ArgumentTypeError(f"{text} must be a number, at least {low:g} and at most {high:g}")
+    return number
+
+
 def add_set_flag(parser: argparse.ArgumentParser, keys: str, effect: str) -> None:
     """Add `--set` to the parser of a command, for some keys and with some effect."""
     parser.add_argument(

@@ -14,7 +14,7 @@ from wearsim.report.plates import COUNTERFACE_MEASURES
 from wearsim.report.sections import Campaigns, all_figures
 from wearsim.report.style import plain, role_of, save_svg, with_unit, writing
 from wearsim.report.tables import MEASURES, UNDEFINED, limit_text
-from wearsim.report.tables_quality import classes
+from wearsim.report.tables_quality import models_in_use
 from wearsim.report.texts import environment, stated_warnings, wears
 from wearsim.results import checks, open_results, result_warnings
 from wearsim.results.limits import limits_met
@@ -93,10 +93,12 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
     content["cracks_left"] = checks.cracks_left(dataset)
     if "comparison_name" in dataset or "fatigue_name" in dataset:
         content["damage"] = _damage(dataset)
-    if "contact_candidate" in dataset:
+    if "contact_model_name" in dataset:
         content["contact_models"] = {
-            "error": _plain(dataset["contact_models_error"].values[-1]),
-            "classes": classes(dataset, -1),
+            "points": models_in_use(dataset),
+            "reference": str(dataset["contact_model_name"].values[-1]),
+            "reference_solved": int(dataset["reference_solved"].values[-1]),
+            "correction_error": float(dataset["correction_error"].values[-1]),
         }
     if wears(dataset):
         content["counterface"] = {

@@ -144,7 +144,6 @@ def _regimes(c: Campaigns) -> Content:
 
 def _quality(c: Campaigns) -> Content:
     yield tables_quality.quality(c.datasets)
-    yield from c.each(tables_quality.chosen)
     yield from c.convergence
     yield from figures(c, plates.steps)
 

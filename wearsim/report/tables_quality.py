@@ -13,7 +13,7 @@ import xarray as xr
 from wearsim.errors import ResultError
 from wearsim.profile.shape import polygon_area_between
 from wearsim.report.figures.campaign import WHEELS
-from wearsim.report.style import plain, role_title, shown, values_of
+from wearsim.report.style import plain, role_title, shown
 from wearsim.report.tables import UNDEFINED, Table, span, table
 from wearsim.results import checks
 from wearsim.studies.converge import TABLE
@@ -63,6 +63,8 @@ def _checks(dataset: xr.Dataset) -> dict[str, Any]:
     most = f"{checks.LOAD_TOLERANCE:.0%}"
     text = f"Distance run with normal forces scaled to the wheel load by more than {most} [%]"
     rows[text] = 100.0 * scaling.distance_share if scaling else "none"
+    if "contact_model_name" in dataset:
+        rows |= _correction(dataset)
     if "faint_load" in dataset:
         for name in ("load", "power", "wear"):
             shares = [100.0 * float(dataset[f"faint_{name}{of}"].values.max()) for of in ("", "_max")]
@@ -78,57 +80,26 @@ def _checks(dataset: xr.Dataset) -> dict[str, Any]:
     return rows
 
 
-def chosen(dataset: xr.Dataset) -> list[Table]:
-    """Contact models of each class of operating points and errors of the candidates, if they were chosen."""
-    if "contact_candidate" not in dataset:
-        return []
-    steps = looked_at(dataset)
-    places = [f"{plain(value)} km" for value in values_of(dataset, "distance", steps)]
-    rows = []
-    for step, place in zip(steps, places, strict=True):
-        error = 100.0 * float(dataset["contact_models_error"].values[step])
-        for one in classes(dataset, step):
-            at = f"{place}, {one['class']}"
-            rows.append([at, one["points"], one["models"], one["rank"], one["cost"], error])
-    tolerance = {"tolerance": 100.0 * float(dataset.attrs["contact_tolerance"])}
-    errors = 100.0 * dataset["contact_candidate_error"].values[steps]
-    names, costs = (dataset[f"contact_candidate{part}"].values for part in ("", "_cost"))
-    evidence = [
-        [names[k], int(k) + 1, costs[k], *(error if np.isfinite(error) else None for error in errors[:, k])]
-        for k in np.flatnonzero(np.isfinite(errors).any(axis=0))
-    ]
-    heads = [f"Depth error at {place} [%]" for place in places]
-    return [
-        table("choice", rows, context=tolerance, digits=(4, 4, 4, 4, 3, 2)),
-        table("candidates", evidence, *heads, digits=(4, 4, 3, *(2 for _ in heads))),
-    ]
+def models_in_use(dataset: xr.Dataset) -> dict[str, int]:
+    """Count the acting operating points that each pair of models solves in every stage."""
+    acts = dataset["weight"].values > 0.0
+    model = dataset["contact_model"].values[-1][acts].astype(int)
+    names = dataset["contact_model_name"].values
+    return {str(name): int((model == k).sum()) for k, name in enumerate(names) if (model == k).any()}
 
 
-def looked_at(dataset: xr.Dataset) -> list[int]:
-    """Return the steps at which the contact models were looked for, the start first."""
-    evidence = np.column_stack([
-        dataset["contact_models_error"].values, dataset["contact_candidate_error"].fillna(-1.0).values,
-    ])  # fmt: skip
-    return [0, *(np.flatnonzero(np.any(np.diff(evidence, axis=0) != 0.0, axis=1)) + 1).tolist()]
-
-
-def classes(dataset: xr.Dataset, step: int) -> list[dict[str, Any]]:
-    """Classes with operating points at a step: number of points, models, their rank by cost, their cost."""
-    count = np.bincount(
-        dataset["contact_point_class"].values[step].astype(int), minlength=dataset.sizes["contact_class"]
-    )
-    place = dataset["contact_models"].values[step].astype(int)
-    return [
-        {
-            "class": str(name),
-            "points": int(size),
-            "models": str(dataset["contact_candidate"].values[k]),
-            "rank": int(k) + 1,
-            "cost": float(dataset["contact_candidate_cost"].values[k]),
-        }
-        for name, size, k in zip(dataset["contact_class"].values, count, place, strict=True)
-        if size
-    ]
+def _correction(dataset: xr.Dataset) -> dict[str, Any]:
+    points = ", ".join(f"{name} at {count} points" for name, count in models_in_use(dataset).items())
+    reference = str(dataset["contact_model_name"].values[-1])
+    error = 100.0 * float(dataset["correction_error"].values[-1])
+    tolerance = 100.0 * float(dataset.attrs["contact_tolerance"])
+    return {
+        "Contact models": f"{points}; corrected by {reference}",
+        "Operating points solved by the reference, each as often as it was": int(
+            dataset["reference_solved"].values[-1]
+        ),
+        f"Estimated error of the wear depth by the correction [%], tolerance {tolerance:g} %": error,
+    }
 
 
 def read_convergence(directory: Path) -> list[Table]:

@@ -155,8 +155,8 @@ class ContactSection(Section):
     }
     model: Literal["auto", "accurate"] | None = Field(
         None,
-        description="in place of normal and tangential. auto: fast models, corrected by a half-space as often "
-        "as the tolerance asks for; accurate: a half-space at every operating point",
+        description="in place of normal and tangential. auto: fast models, corrected by a half-space as "
+        "often as the tolerance asks for; accurate: a half-space at every operating point",
     )
     tolerance: float = number(
         "contact_tolerance",

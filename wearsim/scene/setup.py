@@ -32,8 +32,8 @@ CHAINS: Mapping[str, tuple[tuple[str, str], ...]] = {
     "auto": (("kik_piotrowski", "fastsim"), ("knothe_le_the", "fastsim"), ("half_space", "half_space")),
     "accurate": (("half_space", "half_space"),),
 }
-"""Normal and tangential models of each `model` of [contact], in the order in which they are tried; all but the
-last are corrected by the last."""
+"""Normal and tangential models of each `model` of [contact], in the order in which they are tried; all but
+the last are corrected by the last."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class CampaignSetup:
     also_evaluate: tuple[WearSettings, ...] = ()  # comparison laws, evaluated on the same contacts
     fatigue: tuple[FatigueSettings, ...] = ()
     fallbacks: tuple[ContactModels, ...] = ()  # in order, where `models` have no solution
-    # error of the wear depth over the largest one with which the last of the fallbacks corrects the others [-]
+    # error of the wear depth over the largest one at which the correction by the last fallback aims [-]
     tolerance: float | None = None
     counterface_wear: CounterfaceWear | None = None  # None: rails or rollers stay as they are
     templates: tuple[Profile, Profile] | None = None  # that right and left wheel are reprofiled to

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -119,13 +120,13 @@ def speed_and_accuracy(
     """
     rows = []
     for setup in setups:
-        pair = dict(zip(("normal", "tangential"), CHAINS["accurate"][0], strict=True))
-        models = replace(setup.models, **pair)
+        normal, tangential = CHAINS["accurate"][0]
+        models = replace(setup.models, normal=normal, tangential=tangential)
         accurate = replace(setup, models=models, fallbacks=(), tolerance=None)
         true = run_short(accurate, depth)
         control = replace(setup.control, distance=float(true.distance[-1]))
         for name, one in combinations(replace(setup, control=control), tolerances):
-            row = {"scene": setup.title or setup.kind, "models": name, "refusal": ""}
+            row: dict[str, Any] = {"scene": setup.title or setup.kind, "models": name, "refusal": ""}
             try:
                 ran = true if one.models == models else run_short(one)
                 row |= {
@@ -137,7 +138,9 @@ def speed_and_accuracy(
                 row["refusal"] = str(error)
             rows.append(row)
             if report is not None and not row["refusal"]:
-                report(f"{setup.kind}: {name}: {row['time']:.3g} s, depth error {percent(row['depth_error'])}")
+                report(
+                    f"{setup.kind}: {name}: {row['time']:.3g} s, depth error {percent(row['depth_error'])}"
+                )
     table = pd.DataFrame(rows)
     of_scene = [group.index[pareto(*group[["time", "depth_error"]].to_numpy().T)]
                 for _, group in table.groupby("scene", sort=False)]  # fmt: skip
