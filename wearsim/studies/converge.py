@@ -17,12 +17,12 @@ from wearsim.errors import ContactError
 from wearsim.quantities import QUANTITIES
 from wearsim.results import open_results
 from wearsim.results.checks import last_worn_row, new_row, wear_steps
+from wearsim.results.schema import CONVERGENCE
 from wearsim.scene import CampaignScene, FieldScene, RigScene, load_campaign
 from wearsim.scene.campaign import STABILITY
 from wearsim.scene.overrides import Override
 
 FOLDER = "converge"
-TABLE = "convergence.json"
 MEASURES = ("flange_thickness", "flange_height", "max_wear_depth", "worn_area", "equivalent_conicity")
 COUNTERFACE_MEASURES = ("counterface_max_wear_depth", "counterface_worn_area")
 """Further measures of rails or rollers that wear."""
@@ -169,8 +169,8 @@ def converge(
                 row["reason"] = f"failed: {error}"
         rows.append(row)
     table = {"command": command, "shortened": distance is not None, "given": given, "rows": rows}
-    write_atomically(out / TABLE, json.dumps(table, indent=2, allow_nan=False).encode())
-    return out / TABLE
+    write_atomically(out / CONVERGENCE, json.dumps(table, indent=2, allow_nan=False).encode())
+    return out / CONVERGENCE
 
 
 def _as_far(scene: CampaignScene, given: dict[str, dict[str, Any]]) -> tuple[Override, ...]:
