@@ -14,9 +14,10 @@ from wearsim.report.style import plain
 from wearsim.report.tables_quality import read_convergence
 from wearsim.results import open_results
 from wearsim.results.checks import percent
+from wearsim.results.schema import CONVERGENCE
 from wearsim.scene import load_campaign
 from wearsim.scene.overrides import Override
-from wearsim.studies.converge import TABLE, converge, other_models, refinements
+from wearsim.studies.converge import converge, other_models, refinements
 
 ROWS = ["step", "grid", "smoothing-half", "smoothing-double", "points", "together"]
 
@@ -142,12 +143,12 @@ def test_the_table_stands_in_the_report(converged):
 
 def test_asked_again_nothing_is_computed(converged):
     scene, out = converged
-    before = (out / TABLE).read_bytes()
+    before = (out / CONVERGENCE).read_bytes()
     command = json.loads(before)["command"]
     seen = []
     converge(scene, out, command=command, observer=lambda event: seen.append((event.kind, event.name)))
     assert seen == [("complete", "rig")] + [("complete", f"rig, {name}") for name in ROWS if name != "points"]
-    assert (out / TABLE).read_bytes() == before
+    assert (out / CONVERGENCE).read_bytes() == before
 
 
 @pytest.mark.slow
@@ -177,7 +178,7 @@ def test_other_contact_models_tell_how_far_the_end_depends_on_them(converged, tm
     out = tmp_path / "out"
     asked = ["run", str(scene), "--out", str(out), "--against", "knothe_le_the+fastsim"]
     assert cli.main([*asked, "--against", "kik_piotrowski+fastsim"]) == 0
-    table = json.loads((out / TABLE).read_text())
+    table = json.loads((out / CONVERGENCE).read_text())
     assert [row["name"] for row in table["rows"]] == ["knothe_le_the+fastsim", "kik_piotrowski+fastsim"]
     strips, same = (row["ends"]["rig"] for row in table["rows"])
     assert same["end"] == table["given"]["rig"]["end"]

@@ -16,7 +16,7 @@ from wearsim.report.figures.campaign import WHEELS
 from wearsim.report.style import plain, role_title, shown
 from wearsim.report.tables import UNDEFINED, Table, span, table
 from wearsim.results import checks
-from wearsim.studies.converge import TABLE
+from wearsim.results.schema import CONVERGENCE
 
 COLUMNS = {
     "flange_thickness": ("flange thickness Sd [µm]", 1e6),
@@ -104,7 +104,7 @@ def _correction(dataset: xr.Dataset) -> dict[str, Any]:
 
 def read_convergence(directory: Path) -> list[Table]:
     """Read the tables of `wearsim run --converge` in a run directory, one per campaign, if there are any."""
-    path = directory / TABLE
+    path = directory / CONVERGENCE
     if not path.is_file():
         return []
     try:

@@ -17,21 +17,15 @@ from wearsim.errors import ContactError
 from wearsim.quantities import QUANTITIES
 from wearsim.results import open_results
 from wearsim.results.checks import last_worn_row, new_row, wear_steps
+from wearsim.results.schema import CONVERGENCE
 from wearsim.scene import CampaignScene, FieldScene, RigScene, load_campaign
 from wearsim.scene.campaign import STABILITY
 from wearsim.scene.overrides import Override
 
 FOLDER = "converge"
-TABLE = "convergence.json"
 MEASURES = ("flange_thickness", "flange_height", "max_wear_depth", "worn_area", "equivalent_conicity")
 COUNTERFACE_MEASURES = ("counterface_max_wear_depth", "counterface_worn_area")
 """Further measures of rails or rollers that wear."""
-
-_FINEST_SPACING_MM = QUANTITIES["point_spacing"].range.low
-_LONGEST_WAVE_MM = float(QUANTITIES["smoothing_wavelength"].range.high)
-_MOST_POSITIONS = int(QUANTITIES["positions"].range.high)
-_FINEST_CELL_MM = QUANTITIES["cell_size"].range.low
-_MOST_CELLS = int(QUANTITIES["cells"].range.high)
 
 
 @dataclass(frozen=True)
@@ -60,7 +54,7 @@ def refinements(scene: CampaignScene) -> tuple[Refinement, ...]:
 
     step, grid, points = overrides(_step), overrides(_grid), overrides(_points)
     # together the points are twice as close, and half the wavelength is resolved wherever the whole one was
-    resolved = overrides(lambda part: _smoothing(part, 0.5, _spacing(part)))
+    resolved = overrides(lambda part: _smoothing(part, 0.5, _grid(part)["campaign.point_spacing_mm"]))
     text = "all of these, smoothed as given"
     if resolved:
         where = "" if len(resolved) == len(scene.prefixed) else ", where points resolve that"
@@ -175,8 +169,8 @@ def converge(
                 row["reason"] = f"failed: {error}"
         rows.append(row)
     table = {"command": command, "shortened": distance is not None, "given": given, "rows": rows}
-    write_atomically(out / TABLE, json.dumps(table, indent=2, allow_nan=False).encode())
-    return out / TABLE
+    write_atomically(out / CONVERGENCE, json.dumps(table, indent=2, allow_nan=False).encode())
+    return out / CONVERGENCE
 
 
 def _as_far(scene: CampaignScene, given: dict[str, dict[str, Any]]) -> tuple[Override, ...]:
@@ -226,49 +220,48 @@ def _known(values: np.ndarray) -> list[float | None]:
     return [value if math.isfinite(value) else None for value in np.reshape(values, -1).tolist()]
 
 
+def _scaled(section: Any, name: str, factor: float, **quantities: str) -> dict[str, float]:
+    """Values of keys of a section that are given, times a factor, within the ranges of their quantities."""
+    scaled = {}
+    for key, quantity in quantities.items():
+        low, high = QUANTITIES[quantity].span
+        if (value := getattr(section, key)) is not None:
+            scaled[f"{name}.{key}"] = min(max(factor * value, low), high)
+    return scaled
+
+
 def _step(part: RigScene | FieldScene) -> dict[str, float]:
     campaign = part.campaign
     halved = {
-        "campaign.max_step_depth_um": max(0.5 * campaign.max_step_depth_um, 0.1),
-        "campaign.first_step_depth_um": max(0.5 * campaign.first_step_depth_um, 0.01),
+        "max_step_depth_um": "depth_cap", "first_step_depth_um": "first_depth", "max_step_km": "step_length",
+    }  # fmt: skip
+    return {
+        **_scaled(campaign, "campaign", 0.5, **halved),
         "campaign.stability": 0.5 * (campaign.stability or STABILITY[campaign.integrator][0]),
         # the error of a step grows with the cube of its length
-        "campaign.error_tolerance_um": max(0.125 * campaign.error_tolerance_um, 0.001),
+        **_scaled(campaign, "campaign", 0.125, error_tolerance_um="step_error"),
     }
-    if campaign.max_step_km is not None:
-        halved["campaign.max_step_km"] = 0.5 * campaign.max_step_km
-    return halved
-
-
-def _spacing(part: RigScene | FieldScene) -> float:
-    """Half the spacing of the profile points [mm]."""
-    return max(0.5 * part.campaign.point_spacing_mm, _FINEST_SPACING_MM)
 
 
 def _grid(part: RigScene | FieldScene) -> dict[str, float]:
     return {
-        "campaign.point_spacing_mm": _spacing(part),
-        "contact.cell_mm": max(0.5 * part.contact.cell_mm, _FINEST_CELL_MM),
-        **{
-            f"contact.{key}": min(2 * getattr(part.contact, key), _MOST_CELLS)
-            for key in ("strips", "cells", "most_cells")
-        },
+        **_scaled(part.campaign, "campaign", 0.5, point_spacing_mm="point_spacing"),
+        **_scaled(part.contact, "contact", 0.5, cell_mm="cell_size"),
+        **_scaled(part.contact, "contact", 2, strips="strips", cells="cells", most_cells="most_cells"),
     }
 
 
 def _smoothing(part: RigScene | FieldScene, factor: float, spacing: float | None = None) -> dict[str, float]:
     """Change the wavelength, but to none that the points, by default as given, do not resolve."""
-    wavelength = factor * part.campaign.smoothing_wavelength_mm
-    spacing = part.campaign.point_spacing_mm if spacing is None else spacing
-    if wavelength == 0.0 or wavelength < 2.0 * spacing:
-        return {}
-    return {"campaign.smoothing_wavelength_mm": min(wavelength, _LONGEST_WAVE_MM)}
+    scaled = _scaled(part.campaign, "campaign", factor, smoothing_wavelength_mm="smoothing_wavelength")
+    least = 2.0 * (part.campaign.point_spacing_mm if spacing is None else spacing)
+    return {key: wavelength for key, wavelength in scaled.items() if wavelength >= least}
 
 
 def _points(part: RigScene | FieldScene) -> dict[str, float]:
     if isinstance(part, RigScene):
         return {}
-    return {
-        f"operation.class.{number}.positions": min(2 * run.positions, _MOST_POSITIONS)
-        for number, run in enumerate(part.operation.classes, start=1)
-    }
+    scaled: dict[str, float] = {}
+    for number, run in enumerate(part.operation.classes, start=1):
+        scaled |= _scaled(run, f"operation.class.{number}", 2, positions="positions")
+    return scaled
