@@ -75,8 +75,8 @@ def test_depth_and_area_of_a_wear_law_on_tread_and_flank():
     assert np.max(np.abs(wear.depth - np.interp(wear.y, even.y[active], moved[active]))[tread]) < 0.5e-6
     flank = (wear.y > -45e-3) & ~tread
     assert np.max(np.abs(wear.depth - np.interp(wear.y, even.y[active], moved[active]))[flank]) < 3e-6
-    assert wear.max_depth == pytest.approx(np.max(moved), abs=1e-6)
-    assert abs(wear.max_depth_y + 2e-3) < 5e-3
+    assert wear.max_wear_depth == pytest.approx(np.max(moved), abs=1e-6)
+    assert abs(wear.max_wear_depth_y + 2e-3) < 5e-3
 
 
 def test_area_is_the_integral_of_depth_and_curvature():
@@ -139,7 +139,7 @@ def test_rail_zones():
     wear = wear_between(RAIL, worn)
     assert list(wear.zone_areas) == ["gauge corner", "top", "field side"]
     assert wear.zone_areas["top"] == pytest.approx(wear.worn_area, rel=1e-3)
-    assert wear.max_depth == pytest.approx(1e-3, abs=1e-6)
+    assert wear.max_wear_depth == pytest.approx(1e-3, abs=1e-6)
 
 
 def test_only_the_common_part_is_compared_and_told():
@@ -153,7 +153,7 @@ def test_only_the_common_part_is_compared_and_told():
     assert wear.compared_length < 0.7 * wear.length
     assert np.all(np.isfinite(wear.depth))
     assert "mm of 160.5 mm of S1002" in wear.note
-    assert wear.max_depth == pytest.approx(whole.max_depth, abs=0.1e-6)
+    assert wear.max_wear_depth == pytest.approx(whole.max_wear_depth, abs=0.1e-6)
     longer = wear_between(short, NEW)
     assert longer.compared_length > 0.99 * longer.length
     assert longer.worn_area == pytest.approx(-wear.worn_area, rel=0.01)

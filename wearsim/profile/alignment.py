@@ -450,5 +450,5 @@ ALIGNMENTS: Mapping[str, AlignmentRule] = MappingProxyType(
 )
 """Rules of alignment by name."""
 
-HOLD_TREAD = ("flange_back", "running_circle")
-"""Rules that lay the running circles on each other: what is worn there does not show."""
+HOLD_TREAD = {"flange_back": "running circles", "running_circle": "running circles", "top": "tops"}
+"""Rules that lay worn places on each other: what is worn there does not show."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,8 +35,8 @@ class WearBetween:
     z: FloatArray = field(repr=False)
     depth: FloatArray = field(repr=False)  # (m,) along its normal, positive where material was removed [m]
     worn_area: float  # between both profiles, removed less added [m2]
-    max_depth: float  # [m]
-    max_depth_y: float  # where it is [m]
+    max_wear_depth: float  # [m]
+    max_wear_depth_y: float  # where it is [m]
     zone_areas: Mapping[str, float]  # share of each zone in the worn area [m2]
     compared_length: float  # arc length [m]
     length: float  # of the profile before [m]
@@ -111,9 +110,9 @@ def wear_between(
         z=old.z[part],
         depth=depth[part],
         worn_area=float(np.sum(swept)),
-        max_depth=float(depth[deepest]),
-        max_depth_y=float(old.y[deepest]),
-        zone_areas=MappingProxyType({name: float(np.sum(swept[which == k])) for k, name in enumerate(zones)}),
+        max_wear_depth=float(depth[deepest]),
+        max_wear_depth_y=float(old.y[deepest]),
+        zone_areas={name: float(np.sum(swept[which == k])) for k, name in enumerate(zones)},
         compared_length=compared,
         length=length,
         note=(

@@ -41,9 +41,9 @@ IF_STATED = ("wheel_diameter", "wheel_diameter_difference", "back_to_back", "fro
 """Measures that are there only if something is stated."""
 
 _GAUGED_AT = {
-    "below_tip": ("flange_gradient",),
-    "level": ("flange_thickness", "flange_gradient", "front_to_front"),
-    "flange_back": ("flange_height", "flange_thickness", "flange_gradient", "front_to_front"),
+    "below_tip": {"flange_gradient"},
+    "level": {"flange_thickness", "flange_gradient", "front_to_front"},
+    "flange_back": {"flange_height", "flange_thickness", "flange_gradient", "front_to_front"},
 }
 
 
@@ -92,20 +92,15 @@ class Comparison:
                 f"they are not of one {self.reference.kind}; try another rule with --align"
             )
         if rms is not None and rms > _LARGE_REST:
-            tilt = "" if self.alignment.angle else "; a profile measured at a tilt needs --rotate"
             lines.append(
                 f"{1e6 * rms:.0f} µm rms are left on parts that do not wear, more than "
-                f"{1e6 * _LARGE_REST:.0f}: wear of this size is uncertain{tilt}"
+                f"{1e6 * _LARGE_REST:.0f}: wear of this size is uncertain; a profile measured at a tilt "
+                "needs --rotate"
             )
-        if rule in HOLD_TREAD:
+        if held := HOLD_TREAD.get(rule):
             lines.append(
-                f"{rule} lays the running circles on each other: wear there counts as none, the flange seems "
-                "to grow; back_and_tip or best_fit show the wear of the tread"
-            )
-        if rule == "top":
-            lines.append(
-                "top lays the tops on each other: wear there counts as none, the sides of the head seem to "
-                "grow; best_fit shows the wear of the top"
+                f"{rule} lays the {held} on each other: wear there counts as none, and the sides seem to "
+                "grow; best_fit shows it"
             )
         return tuple(lines)
 
@@ -215,8 +210,9 @@ def _checked(given: ProfileInput, measures: Measures, at: Conditions) -> Profile
 
 def _elsewhere(distances: GaugeDistances) -> set[str]:
     """Gauge values that other than the usual distances change."""
-    usual, changed = vars(GaugeDistances()), vars(distances)
-    return {name for key, names in _GAUGED_AT.items() if changed[key] != usual[key] for name in names}
+    usual = GaugeDistances()
+    changed = (names for key, names in _GAUGED_AT.items() if getattr(distances, key) != getattr(usual, key))
+    return set().union(*changed)
 
 
 def _prepared(given: ProfileInput, at: Conditions) -> ProfileInput:
@@ -255,26 +251,20 @@ def _judged(
     measures: Mapping[str, Measures], limits: LimitSet, run: Running | None, at: Conditions
 ) -> tuple[tuple[str, Judgement], ...]:
     """Judgements of all bodies; the conicity is with the axle, or with the wheel if both are alike."""
-    running_body = "axle" if "axle" in measures else "right"
-    judgeable = {
-        body: _judgeable(each, run if body == running_body else None, at) for body, each in measures.items()
-    }
+    elsewhere = set() if at.own_limits else _elsewhere(at.distances)
+    judgeable = {}
+    for body, each in measures.items():
+        # what nobody stated is not judged: only gauge values that should be there are reported as missing
+        missing = {name: why for name, why in each.missing.items() if name not in IF_STATED}
+        values = {name: value for name, value in each.values.items() if name not in elsewhere}
+        other = "measured at other distances than those the limits are meant for"
+        missing |= dict.fromkeys(elsewhere & each.values.keys(), other)
+        conicity = run.judged_conicity if run and body == list(measures)[-1] else None
+        if conicity is not None:
+            values["equivalent_conicity"] = conicity
+        judgeable[body] = Measures(values, missing)
     judged = judge_wheelset(judgeable, limits)
     return tuple((body, each) for body, judgements in judged.items() for each in judgements)
-
-
-def _judgeable(measures: Measures, run: Running | None, at: Conditions) -> Measures:
-    """Measures that limits apply to, and the conicity where the wheelset runs."""
-    values = dict(measures.values)
-    conicity = run.judged_conicity if run else None
-    if conicity is not None:
-        values["equivalent_conicity"] = conicity
-    # what nobody stated is not judged: only gauge values that should be there are reported as missing
-    missing = {name: why for name, why in measures.missing.items() if name not in IF_STATED}
-    for name in () if at.own_limits else _elsewhere(at.distances):
-        if values.pop(name, None) is not None:
-            missing[name] = "measured at other distances than those the limits are meant for"
-    return Measures(values, missing)
 
 
 def _compared(given: ProfileInput, before: ProfileInput, at: Conditions) -> Comparison:
