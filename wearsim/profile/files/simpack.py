@@ -64,11 +64,11 @@ def read(text: Text, kind: Kind, faults: Faults) -> Points:
         if not line:
             continue
         if match := _BLOCK.match(line):
-            block = match[1].lower()
-            if match[2].lower() == "begin":
-                if block in first:
-                    faults.add(f"a second {block}.begin, the first is in line {first[block]}: two profiles "
-                               "are joined; give one", number)  # fmt: skip
+            block, begins = match[1].lower(), match[2].lower() == "begin"
+            if begins and block in first:
+                what = f"a second {block}.begin, the first is in line {first[block]}: two profiles are joined"
+                faults.add(f"{what}; give one", number)
+            if begins:
                 first.setdefault(block, number)
                 inside.append(block)
             elif inside[-1:] == [block]:
@@ -104,33 +104,29 @@ def read(text: Text, kind: Kind, faults: Faults) -> Points:
 
 def _applied(points: Columns, header: _Header, notes: list[str]) -> Points:
     """Apply the keys of the spline block in their order."""
-    key, faults = header.number, header.faults
+    key, values, faults = header.number, header.values, header.faults
     shift_y, shift_z = key("shift.y"), key("shift.z")
     rows = _thinned(
         list(zip(points.lines, points.y, points.z, strict=True)), float(key("point.dist.min")), notes
     )
     if key("rotate") != 0:
-        faults.add(
-            f"rotate = {header.values['rotate']} is not applied by this reader: turn the points and set it "
-            "to 0",
-            header.lines["rotate"],
+        message = (
+            f"rotate = {values['rotate']} is not applied by this reader: turn the points and set it to 0"
         )
-    low, high = key("bound.y.min", "1"), key("bound.y.max")
+        faults.add(message, header.lines["rotate"])
+    low, high = key("bound.y.min", "1") - shift_y, key("bound.y.max") - shift_y
     if low < high:
-        kept = [row for row in rows if low <= Decimal(row[1]) + shift_y <= high]
-        if len(kept) < len(rows):
-            notes.append(f"{len(rows) - len(kept)} points outside bound.y left out")
-        rows = kept
+        within = [row for row in rows if low <= Decimal(row[1]) <= high]
+        if len(within) < len(rows):
+            notes.append(f"{len(rows) - len(within)} points outside bound.y left out")
+        rows = within
     low, high = key("bound.z.min", "1") - shift_z, key("bound.z.max") - shift_z
     if low < high:
-        outside = [not low <= Decimal(z) <= high for _, _, z in rows]
-        rows = [
-            (line, y, str(low if Decimal(z) < low else high) if out else z)
-            for (line, y, z), out in zip(rows, outside, strict=True)
-        ]
-        if any(outside):
-            notes.append(f"{sum(outside)} points clipped to bound.z")
-    notes += [f"{name} = {header.values[name]} added"
+        outside = sum(not low <= Decimal(z) <= high for _, _, z in rows)
+        rows = [(line, y, str(min(max(Decimal(z), low), high))) for line, y, z in rows]
+        if outside:
+            notes.append(f"{outside} points clipped to bound.z")
+    notes += [f"{name} = {values[name]} added"
               for name, by in (("shift.y", shift_y), ("shift.z", shift_z)) if by != 0]  # fmt: skip
     mirror_y, mirror_z, inversion = (key(name) != 0 for name in ("mirror.y", "mirror.z", "inversion"))
     notes += [f"{name} applied" for name, on in (("mirror.y", mirror_y), ("mirror.z", mirror_z)) if on]
@@ -138,30 +134,17 @@ def _applied(points: Columns, header: _Header, notes: list[str]) -> Points:
         rows.reverse()
     per_metre = key("units.len.f", "1000")
     if per_metre <= 0:
-        faults.add(
-            f"units.len.f = {per_metre} must be above 0 (1000 for mm)", header.lines.get("units.len.f")
-        )
+        faults.add(f"units.len.f = {per_metre} must be above 0 (1000 for mm)", header.lines["units.len.f"])
         per_metre = Decimal(1000)
-    if per_metre != Decimal(1000):
-        unit = "m" if per_metre == 1 else f"1/{per_metre} m"
-        notes.append(f"units.len.f = {per_metre}: lengths in {unit}")
-    if not header.values.get("units.len.f"):
+    elif not values.get("units.len.f"):
         notes.append("units.len.f is not given: lengths are taken as mm")
+    elif per_metre != 1000:
+        notes.append(f"units.len.f = {per_metre}: lengths in {'m' if per_metre == 1 else f'1/{per_metre} m'}")
     lines, y, z = (list(column) for column in zip(*rows, strict=True)) if rows else ([], [], [])
     return Points(
-        lines,
-        y,
-        z,
-        "field",
-        "down",
-        shift_y,
-        shift_z,
-        mirror_y,
-        mirror_z,
-        metres=EXACT.divide(Decimal(1), per_metre).normalize(),
-        header=header.values,
-        notes=tuple(notes),
-    )
+        lines, y, z, "field", "down", shift_y, shift_z, mirror_y, mirror_z,
+        metres=EXACT.divide(Decimal(1), per_metre).normalize(), header=values, notes=tuple(notes),
+    )  # fmt: skip
 
 
 def _thinned(rows: list[_Row], least: float, notes: list[str]) -> list[_Row]:
@@ -169,12 +152,9 @@ def _thinned(rows: list[_Row], least: float, notes: list[str]) -> list[_Row]:
     if least <= 0.0 or not rows:
         return rows
     kept = rows[:1]
-    y, z = float(rows[0][1]), float(rows[0][2])
     for row in rows[1:]:
-        y_new, z_new = float(row[1]), float(row[2])
-        if math.hypot(y_new - y, z_new - z) >= least:
+        if math.dist(*([float(cell) for cell in each[1:]] for each in (row, kept[-1]))) >= least:
             kept.append(row)
-            y, z = y_new, z_new
     if len(kept) < len(rows):
         notes.append(f"{len(rows) - len(kept)} points closer than point.dist.min left out")
     return kept
