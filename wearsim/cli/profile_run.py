@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from argparse import Namespace
 from functools import partial
@@ -11,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from wearsim.cli import print_json
-from wearsim.errors import ProfileError, ResultError
-from wearsim.profile.files import WRITTEN_FORMATS, is_file, read_profile, write_profile
+from wearsim.errors import ProfileError
+from wearsim.profile.files import WRITTEN_FORMATS, is_file, read_profile, write_profile, write_text
 from wearsim.profile.inspection import Inspection, inspect_profile, reprofiled_wheels, tables
 from wearsim.profile.inspection.inputs import ProfileInput
 from wearsim.profile.inspection.request import Request, flag_of
@@ -86,7 +85,7 @@ def _write(request: Request, inspection: Inspection, target: Path | None) -> lis
     """Write the converted profile, the table and the figure; returns what was written."""
     written = [] if target is None else [_convert(request, inspection, target)]
     if request.csv not in (None, "-"):
-        save(Path(request.csv), tables.points_csv(inspection))
+        write_text(Path(request.csv), tables.points_csv(inspection))
         written.append(request.csv)
     if request.plot is not None:
         from wearsim.profile.inspection.datasets import profile_dataset
@@ -113,14 +112,3 @@ def _convert(request: Request, inspection: Inspection, target: Path) -> str:
     changes = [*(["aligned"] if aligned else []), *(["smoothed"] if "smooth_mm" in request.numbers else [])]
     changed = f"{' and '.join(changes)} as stated, " if changes else ""
     return f"{target} ({format}, {len(profile.y)} points, {changed}read back with the same bits)"
-
-
-def save(path: Path, text: str) -> None:
-    """Write a file that is complete or not there."""
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        part.write_text(text, encoding="utf-8")
-        part.replace(path)
-    except OSError as error:
-        part.unlink(missing_ok=True)
-        raise ResultError(f"{path}: cannot be written ({error.strerror}); choose another folder") from error

@@ -98,36 +98,30 @@ def read_profile(path: str | Path, kind: Kind, **statements: Unpack[Statements])
     format, part, slice = statements.get("format"), statements.get("part"), statements.get("slice")
     _known("units", statements.get("units"), UNITS, path)
     _known("origin", statements.get("origin"), ORIGINS, path)
-    notes: list[str] = []
-    header: dict[str, str] = {}
-    files = [path]
-    while True:
-        text = read_text(files[-1])
-        name = _format_of(text, format)
-        faults = Faults(files[-1])
-        stands_for = FORMATS[name].suffixes.get(files[-1].suffix.lower(), "")
-        if stands_for not in ("", kind):
-            faults.add(f"{files[-1].suffix} is a {stands_for}, a {kind} profile is needed")
-        content = _content(text, name, kind, faults, part, slice)
+    text, files, header, notes = read_text(path), [path], dict[str, str](), tuple[str, ...]()
+    name, faults = _format_of(text, format, kind)
+    if name == "slices":
+        listed = read_slice_list(text, faults, slice)
         faults.raise_any()
-        notes += [f"format {FORMATS[name].title}", *text.notes]
-        if not isinstance(content, SliceFile):
-            break
-        if header:
-            faults.add("is a list of slices within a list of slices; give the list itself")
-            faults.raise_any()
-        header, format, slice = dict(content.header), None, None
-        notes.append(content.note)
-        files.append(_slice_file(path, content))
-    assert isinstance(content, Points)
+        assert listed is not None
+        files.append(_slice_file(path, listed))
+        header, notes = dict(listed.header), (f"format {FORMATS[name].title}", *text.notes, listed.note)
+        text, slice = read_text(files[-1]), None
+        name, faults = _format_of(text, None, kind)
+    content = _content(text, name, kind, faults, part)
+    if slice is not None:
+        faults.add(f"--slice {slice} is stated, but the file is no list of slices: leave it out")
+    faults.raise_any()
+    assert content is not None
     ours = Conversion(content, kind, statements, faults).result()
     lean = None if kind == "wheel" else head_lean(ours.y, ours.z)
-    notes += [*content.notes, *ours.notes, *([] if lean is None else [f"head {lean_words(lean)}"])]
+    notes += (f"format {FORMATS[name].title}", *text.notes, *content.notes, *ours.notes)
+    notes += () if lean is None else (f"head {lean_words(lean)}",)
     shown = notes[1:] if name == "two-column" else notes
     source = f"file {path.name} ({'; '.join(shown)})" if shown else f"file {path.name}"
     profile = Profile(path.stem, kind, ours.y, ours.z, source)
     header |= content.header
-    return ProfileReading(profile, name, header, tuple(notes), tuple(files), lean, ours.running_circle)
+    return ProfileReading(profile, name, header, notes, tuple(files), lean, ours.running_circle)
 
 
 def _known(key: str, value: str | None, known: Iterable[str], path: Path) -> None:
@@ -137,29 +131,30 @@ def _known(key: str, value: str | None, known: Iterable[str], path: Path) -> Non
         raise ProfileError(f"{path}: {key} = {value!r} is not one of {', '.join(known)}{hint}")
 
 
-def _format_of(text: Text, name: str | None) -> str:
-    """Format of a file: stated, by its content, or by its extension."""
+def _format_of(text: Text, name: str | None, kind: Kind) -> tuple[str, Faults]:
+    """Format of a file, stated, by its content, or by its extension, with the fault of a wrong extension."""
     _known("format", name, FORMATS, text.path)
-    suffix = text.path.suffix.lower()
+    suffix, faults = text.path.suffix.lower(), Faults(text.path)
     by_content = (key for key, each in FORMATS.items() if each.recognises and each.recognises(text))
     by_suffix = (key for key, each in FORMATS.items() if suffix in each.suffixes)
-    return name or next(by_content, None) or next(by_suffix, "two-column")
+    name = name or next(by_content, None) or next(by_suffix, "two-column")
+    stands_for = FORMATS[name].suffixes.get(suffix, "")
+    if stands_for not in ("", kind):
+        faults.add(f"{suffix} is a {stands_for}, a {kind} profile is needed")
+    return name, faults
 
 
-def _content(
-    text: Text, name: str, kind: Kind, faults: Faults, part: int | str | None, slice: int | None
-) -> Points | SliceFile | None:
+def _content(text: Text, name: str, kind: Kind, faults: Faults, part: int | str | None) -> Points | None:
     """Read a file of known format; None with a fault."""
-    if part is not None and name not in ("miniprof-parts", "slices"):
-        faults.add(f"--part {part} is stated, but the file holds one profile: leave it out")
-    if slice is not None and name != "slices":
-        faults.add(f"--slice {slice} is stated, but the file is no list of slices: leave it out")
-    if (axes := FORMATS[name].axes) is not None:
-        return read_points(text, faults, *axes)
     if name == "slices":
-        return read_slice_list(text, faults, slice)
+        faults.add("is a list of slices within a list of slices; give the list itself")
+        return None
     if name == "miniprof-parts":
         return miniprof.read_part(text, kind, faults, part)
+    if part is not None:
+        faults.add(f"--part {part} is stated, but the file holds one profile: leave it out")
+    if (axes := FORMATS[name].axes) is not None:
+        return read_points(text, faults, *axes)
     return simpack.read(text, kind, faults) if name == "simpack" else miniprof.read(text, kind, faults)
 
 
@@ -285,7 +280,11 @@ def write_profile(
         )
     if path.exists() and not overwrite:
         raise ProfileError(f"{path}: exists already; choose another name or allow overwriting")
-    text = "\n".join(_lines(profile, path, format)) + "\n"
+    write_text(path, "\n".join(_lines(profile, path, format)) + "\n")
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a file that is complete or not there."""
     part = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         part.write_text(text, encoding="utf-8")
