@@ -10,7 +10,7 @@ CONTINUOUS = COEFFICIENT_SETS["pearce_sherratt_1991_continuous"]
 
 
 def slope(result, branch):
-    """Volume per frictional work of a straight branch at a friction of 0.45 [m3/J], from the printed units."""
+    """Volume per frictional work of a straight branch at a friction of 0.45 [m3/J], from printed units."""
     law = result.laws[0]
     if law == "usfd":  # ug/(m mm2) per N/mm2 over the density
         return 1e-9 / 7850.0 * result[f"{branch}_slope"]

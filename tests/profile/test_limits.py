@@ -17,11 +17,18 @@ from wearsim.profile.limits import (
     judge_wheelset,
     load_limits,
 )
-from wearsim.profile.measures import Measures, wheel_measures, wheelset_measures
+from wearsim.profile.measures import Measures, axle_measures, wheel_measures
 from wearsim.profile.standard import wheel
 
 NEW = wheel("S1002")
 TSI = load_limits("TSI")
+
+
+def _wheelset(right, left, back_to_back):
+    """Measures of new wheels of these diameters and of their axle."""
+    wheels = [wheel_measures(NEW, diameter=diameter) for diameter in (right, left)]
+    return {"right": wheels[0], "left": wheels[1], "axle": axle_measures(*wheels, back_to_back)}
+
 
 # shared/spec/profiles.md section 8, row by row: measure, a diameter within, min, max [mm]
 TABLE = """\
@@ -71,7 +78,13 @@ def test_every_limited_measure_of_the_table_is_covered_and_hollowing_is_no_tsi_l
 
 def test_judgement_of_a_new_wheel():
     """New S1002 has a margin of 0.5 mm to the largest flange thickness and to the least flange height."""
-    result = judge(wheel_measures(NEW, diameter=0.92, back_to_back=1.36), TSI)
+    result = [
+        each
+        for part in judge_wheelset(
+            {name: one for name, one in _wheelset(0.92, 0.92, 1.36).items() if name != "left"}, TSI
+        ).values()
+        for each in part
+    ]
     assert not any(each.exceeded for each in result)
     margins = {(each.measure, each.bound): each.margin for each in result}
     assert margins["flange_thickness", "max"] == pytest.approx(0.5e-3, abs=0.1e-6)
@@ -175,7 +188,7 @@ def test_what_was_not_measured_stays_in_the_list_with_its_reason():
 
 
 def test_wheelset_the_smaller_wheel_chooses_the_limits_of_the_axle():
-    result = judge_wheelset(wheelset_measures(NEW, NEW, diameters=(0.8402, 0.8398), back_to_back=1.3575), TSI)
+    result = judge_wheelset(_wheelset(0.8402, 0.8398, 1.3575), TSI)
     assert {each.condition for each in result["right"] if each.measure == "flange_thickness"} == {
         "D > 840 mm"
     }

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from wearsim.errors import ProfileError
+from wearsim.profile import worn
 from wearsim.profile.shape import (
     Profile,
     offset_distance,
@@ -79,12 +80,13 @@ def test_depth_and_area_of_a_wear_law_on_tread_and_flank():
     assert abs(wear.max_wear_depth_y + 2e-3) < 5e-3
 
 
-def test_area_is_the_integral_of_depth_and_curvature():
+def test_area_is_the_integral_of_depth_and_curvature(monkeypatch):
     """A = integral of d - k d^2/2, k > 0 where normals meet; the error falls with the step."""
     _, _, after, _ = worn_by_law()
     errors = []
     for spacing in (0.2e-3, 0.05e-3):
-        wear = wear_between(NEW, after, spacing=spacing)
+        monkeypatch.setattr(worn, "_SPACING", spacing)
+        wear = wear_between(NEW, after)
         heading = np.unwrap(np.arctan2(np.gradient(wear.z), np.gradient(wear.y)))
         curvature = -np.gradient(heading, wear.s)
         integral = np.trapezoid(wear.depth - 0.5 * curvature * wear.depth**2, wear.s)
@@ -127,11 +129,6 @@ def test_zones_add_up_and_lie_where_they_say():
     wear = wear_between(NEW, after)
     assert list(wear.zone_areas) == ["flange", "root", "tread"]
     assert sum(wear.zone_areas.values()) == pytest.approx(wear.worn_area, rel=1e-12)
-    own = {"inside": 0.0, "outside": np.inf}
-    step = replace(NEW, z=NEW.z - np.where((NEW.y > 5e-3) & (NEW.y < 50e-3), 1e-3, 0.0))
-    areas = wear_between(NEW, step, zones=own).zone_areas
-    assert abs(areas["inside"]) < 1e-3 * areas["outside"]
-    assert areas["outside"] == pytest.approx(45e-6, rel=0.02)
 
 
 def test_rail_zones():
@@ -169,5 +166,3 @@ def test_profiles_that_cannot_be_compared_are_refused():
     gap = np.where((NEW.y > 0.0) & (NEW.y < 30e-3), 15e-3, 0.0)
     with pytest.raises(ProfileError, match=r"worn is nowhere within 12 mm of S1002 along its normal at y = "):
         wear_between(NEW, replace(NEW, name="worn", z=NEW.z - gap))
-    with pytest.raises(ProfileError, match=r"spacing = 0.001 mm must be at least 0.01 mm"):
-        wear_between(NEW, NEW, spacing=1e-6)

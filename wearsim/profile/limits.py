@@ -194,10 +194,7 @@ class Judgement:
 
 
 def judge(
-    measures: Measures | Mapping[str, float],
-    limits: LimitSet,
-    *,
-    diameter: float | None = None,
+    measures: Measures | Mapping[str, float], limits: LimitSet, *, diameter: float | None = None
 ) -> list[Judgement]:
     """Compare measures (SI, by name) with limits, each bound of what is measured or was tried.
 

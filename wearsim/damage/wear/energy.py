@@ -80,9 +80,5 @@ def depth(
 
 
 ENERGY = WearLaw(
-    "energy",
-    depth,
-    REGIMES,
-    coefficients="zobory_1997",
-    parameters=("density", "energy_coefficient"),
+    "energy", depth, REGIMES, coefficients="zobory_1997", parameters=("density", "energy_coefficient")
 )

@@ -11,14 +11,7 @@ import re
 from dataclasses import dataclass, field
 from decimal import Decimal
 
-from wearsim.profile.files.points import (
-    EXACT,
-    Columns,
-    Faults,
-    Points,
-    Text,
-    number_fault,
-)
+from wearsim.profile.files.points import EXACT, Columns, Faults, Points, Text, number_fault
 from wearsim.profile.shape import Kind
 
 SUFFIXES = {".prr": "rail", ".prw": "wheel"}
@@ -57,49 +50,40 @@ def read(text: Text, kind: Kind, faults: Faults) -> Points:
     """
     header, points = _Header(faults), Columns(faults)
     weights: set[str] = set()
-    first: dict[str, int] = {}
-    inside: list[str] = []
+    marks: dict[str, int] = {}  # lines of point.begin and so on
+    inside = ""
     for number, raw in enumerate(text.lines, start=1):
         line = raw.split("!", 1)[0].strip()
-        if not line:
-            continue
         if match := _BLOCK.match(line):
-            block, begins = match[1].lower(), match[2].lower() == "begin"
-            if begins and block in first:
-                what = f"a second {block}.begin, the first is in line {first[block]}: two profiles are joined"
-                faults.add(f"{what}; give one", number)
-            if begins:
-                first.setdefault(block, number)
-                inside.append(block)
-            elif inside[-1:] == [block]:
-                inside.pop()
-            else:
-                faults.add(f"{block}.end without {block}.begin", number)
-        elif inside and inside[-1] == "point":
+            mark = match[0].lower()
+            if mark in marks:
+                first = f"a second {mark}, the first is in line {marks[mark]}"
+                faults.add(f"{first}: two profiles are joined; give one", number)
+            marks.setdefault(mark, number)
+            inside = match[1].lower() if mark.endswith("begin") else ""
+        elif line and inside == "point":
             cells = points.cells(line)
             if len(cells) in (2, 3):
                 points.add(number, cells[0], cells[1])
                 weights.update(cells[2:])
             else:
-                faults.add(
-                    f"{len(cells)} columns in the point block, y, z and at most a weight are read", number
-                )
+                faults.add(f"number of columns = {len(cells)} must be 2 or 3: y, z, and weights", number)
         elif "=" in line:
             key, _, value = line.partition("=")
-            name = f"header.{key.strip().lower()}" if inside == ["header"] else key.strip().lower()
+            name = f"header.{key.strip().lower()}" if inside == "header" else key.strip().lower()
             header.values[name], header.lines[name] = value.strip().strip("'"), number
         # some writers leave bare keys without a value: the defaults hold
-    if "point" not in first:
+    if "point.begin" not in marks:
         faults.add("holds no point.begin block, so it is no SIMPACK profile; state another --format")
-    elif inside:
-        faults.add(f"{inside[-1]}.end is missing: the file is cut off; copy it again", len(text.lines))
+    for end in ("point.end", "spline.end"):
+        if end.replace("end", "begin") in marks and end not in marks:
+            faults.add(f"{end} is missing: the file is cut off; copy it again", len(text.lines))
+            break
     stated = header.values.get("header.type", "")
     if _KIND.get(stated, kind) != kind:
-        faults.add(
-            f"type = {stated} says {_KIND[stated]}, a {kind} profile is needed", header.lines["header.type"]
-        )
-    notes = [] if not weights - {"1", "1.0"} else ["weights of the points are not used"]
-    return _applied(points, header, notes)
+        message = f"type = {stated} says {_KIND[stated]}, a {kind} profile is needed"
+        faults.add(message, header.lines["header.type"])
+    return _applied(points, header, ["weights of the points are not used"] if weights - {"1", "1.0"} else [])
 
 
 def _applied(points: Columns, header: _Header, notes: list[str]) -> Points:

@@ -24,9 +24,9 @@ from wearsim.profile.limits import Judgement, LimitSet, judge_wheelset
 from wearsim.profile.measures import (
     GaugeDistances,
     Measures,
+    axle_measures,
     running_circle_level,
     wheel_measures,
-    wheelset_measures,
 )
 from wearsim.profile.placement import BACK_TO_BACK, GAUGE
 from wearsim.profile.reprofiling import Reprofiling, reprofile, reprofile_axle
@@ -236,15 +236,14 @@ def _measures(given: ProfileInput, left: ProfileInput | None, at: Conditions) ->
     """Gauge values of the right wheel, of a left wheel that differs and of their axle."""
     if given.kind != "wheel":
         return {}
-    diameter = at.diameter or given.diameter
+    right = wheel_measures(given.profile, at.distances, diameter=at.diameter or given.diameter)
     if left is None and at.left_diameter is None:
-        back = at.back_to_back
-        return {"right": wheel_measures(given.profile, at.distances, diameter=diameter, back_to_back=back)}
-    other = given if left is None else left
-    diameters = diameter, at.left_diameter or (None if left is None else left.diameter) or at.diameter
-    return wheelset_measures(
-        given.profile, other.profile, at.distances, diameters=diameters, back_to_back=at.back_to_back
-    )
+        axle = axle_measures(right, right, at.back_to_back)
+        alike = {name: value for name, value in axle.values.items() if name != "wheel_diameter_difference"}
+        return {"right": Measures({**right.values, **alike}, {**right.missing, **axle.missing})}
+    diameter = at.left_diameter or (None if left is None else left.diameter) or at.diameter
+    other = wheel_measures((left or given).profile, at.distances, diameter=diameter)
+    return {"right": right, "left": other, "axle": axle_measures(right, other, at.back_to_back)}
 
 
 def _judged(
