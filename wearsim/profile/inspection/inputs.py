@@ -118,11 +118,13 @@ def placement_notes(rail: ProfileInput, inclination: float | None) -> tuple[str,
     if rail.kind == "wheel" or not rail.measured:
         return ()
     tilt = tilt_of(rail, inclination)
+    if tilt and inclination is None:
+        return (
+            f"in the track inclined 1:{1.0 / tilt:.4g}, for it stands upright (--inclination none leaves it so)",
+        )
     if tilt:
-        why = " by --inclination" if inclination is not None else ", for it stands upright"
-        other = " (--inclination none leaves it so)" if inclination is None else ""
         already = "" if rail.upright else "; state none for points that lean already"
-        return (f"in the track inclined 1:{1.0 / tilt:.4g}{why}{other}{already}",)
+        return (f"in the track inclined 1:{1.0 / tilt:.4g} by --inclination{already}",)
     if rail.lean is not None and rail.lean > UPRIGHT:
         again = " and is not tilted again" if inclination else ""
         return (f"in the track as measured: the head leans 1:{1.0 / rail.lean:.3g} already{again}",)
