@@ -8,15 +8,7 @@ from typing import Literal, NamedTuple, NoReturn, TypedDict
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.profile.checks import (
-    HEIGHT_RANGE,
-    PARTIAL,
-    WIDTH_RANGE,
-    head_faults,
-    points_faults,
-    shape_faults,
-    turns,
-)
+from wearsim.profile import checks
 from wearsim.profile.files.points import EXACT, Faults, Points, scaled
 from wearsim.profile.placement import GAUGE_DEPTH, halves_apart, is_partial
 from wearsim.profile.shape import FloatArray, Kind
@@ -97,7 +89,7 @@ class Conversion:
         if len(kept) == MOST_POINTS < len(y):
             notes.append(f"{len(kept)} of {len(y)} points taken, evenly")
         y, z, lines = y[kept], z[kept], [points.lines[int(k)] for k in kept]
-        self._check(shape_faults(self.kind, y, z, _STATE_UNITS), lines)
+        self._check(checks.shape_faults(self.kind, y, z, _STATE_UNITS), lines)
         longest = float(np.max(np.hypot(np.diff(y), np.diff(z))))
         if longest > 5e-3:
             notes.append(
@@ -115,7 +107,7 @@ class Conversion:
         factor_z = EXACT.multiply(unit, Decimal(-1 if upside != points.mirror_z else 1))
         y = scaled([points.y[int(k)] for k in kept], points.shift_y, factor_y, offset)
         z = scaled([points.z[int(k)] for k in kept], points.shift_z, factor_z, Decimal(0))
-        self._check(points_faults(self.kind, y, z, _STATE_UNITS), lines)
+        self._check(checks.points_faults(self.kind, y, z, _STATE_UNITS), lines)
         if y[0] > y[-1]:
             # some formats prescribe this order; it is reported all the same, for people often wonder
             notes.append("points listed from the field side, order reversed")
@@ -168,7 +160,7 @@ class Conversion:
         """Leave out single points where the instrument stepped back a little, at most one in fifty."""
         most = min(max(3, len(kept) // 50), _MOST_STUTTER)
         dropped: list[int] = []
-        rest, back = kept, turns(y[kept], z[kept])
+        rest, back = kept, checks.turns(y[kept], z[kept])
         while 0 < len(back) <= 2 * most and len(dropped) < most:
             j = int(back[0])
             around = rest[j - 1 : j + 2]
@@ -176,7 +168,7 @@ class Conversion:
                 break
             # either the point before the step back or the one behind it is the odd one
             choices = [np.delete(rest, j + 1), np.delete(rest, j)]
-            left = [turns(y[each], z[each]) for each in choices]
+            left = [checks.turns(y[each], z[each]) for each in choices]
             odd = int(len(left[1]) < len(left[0]))
             dropped.append(self.points.lines[int(rest[j + 1 - odd])])
             rest, back = choices[odd], left[odd]
@@ -236,7 +228,7 @@ class Conversion:
     def _flip_rail(self, y: FloatArray, z: FloatArray) -> bool:
         """Whether the gauge side is at the end of larger y; it belongs to that of smaller y."""
         axis = self.points.y_axis
-        if head_faults(y, z):
+        if checks.head_faults(y, z):
             return axis == "centre"  # an error of the checks
         top = int(np.argmin(z))
         low = y <= y[top]
@@ -270,9 +262,9 @@ def _plausible(kind: Kind, y: FloatArray, z: FloatArray, name: str) -> bool:
     unit = float(UNITS[name])
     width, height = float(np.ptp(y)) * unit, float(np.ptp(z)) * unit
     # above 76 mm, a rail said to be in inches might as well be one in cm
-    most = 0.076 if (kind, name) == ("rail", "in") else WIDTH_RANGE[kind][1]
-    least = max(PARTIAL, WIDTH_RANGE[kind][0])  # narrower points may as well be in another unit
-    return least <= width <= most and HEIGHT_RANGE[kind][0] <= height <= HEIGHT_RANGE[kind][1]
+    most = 0.076 if (kind, name) == ("rail", "in") else checks.WIDTH_RANGE[kind][1]
+    least = max(checks.PARTIAL, checks.WIDTH_RANGE[kind][0])  # narrower points may as well be in another unit
+    return least <= width <= most and checks.HEIGHT_RANGE[kind][0] <= height <= checks.HEIGHT_RANGE[kind][1]
 
 
 def _wheel_points_up(z: FloatArray) -> bool | None:

@@ -9,17 +9,8 @@ from typing import Any
 from wearsim.errors import ProfileError
 from wearsim.profile.alignment import HOLD_TREAD, Alignment, align
 from wearsim.profile.conicity import AMPLITUDES, Running, running
-from wearsim.profile.inspection.inputs import (
-    ProfileInput,
-    axle_notes,
-    comparison_notes,
-    header_notes,
-    hollowing_notes,
-    placed,
-    placement_notes,
-    read_input,
-    tilt_of,
-)
+from wearsim.profile.inspection import inputs
+from wearsim.profile.inspection.inputs import ProfileInput
 from wearsim.profile.limits import Judgement, LimitSet, judge_wheelset
 from wearsim.profile.measures import (
     GaugeDistances,
@@ -170,9 +161,9 @@ def inspect_profile(
     given = _prepared(given, at)
     if left is not None:
         left = _prepared(left, at)
-        given = given.noted(*axle_notes(given, left))
+        given = given.noted(*inputs.axle_notes(given, left))
     if against is not None:
-        given = given.noted(*comparison_notes(given, against))
+        given = given.noted(*inputs.comparison_notes(given, against))
     measures = _measures(given, left, at)
     if measures:
         given = _checked(given, measures["right"], at)
@@ -196,7 +187,7 @@ def inspect_profile(
 def counterpart_of(kind: Kind, at: Conditions) -> ProfileInput:
     """Rail under a wheel, or wheel on a rail, as read; a wheel with y from the running circle that acts."""
     name = at.counterpart or COUNTERPART[kind]
-    other = read_input(
+    other = inputs.read_input(
         name, "rail" if kind == "wheel" else "wheel", at.statements if at.counterpart else None
     )
     return _prepared(other, replace(at, smooth=None)) if other.kind == "wheel" else other
@@ -204,8 +195,8 @@ def counterpart_of(kind: Kind, at: Conditions) -> ProfileInput:
 
 def _checked(given: ProfileInput, measures: Measures, at: Conditions) -> ProfileInput:
     """Profile with warnings on its measures."""
-    notes = header_notes(given, measures.values, _elsewhere(at.distances))
-    return given.noted(*notes, *hollowing_notes(given, measures.values))
+    notes = inputs.header_notes(given, measures.values, _elsewhere(at.distances))
+    return given.noted(*notes, *inputs.hollowing_notes(given, measures.values))
 
 
 def _elsewhere(distances: GaugeDistances) -> set[str]:
@@ -218,7 +209,7 @@ def _elsewhere(distances: GaugeDistances) -> set[str]:
 def _prepared(given: ProfileInput, at: Conditions) -> ProfileInput:
     """Profile with y from the running circle that acts, and, if measured, without its noise."""
     circle, wavelength = at.distances.flange_back, at.smooth
-    given = given.noted(*placement_notes(given, at.inclination))
+    given = given.noted(*inputs.placement_notes(given, at.inclination))
     if given.kind == "wheel" and given.running_circle != circle:
         moved = replace(given.profile, y=given.profile.y + (given.running_circle - circle))
         before = f"{given.running_circle * 1e3:g} before"
@@ -277,16 +268,16 @@ def _compared(given: ProfileInput, before: ProfileInput, at: Conditions) -> Comp
 
 def _in_track(given: ProfileInput, at: Conditions) -> ProfileInput:
     """Place a rail in the track that does not stand there already."""
-    if given.kind == "wheel" or not (given.upright or tilt_of(given, at.inclination)):
+    if given.kind == "wheel" or not (given.upright or inputs.tilt_of(given, at.inclination)):
         return given
-    profile = placed(given, at.inclination, at.gauge, at.half_span)
+    profile = inputs.placed(given, at.inclination, at.gauge, at.half_span)
     note = f"placed in the track for the comparison: {_track_words(given, at)}"
     return replace(given, profile=profile).noted(note)
 
 
 def _track_words(rail: ProfileInput, at: Conditions) -> str:
     """Rail, inclination, gauge and back-to-back distance in words."""
-    tilt = tilt_of(rail, at.inclination)
+    tilt = inputs.tilt_of(rail, at.inclination)
     as_it_is = "upright" if rail.upright else "as measured" if rail.measured else "as defined"
     leans = f"1:{1.0 / tilt:g}" if tilt else as_it_is
     back = "assumed" if at.back_to_back is None else "stated"
@@ -306,7 +297,7 @@ def _running(
     left_diameter = at.left_diameter or (None if left is None else left.diameter)
     more = diameter - left_diameter if diameter is not None and left_diameter is not None else 0.0
     try:
-        in_track = placed(rail, at.inclination, at.gauge, at.half_span)
+        in_track = inputs.placed(rail, at.inclination, at.gauge, at.half_span)
         words = _track_words(rail, at)
         # of standard shapes that goes without saying
         words += ", both rails alike" if rail.measured else ""
