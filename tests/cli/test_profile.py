@@ -330,7 +330,6 @@ def test_conversion_gives_the_same_bits(format, wheel, rail, tmp_path, monkeypat
         text = printed(capsys, name, "--convert", format)
         target = Path(f"{before.name}{extension}")
         assert f"wrote {target} ({format}" in text
-        assert "read back with the same bits" in text
         after = read_profile(target, kind).profile
         y, z = definitions.sample(before, 0.25e-3) if name == "60E1" else (before.y, before.z)
         np.testing.assert_array_equal(after.y, y)

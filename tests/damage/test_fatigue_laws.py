@@ -180,14 +180,14 @@ def test_all_faults_of_fatigue_settings():
         "crack_depth = 1000 must be at least 0.001 and at most 100 mm",
         "crack_width = 1000 must be at least 0.1 and at most 200 mm",
         'coefficient set "burstow" is unknown; there is burstow_2004, burstow_2004_20n; did you mean '
-        '"burstow_2004"?',
+        "'burstow_2004'?",
     ]
     other = fault(default_settings("wlrm", coefficients="dirks_enblom_2011"))
     assert other == [
         'coefficients = "dirks_enblom_2011" belong to stress_index, not to law = "wlrm"; '
         "take burstow_2004, burstow_2004_20n"
     ]
-    with pytest.raises(SceneError, match='did you mean "wlrm"'):
+    with pytest.raises(SceneError, match="did you mean 'wlrm'"):
         default_settings("wlmr")
 
 

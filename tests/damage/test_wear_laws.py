@@ -156,9 +156,9 @@ def passage_depth_of_nothing(settings):
 
 
 def test_unknown_names_tell_what_there_is_and_the_nearest():
-    with pytest.raises(SceneError, match=r'wear law "ufsd" is unknown; there is archard, .* "usfd"\?'):
+    with pytest.raises(SceneError, match=r'wear law "ufsd" is unknown; there is archard, .* \'usfd\'\?'):
         WEAR_LAWS["ufsd"]
-    with pytest.raises(SceneError, match=r'did you mean "lewis_dwyer_joyce_2004"\?'):
+    with pytest.raises(SceneError, match=r"did you mean \'lewis_dwyer_joyce_2004\'\?"):
         coefficient_set("lewis_dwyer_2004", "usfd")
     with pytest.raises(SceneError, match="wear law"):
         default_settings("arkard")
