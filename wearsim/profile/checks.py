@@ -65,7 +65,7 @@ def _wild_points(y: FloatArray, z: FloatArray) -> Iterator[PointFault]:
     wild = (both > np.maximum(3.0 * np.median(step), 2e-3)) & (across < 0.5 * both)
     for j in np.flatnonzero(wild) + 1:
         off = f"{both[j - 1] * 1e3:.3g} mm off both neighbours"
-        yield f"point {j + 1} lies {off}; correct or delete it", int(j)
+        yield f"point {j + 1} lies {off}; correct or delete it, or give all points in one unit", int(j)
 
 
 def _size(kind: Kind, y: FloatArray, z: FloatArray, units: str) -> list[PointFault]:
