@@ -240,6 +240,7 @@ class Conversion:
             if larger is not None:
                 end = "larger" if larger else "smaller"
                 self.notes.append(f"gauge side at the end of {end} y: only there the head reaches 14 mm down")
+                self.notes += ["y mirrored"] if larger else []
                 return larger
             if halves_apart(y, z, 0.0, 0.485, 200) < _SYMMETRIC:
                 self.notes.append("head symmetric: it does not matter which side is the gauge side")
