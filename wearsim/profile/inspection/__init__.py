@@ -230,8 +230,10 @@ def _measures(given: ProfileInput, left: ProfileInput | None, at: Conditions) ->
     right = wheel_measures(given.profile, at.distances, diameter=at.diameter or given.diameter)
     if left is None and at.left_diameter is None:
         axle = axle_measures(right, right, at.back_to_back)
-        alike = {name: value for name, value in axle.values.items() if name != "wheel_diameter_difference"}
-        return {"right": Measures({**right.values, **alike}, {**right.missing, **axle.missing})}
+        values, missing = {**right.values, **axle.values}, {**right.missing, **axle.missing}
+        for known in (values, missing):
+            known.pop("wheel_diameter_difference", None)  # there is none of one wheel
+        return {"right": Measures(values, missing)}
     diameter = at.left_diameter or (None if left is None else left.diameter) or at.diameter
     other = wheel_measures((left or given).profile, at.distances, diameter=diameter)
     return {"right": right, "left": other, "axle": axle_measures(right, other, at.back_to_back)}
