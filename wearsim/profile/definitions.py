@@ -186,7 +186,7 @@ class Parameter(Table):
         if not self.allows(self.default):
             raise cross_check(f"{form}: default must be {self.range_text()}", "default")
         if self.tangent_arc is not None and len(self.tangent_arc.radii) != len(self.values):
-            raise cross_check(f"{form}: radii must be a list of {len(self.values)} numbers", "tangent_arc")
+            raise cross_check(f"{form}: radii must be {len(self.values)} numbers", "tangent_arc")
         return self
 
     def range_text(self) -> str:

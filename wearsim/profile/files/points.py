@@ -293,18 +293,17 @@ def read_slice_list(text: Text, faults: Faults, number: int | None) -> SliceFile
             faults.add(f"{count} number{'s are' if count > 1 else ' is'} needed here: {name}", at)
     if len(rows) < 4:
         faults.add(f"ends before {names[len(rows)]}: the file is cut off; copy it again", len(text.lines))
-    total = 0 if faults.count else float(_numbers(rows[1][1], 1)[0])
-    if not (faults.count or (total in range(1, MAX_SLICES + 1))):
-        faults.add(f"{total:g} slices; the number must be a whole one in 1 .. {MAX_SLICES}", rows[1][0])
     if faults.count:
         return None
-    listed = [(at, _SLICE.match(line)) for at, line in rows[4 : 4 + int(total)]]
-    for at, match in listed:
-        if match is None:
-            faults.add("position and quoted file name of a slice are needed here", at)
-    if len(listed) < total:
-        missing = f"{total:g} slices are promised, {len(listed)} are listed: the file is cut off"
-        faults.add(f"{missing}; copy it again", len(text.lines))
+    total = float(_numbers(rows[1][1], 1)[0])
+    listed = [(at, match) for at, line in rows[4:] if (match := _SLICE.match(line))][: int(total)]
+    if total not in range(1, MAX_SLICES + 1):
+        faults.add(f"{total:g} slices; the number must be a whole one in 1 .. {MAX_SLICES}", rows[1][0])
+    elif len(listed) < total:
+        missing = (
+            f"{total:g} slices are promised, {len(listed)} are listed with position and quoted file name"
+        )
+        faults.add(f"{missing}: the file is cut off; copy it again", len(text.lines))
     elif number is None and total > 1:
         faults.add(f"lists {total:g} slices; choose one with --slice 1 .. {total:g}")
     elif number is not None and not 1 <= number <= total:
@@ -313,7 +312,6 @@ def read_slice_list(text: Text, faults: Faults, number: int | None) -> SliceFile
         return None
     chosen = number or 1
     at, match = listed[chosen - 1]
-    assert match is not None
     position, name = match[1], match[2] or match[3]
     header = {"slice": str(chosen), "slices": f"{total:g}", "position": position, "file": name}
     note = f"slice {chosen} of {total:g}, at position {position}: {name}"

@@ -264,12 +264,9 @@ def as_json(result: Inspection) -> dict[str, Any]:
         value["limits"] = {"name": result.limits.name, "title": result.limits.title}
         value["judgements"] = [{"wheel": body, **asdict(each)} for body, each in result.judgements]
         value |= {"exceeded": list(result.exceeded), "not_judged": list(result.not_judged)}
-    value["track"] = {
-        "gauge": at.gauge,
-        "back_to_back": at.back_to_back or BACK_TO_BACK,
-        "back_to_back_stated": at.back_to_back is not None,
-        "half_span": at.half_span,
-    }
+    value["track"] = _picked(at, "gauge", "half_span") | {
+        "back_to_back": at.back_to_back or BACK_TO_BACK, "back_to_back_stated": at.back_to_back is not None
+    }  # fmt: skip
     value |= _running_json(result.running, result.trouble)
     if result.comparison is not None:
         value["against"] = _comparison_json(result.comparison)
@@ -279,16 +276,11 @@ def as_json(result: Inspection) -> dict[str, Any]:
 def reprofiled_json(template: ProfileInput, wheels: Sequence[ReprofiledWheel]) -> dict[str, Any]:
     """Return the JSON value of wheels on the lathe, SI units."""
     rows = [
-        {
-            "wheel": each.side or "right",
-            "diameter_loss": each.diameter_loss,
-            "wheel_diameter": each.diameter,
-            "place": each.reprofiling.place,
-            "slack": each.reprofiling.slack,
-            "compared": [each.reprofiling.start, each.reprofiling.end],
-        }
+        {"wheel": each.side or "right", "diameter_loss": each.diameter_loss, "wheel_diameter": each.diameter,
+         **_picked(each.reprofiling, "place", "slack"),
+         "compared": [each.reprofiling.start, each.reprofiling.end]}
         for each in wheels
-    ]
+    ]  # fmt: skip
     return {"template": _profile_json(template), "wheels": rows}
 
 
@@ -319,15 +311,16 @@ def _measures_json(measures: Measures | None) -> dict[str, Any] | None:
 def _running_json(run: Running | None, trouble: str) -> dict[str, Any]:
     if run is None:
         return {"running": None, "trouble": trouble}
-    conicity = [{"amplitude": a, "value": value, "reason": why} for a, value, why in run.conicity]
     return {
         "running": {
-            "wheel": run.wheel,
+            **_picked(run, "wheel", "rail", "track"),
             "left": run.left or run.wheel,
-            "rail": run.rail,
-            "track": run.track,
-            "rolling_radius_difference": [{"shift": shift, "value": value} for shift, value in run.at],
-            "equivalent_conicity": conicity,
+            "rolling_radius_difference": [
+                dict(zip(("shift", "value"), each, strict=True)) for each in run.at
+            ],
+            "equivalent_conicity": [
+                dict(zip(("amplitude", "value", "reason"), each, strict=True)) for each in run.conicity
+            ],
         }
     }
 
