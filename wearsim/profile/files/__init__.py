@@ -12,7 +12,7 @@ from typing import Literal, NamedTuple, Unpack
 import numpy as np
 
 from wearsim.errors import ProfileError, suggestion
-from wearsim.profile import standard
+from wearsim.profile import placement, standard
 from wearsim.profile.files import miniprof, simpack
 from wearsim.profile.files.axes import ORIGINS, RUNNING_CIRCLE, UNITS, Conversion, Statements
 from wearsim.profile.files.points import (
@@ -27,7 +27,6 @@ from wearsim.profile.files.points import (
     read_slice_list,
     read_text,
 )
-from wearsim.profile.placement import head_lean, lean_words, place_rail, tilt_to_add
 from wearsim.profile.shape import Kind, Profile
 from wearsim.profile.smoothing import smoothed
 
@@ -69,7 +68,9 @@ class ProfileReading:
     notes: tuple[str, ...]  # what was detected, changed or left out
     files: tuple[Path, ...]  # the file given, and that of the slice
     lean: float | None = None  # of a rail head towards the track centre, see `placement.head_lean` [-]
-    running_circle: float | None = None  # from the flange back [m], if the header gives it and y starts there
+    running_circle: float = (
+        placement.RUNNING_CIRCLE
+    )  # of y = 0 from the flange back, by the header if y starts there [m]
 
     @property
     def diameter(self) -> float | None:
@@ -114,14 +115,16 @@ def read_profile(path: str | Path, kind: Kind, **statements: Unpack[Statements])
     faults.raise_any()
     assert content is not None
     ours = Conversion(content, kind, statements, faults).result()
-    lean = None if kind == "wheel" else head_lean(ours.y, ours.z)
+    lean = None if kind == "wheel" else placement.head_lean(ours.y, ours.z)
     notes += (f"format {FORMATS[name].title}", *text.notes, *content.notes, *ours.notes)
-    notes += () if lean is None else (f"head {lean_words(lean)}",)
+    notes += () if lean is None else (f"head {placement.lean_words(lean)}",)
     shown = notes[1:] if name == "two-column" else notes
     source = f"file {path.name} ({'; '.join(shown)})" if shown else f"file {path.name}"
     profile = Profile(path.stem, kind, ours.y, ours.z, source)
     header |= content.header
-    return ProfileReading(profile, name, header, notes, tuple(files), lean, ours.running_circle)
+    return ProfileReading(
+        profile, name, header, notes, tuple(files), lean, ours.running_circle or placement.RUNNING_CIRCLE
+    )
 
 
 def _known(key: str, value: str | None, known: Iterable[str], path: Path) -> None:
@@ -204,7 +207,7 @@ def load_profile(
     profile = smoothed(reading.profile, smooth)
     if kind == "wheel":
         return profile
-    return place_file(profile, name, tilt_to_add(reading.lean, inclination), gauge, half_span)
+    return place_file(profile, name, placement.tilt_to_add(reading.lean, inclination), gauge, half_span)
 
 
 def is_file(name: str) -> bool:
@@ -220,7 +223,7 @@ def is_file(name: str) -> bool:
 def place_file(profile: Profile, name: str, tilt: float, gauge: float, half_span: float) -> Profile:
     """Place a rail from the file `name` in the track, see `place_rail`; faults name the file."""
     try:
-        placed = place_rail(profile, tilt, gauge, half_span)
+        placed = placement.place_rail(profile, tilt, gauge, half_span)
     except ProfileError as error:
         raise ProfileError(f"{name}: {error}") from error
     return replace(placed, source=profile.source)

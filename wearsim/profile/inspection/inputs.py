@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ from wearsim.profile import measures, standard
 from wearsim.profile.definitions import Definition, sample
 from wearsim.profile.files import FORMATS, ProfileReading, is_file, place_file, read_profile
 from wearsim.profile.files.points import number_fault, read_text
-from wearsim.profile.placement import INCLINATION, RUNNING_CIRCLE, UPRIGHT, tilt_to_add
+from wearsim.profile.placement import INCLINATION, UPRIGHT, tilt_to_add
 from wearsim.profile.shape import Kind, Profile
 from wearsim.profile.smoothing import smoothed
 
@@ -37,22 +37,19 @@ _SIDES = {"l": "left", "r": "right"}  # by the first letter of a header's word
 _SHOWN = 40  # characters of a header value
 
 
-@dataclass(frozen=True)
-class ProfileInput:
-    """A profile and where it comes from."""
+@dataclass(frozen=True, kw_only=True)
+class ProfileInput(ProfileReading):
+    """A profile and where it comes from; a definition has the format "definition"."""
 
     given: str  # what the user wrote
-    profile: Profile  # in our axes [m]; a rail is not yet placed in the track
-    format: str  # key of `wearsim.profile.files.FORMATS`, or "definition"
     title: str  # format or designation, for people
-    notes: tuple[str, ...]  # what was detected, changed or left out
-    header: Mapping[str, str] = field(repr=False)  # keys and values of a file, unchanged
     source: str
-    certainty: str  # how sure the source is; not known of a file
-    upright: bool = False  # whether it is a rail that needs an inclination in the track
-    lean: float | None = None  # of a measured rail head, see `wearsim.profile.placement.head_lean` [-]
-    running_circle: float = RUNNING_CIRCLE  # distance of y = 0 from the flange back [m]
-    diameter: float | None = None  # of a wheel at the running circle, if the header states it [m]
+    certainty: str = ""  # how sure the source is; not known of a file
+
+    @property
+    def upright(self) -> bool:
+        """Whether it is a rail that needs an inclination in the track."""
+        return self.lean is not None and abs(self.lean) <= UPRIGHT
 
     @property
     def kind(self) -> Kind:
@@ -149,8 +146,9 @@ def _defined(given: str, shape: Definition, kind: Kind | None) -> ProfileInput:
     if shape.kind == "rail":
         notes.append("upright, y from the symmetry axis" if upright else "as it stands in the track")
     return ProfileInput(
-        given, Profile(shape.name, shape.kind, y, z, shape.source), "definition", shape.title, tuple(notes),
-        {}, shape.source, shape.certainty, upright,
+        profile=Profile(shape.name, shape.kind, y, z, shape.source), format="definition", header={}, files=(),
+        notes=tuple(notes), lean=0.0 if upright else None, given=given, title=shape.title,
+        source=shape.source, certainty=shape.certainty,
     )  # fmt: skip
 
 
@@ -161,17 +159,12 @@ def _from_file(given: str, kind: Kind | None, statements: Mapping[str, Any]) -> 
         reading, notes = _either(path, statements)
     else:
         reading = read_profile(path, detected, **statements)
-    lean = reading.lean
-    result = ProfileInput(
-        given, reading.profile, reading.format, FORMATS[reading.format].title, (*notes, *reading.notes[1:]),
-        reading.header, f"file {path.name}", "", lean is not None and abs(lean) <= UPRIGHT, lean,
-        reading.running_circle or RUNNING_CIRCLE, reading.diameter,
-    )  # fmt: skip
-    if result.diameter is None:
-        return result
-    return result.noted(
-        f"wheel diameter {1e3 * result.diameter:g} mm of the header taken, if no other is stated"
-    )
+    notes = (*notes, *reading.notes[1:])
+    if reading.diameter is not None:
+        of = f"wheel diameter {1e3 * reading.diameter:g} mm of the header"
+        notes += (f"{of} taken, if no other is stated",)
+    title, source = FORMATS[reading.format].title, f"file {path.name}"
+    return ProfileInput(**vars(reading) | {"notes": notes}, given=given, title=title, source=source)
 
 
 def _stated_kind(path: Path) -> tuple[Kind | None, tuple[str, ...]]:
