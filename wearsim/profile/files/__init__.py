@@ -68,9 +68,8 @@ class ProfileReading:
     notes: tuple[str, ...]  # what was detected, changed or left out
     files: tuple[Path, ...]  # the file given, and that of the slice
     lean: float | None = None  # of a rail head towards the track centre, see `placement.head_lean` [-]
-    running_circle: float = (
-        placement.RUNNING_CIRCLE
-    )  # of y = 0 from the flange back, by the header if y starts there [m]
+    # of y = 0 from the flange back, by the header if y of the file starts there [m]
+    running_circle: float = placement.RUNNING_CIRCLE
 
     @property
     def diameter(self) -> float | None:
@@ -122,9 +121,7 @@ def read_profile(path: str | Path, kind: Kind, **statements: Unpack[Statements])
     source = f"file {path.name} ({'; '.join(shown)})" if shown else f"file {path.name}"
     profile = Profile(path.stem, kind, ours.y, ours.z, source)
     header |= content.header
-    return ProfileReading(
-        profile, name, header, notes, tuple(files), lean, ours.running_circle or placement.RUNNING_CIRCLE
-    )
+    return ProfileReading(profile, name, header, notes, tuple(files), lean, ours.running_circle)
 
 
 def _known(key: str, value: str | None, known: Iterable[str], path: Path) -> None:

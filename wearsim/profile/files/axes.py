@@ -56,12 +56,12 @@ class Statements(TypedDict, total=False):
 
 
 class OurAxes(NamedTuple):
-    """Points of a file in the axes of `Profile` [m], what was detected, running circle of the header [m]."""
+    """Points of a file in the axes of `Profile` [m], what was detected, place of the running circle [m]."""
 
     y: FloatArray
     z: FloatArray
     notes: tuple[str, ...]
-    running_circle: float | None
+    running_circle: float
 
 
 class Conversion:
@@ -117,8 +117,8 @@ class Conversion:
                 f"{1e3 * float(np.ptp(y)):.3g} mm wide: part of a head without gauge point, y counted from "
                 "the running circle"
             )
-        circle = points.running_circle if offset != 0 else None
-        return OurAxes(y, z, tuple(notes), 1e-3 * float(circle) if circle else None)
+        circle = float(points.running_circle or RUNNING_CIRCLE) if offset != 0 else float(RUNNING_CIRCLE)
+        return OurAxes(y, z, tuple(notes), 1e-3 * circle)
 
     def _check(self, messages: list[tuple[str, int | None]], lines: list[int]) -> None:
         for message, point in messages:
