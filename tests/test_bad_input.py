@@ -191,20 +191,20 @@ def test_a_missing_scene_file_is_told_with_the_shipped_ones(folder, capsys):
 
 
 BAD_PROFILES = {
-    "too few points": ("0,0\n1,0.1\n2,0.2\n", None, ["3 points are too few", "at least 20"]),
+    "too few points": ("0,0\n1,0.1\n2,0.2\n", None, ["number of points = 3 is too few", "at least 20"]),
     "not a number": (WHEEL_POINTS.replace("\n10,", "\nnan,"), 41, ["not a finite number", "delete the line"]),
     "text": (WHEEL_POINTS.replace("\n10,", "\nten,"), 41, ["'ten' is not a number"]),
     "mixed units": (
         WHEEL_POINTS.replace("\n10,-0.25\n", "\n0.010,-0.00025\n"),
         41,
-        ["mixed units", "give all points in one unit"],
+        ["off both neighbours", "give all points in one unit"],
     ),
     "metres": (
         "\n".join(f"{y / 1000},{-y / 40000}" for y in range(-30, 60)),
         None,
-        ["fits no unit", "the width alone would fit m", "state --units"],
+        ["if the numbers were 1000 times as large", "--units"],
     ),
-    "empty": ("", None, ["0 points are too few"]),
+    "empty": ("", None, ["number of points = 0 is too few"]),
 }
 
 

@@ -259,15 +259,11 @@ def unknown_key(keys: Sequence[str], model: type[BaseModel]) -> str:
 
 def syntax_fault(error: ValueError, text: str, file: str) -> Fault:
     """Fault of a text that is no TOML."""
-    words = str(error)
-    match = re.search(r"\s*\(at (?:line (\d+), column (\d+)|end of document)\)", words)
-    line = int(match[1]) if match and match[1] else max(1, len(text.rstrip().splitlines()))
-    reason = words[: match.start()] if match else words
-    place = f" in column {match[2]}" if match and match[2] else " at the end of the file" if match else ""
-    reason = reason[:1].lower() + reason[1:]
+    match = re.search(r"at line (\d+)", str(error))
+    line = int(match[1]) if match else max(1, len(text.rstrip().splitlines()))
     if not isinstance(error, tomllib.TOMLDecodeError):  # a number that Python does not read
-        return Fault(f"not valid TOML: {reason}", file)
-    return Fault(f"not valid TOML: {reason}{place}; write one `key = value` per line", file, line)
+        return Fault(f"not valid TOML: {error}", file)
+    return Fault(f"not valid TOML: {error}; write one `key = value` per line", file, line)
 
 
 def validation_faults(error: ValidationError, model: type[BaseModel], lines: Lines, file: str) -> list[Fault]:
@@ -306,9 +302,8 @@ def _message(error: ErrorDetails, model: type[BaseModel]) -> str:
     if kind == "unknown_name":
         return f"{label} = {shown(value)} is not known; {context['hint']}"
     if kind in ("too_short", "too_long"):
-        limit = (
-            f"at least {context['min_length']}" if kind == "too_short" else f"at most {context['max_length']}"
-        )
+        least = context.get("min_length")
+        limit = f"at most {context['max_length']}" if least is None else f"at least {least}"
         return f"{label} has {context['actual_length']} entries, needs {limit}"
     if kind == "string_too_short":
         return f"{label} is empty; give {_what(info)}"

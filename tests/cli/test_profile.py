@@ -120,9 +120,8 @@ def test_limits_depend_on_the_diameter(capsys):
     assert sd_minimum()["exceeded"] is False
     assert sd_minimum("--diameter-mm", "900")["limit"] == pytest.approx(22e-3)
     assert sd_minimum("--wheel-radius-mm", "400")["limit"] == pytest.approx(25e-3)
-    assert "min not checked: depends on the wheel diameter, which is not given (--diameter-mm)" in printed(
-        capsys, RIGHT
-    )
+    why = r"min -  not checked: depends on the wheel diameter, which is not given \(--diameter-mm\)"
+    assert re.search(why, printed(capsys, RIGHT))
 
 
 @pytest.fixture
@@ -331,7 +330,6 @@ def test_conversion_gives_the_same_bits(format, wheel, rail, tmp_path, monkeypat
         text = printed(capsys, name, "--convert", format)
         target = Path(f"{before.name}{extension}")
         assert f"wrote {target} ({format}" in text
-        assert "read back with the same bits" in text
         after = read_profile(target, kind).profile
         y, z = definitions.sample(before, 0.25e-3) if name == "60E1" else (before.y, before.z)
         np.testing.assert_array_equal(after.y, y)
@@ -445,10 +443,10 @@ FAULTS = {
     "left diameter alone": (["S1002", "--left-diameter-mm", "900"], "--diameter-mm"),
     "rail on the lathe": (["60E1", "--reprofile-to", "S1002"], "belongs to wheels"),
     "turned to a rail": ([RIGHT, "--reprofile-to", "60E1"], "--reprofile-to: '60E1' is a rail profile"),
-    "turned to nothing": ([RIGHT, "--reprofile-to", " "], "--reprofile-to = '' must not be empty"),
+    "turned to nothing": ([RIGHT, "--reprofile-to", " "], "--reprofile-to = ' ' must not be empty"),
     "lathe for a folder": (
         ["--fleet", ".", "--reprofile-to", "S1002"],
-        "--reprofile-to belongs to one profile",
+        "--fleet and --reprofile-to exclude each other",
     ),
     "kind": (["S1002", "--kind", "roller"], "must be one of wheel, rail"),
     "other kind": (["S1002", "--kind", "rail"], "a rail is needed"),

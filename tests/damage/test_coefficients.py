@@ -28,7 +28,7 @@ def test_uncertain_numbers_are_marked_and_have_a_band():
     assert result.uncertain[0] == "k_mild = 0.0005, range 0.0001 to 0.001 (uncertain)"
     assert len(result.uncertain) == len(result.values)
     assert not COEFFICIENT_SETS["lewis_dwyer_joyce_2004"].uncertain
-    assert result.values["k_severe"].limits == (30e-4, 40e-4)
+    assert result.values["k_severe"].limits == [30e-4, 40e-4]
 
 
 def test_limits_of_the_twin_discs_name_the_table_that_supports_them():

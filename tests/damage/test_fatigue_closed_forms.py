@@ -121,22 +121,21 @@ def test_rising_branch_stays_at_its_peak():
 def test_shakedown_limit():
     """Landmarks of the map, 1/mu from 0.3 on, falling and continuous between; index zero on the limit."""
     friction = np.linspace(0.0, 0.6, 601)
-    for contact, start in (("point", 4.7), ("line", 4.0)):
-        limit = shakedown.shakedown_limit(friction, contact)
-        assert limit[0] == start
-        np.testing.assert_allclose(limit[300:], 1.0 / friction[300:], rtol=1e-12)
-        assert (np.diff(limit) < 0.0).all()
-        assert np.abs(np.diff(limit)).max() < 0.012
-        assert (limit[1:] * friction[1:] <= 1.0 + 1e-12).all()
+    limit = shakedown.shakedown_limit(friction)
+    assert limit[0] == 4.7
+    np.testing.assert_allclose(limit[300:], 1.0 / friction[300:], rtol=1e-12)
+    assert (np.diff(limit) < 0.0).all()
+    assert np.abs(np.diff(limit)).max() < 0.012
+    assert (limit[1:] * friction[1:] <= 1.0 + 1e-12).all()
     index = surface_fatigue.surface_index(friction[300:], 300e6 * limit[300:], 300e6)
     np.testing.assert_allclose(index, 0.0, atol=1e-12)
 
 
 def test_curves_of_the_map_meet_and_say_how_sure_they_are():
-    flow, join, rolling = shakedown.boundaries("line")
+    flow, join, rolling = shakedown.boundaries()
     assert (join.friction[-1], join.ratio[-1]) == (flow.friction[0], pytest.approx(flow.ratio[0]))
     assert (flow.certainty, join.certainty) == ("recalled", "join")
-    assert rolling.ratio.tolist() == [3.1, 3.3]
+    assert rolling.ratio.tolist() == [2.8, 2.8]
 
 
 def test_utilised_friction_is_shear_over_normal_force(loads):

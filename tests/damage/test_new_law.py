@@ -6,9 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from wearsim.damage import coefficients, wear
-from wearsim.damage.coefficients import COEFFICIENT_SETS
-from wearsim.damage.coefficients.record import CoefficientSet
+from wearsim.damage import wear
+from wearsim.damage.coefficients import COEFFICIENT_SETS, read_set
 from wearsim.damage.registry import Registry, discover
 from wearsim.damage.wear import WEAR_LAWS, default_settings, passage_depth
 from wearsim.damage.wear.law import WearLaw
@@ -29,32 +28,30 @@ def depth(fields, area, coefficients, *, form="local"):
 SLIDING = WearLaw("sliding_test", depth, ("all",), coefficients="somebody_2026")
 '''
 SET = """
-from wearsim.damage.coefficients.record import Coefficient, CoefficientSet
-
-SOMEBODY_2026 = CoefficientSet(
-    name="somebody_2026", laws=("sliding_test",), materials="any", source="made up", validity="tests",
-    departures=(), values={"k": Coefficient(2e-12, "m3 J-1", "page 1", "given")},
-)
+name = "somebody_2026"
+laws = ["sliding_test"]
+materials = "any"
+source = "made up"
+validity = "tests"
+departures = []
+values.k = { value = 2e-12, unit = "m3 J-1", place = "page 1", certainty = "given" }
 """
 
 
 @pytest.fixture
 def with_a_new_law(tmp_path, monkeypatch):
-    """Put a law and a set into folders that belong to the two packages, and discover them."""
-    for package, name, text, kind, registry, record in (
-        (wear, "sliding_of_the_test", LAW, "wear law", WEAR_LAWS, WearLaw),
-        (coefficients, "somebody_2026", SET, "coefficient set", COEFFICIENT_SETS, CoefficientSet),
-    ):
-        folder = tmp_path / package.__name__
-        folder.mkdir()
-        (folder / f"{name}.py").write_text(text)
-        monkeypatch.setattr(package, "__path__", [*package.__path__, str(folder)])
-        result = discover(kind, package.__name__, package.__path__, record)
-        monkeypatch.delitem(sys.modules, f"{package.__name__}.{name}")
-        monkeypatch.delattr(package, name)
-        (new,) = set(result) - set(registry)
-        assert [one for one in result if one != new] == list(registry)  # the order of the others stays
-        monkeypatch.setitem(registry, new, result[new])
+    """Put a law into a folder that belongs to its package, and discover it; read its set."""
+    folder = tmp_path / "laws"
+    folder.mkdir()
+    (folder / "sliding_of_the_test.py").write_text(LAW)
+    monkeypatch.setattr(wear, "__path__", [*wear.__path__, str(folder)])
+    result = discover("wear law", wear.__name__, wear.__path__, WearLaw)
+    monkeypatch.delitem(sys.modules, f"{wear.__name__}.sliding_of_the_test")
+    monkeypatch.delattr(wear, "sliding_of_the_test")
+    assert [one for one in result if one != "sliding_test"] == list(WEAR_LAWS)  # the others keep their order
+    monkeypatch.setitem(WEAR_LAWS, "sliding_test", result["sliding_test"])
+    (folder / "somebody_2026.toml").write_text(SET)
+    monkeypatch.setitem(COEFFICIENT_SETS, "somebody_2026", read_set(folder / "somebody_2026.toml"))
 
 
 def test_a_new_law_is_known_everywhere(with_a_new_law, patches, tmp_path, monkeypatch):

@@ -9,7 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from wearsim.errors import ProfileError
-from wearsim.profile.alignment import ALIGNMENTS, FitZone, align, prolonged
+from wearsim.profile import alignment
+from wearsim.profile.alignment import ALIGNMENTS, align, prolonged
 from wearsim.profile.shape import Profile, resample, vertex_normals
 from wearsim.profile.standard import rail, wheel
 
@@ -190,28 +191,28 @@ def test_nothing_moved_is_the_same_profile_and_the_move_is_told():
     assert "y of the flange back (12 points" in result.note
 
 
-def test_what_a_profile_lacks_is_told_with_the_rules_that_work():
+def test_what_a_profile_lacks_is_told():
     true = worn_wheel(8)
     no_back = replace(true, y=true.y[40:], z=true.z[40:])
-    with pytest.raises(ProfileError, match=r"flange back is not measured: 0 points.*align by flange_tip or"):
+    with pytest.raises(ProfileError, match=r"flange back is not measured: 0 points"):
         align(no_back, NEW, "flange_back")
     tread = true.y > -20e-3
     no_flange = replace(true, y=true.y[tread], z=true.z[tread])
-    with pytest.raises(ProfileError, match=r"both sides of the flange tip; align by running_circle$"):
+    with pytest.raises(ProfileError, match=r"both sides of the flange tip; align by another rule$"):
         align(no_flange, NEW, "flange_tip")
     inner = true.y < 30e-3
     short = replace(true, y=true.y[inner], z=true.z[inner])
-    with pytest.raises(ProfileError, match=r"0 points lie on field side of the tread.*flange_back"):
+    with pytest.raises(ProfileError, match=r"0 points lie on field side of the tread"):
         align(short, NEW, "best_fit")
     narrow = true.y < 0.5e-3
     with pytest.raises(ProfileError, match="no tread on both sides of the running circle"):
         align(replace(true, y=true.y[narrow], z=true.z[narrow]), NEW, "running_circle")
 
 
-def test_zones_that_hold_one_direction_only_are_refused():
-    flat = (FitZone("tread", (10e-3, 50e-3)),)
+def test_zones_that_hold_one_direction_only_are_refused(monkeypatch):
+    monkeypatch.setattr(alignment, "_zones", lambda _: (alignment._Zone("tread", (10e-3, 50e-3)),))
     with pytest.raises(ProfileError, match="do not hold the profile in all directions"):
-        align(NEW, NEW, "best_fit", zones=flat, rotation=True)
+        align(NEW, NEW, "best_fit", rotation=True)
 
 
 def test_unknown_rules_and_mixed_kinds_are_refused():

@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 from wearsim.errors import ProfileError
 from wearsim.profile.measures import (
     GaugeDistances,
+    axle_measures,
     flange_gradient,
     flange_height,
     flange_thickness,
     hollowing,
     wheel_measures,
-    wheelset_measures,
 )
 from wearsim.profile.standard import rail, wheel
 from wearsim.quantities import QUANTITIES
@@ -72,8 +72,9 @@ def test_profiles_without_a_flange_are_refused():
 
 def test_measures_of_a_new_wheel_and_its_wheelset():
     """Nominal values of EN 13715 and of a back-to-back distance of 1360 mm, to the 0.1 um of cubics."""
-    result = wheel_measures(S1002, diameter=0.92, back_to_back=1.36)
-    assert result.missing == {}
+    result = wheel_measures(S1002, diameter=0.92)
+    axle = axle_measures(result, result, 1.36)
+    assert result.missing == axle.missing == {}
     nominal = {
         "flange_height": 28e-3,
         "flange_thickness": 32.5e-3,
@@ -83,8 +84,9 @@ def test_measures_of_a_new_wheel_and_its_wheelset():
         "wheel_diameter": 0.92,
         "back_to_back": 1.36,
         "front_to_front": 1.425,
+        "wheel_diameter_difference": 0.0,
     }
-    assert result.values == pytest.approx(nominal, abs=0.1e-6)
+    assert {**result.values, **axle.values} == pytest.approx(nominal, abs=0.1e-6)
     assert set(nominal) <= set(QUANTITIES)
     assert all(type(value) is float for value in result.values.values())
 
@@ -126,19 +128,21 @@ def test_odd_gauge_distances_are_refused(distances, message):
 
 def test_what_cannot_be_measured_is_missing_with_its_reason():
     tread = S1002.y > -36e-3
-    result = wheel_measures(replace(S1002, y=S1002.y[tread], z=S1002.z[tread]), back_to_back=1.36)
+    result = wheel_measures(replace(S1002, y=S1002.y[tread], z=S1002.z[tread]))
     assert "begins at its highest point" in result.missing["flange_height"]
     assert "begins at its highest point" in result.missing["flange_gradient"]
     assert "does not reach 10 mm above the running circle" in result.missing["flange_thickness"]
-    assert result.missing["front_to_front"] == "the flange thickness cannot be measured"
+    axle = axle_measures(result, result, 1.36)
+    assert axle.missing["front_to_front"] == "the flange thickness cannot be measured"
+    assert axle.values == {"back_to_back": 1.36}
     assert result.missing["wheel_diameter"] == "not stated (--diameter-mm)"
-    assert result.values["back_to_back"] == 1.36
     assert result.values["hollowing"] == 0.0
     short = S1002.y < 40e-3
     result = wheel_measures(replace(S1002, y=S1002.y[short], z=S1002.z[short]))
     assert "hollowing needs the tread up to 50 mm" in result.missing["hollowing"]
     assert "ends on the tread at y = 39.86 mm" in result.missing["rim_width"]
-    assert result.missing["back_to_back"] == "the back-to-back distance of the wheelset is not given"
+    missing = axle_measures(result, result).missing
+    assert missing["back_to_back"] == "the back-to-back distance of the wheelset is not given"
     assert set(result.values) == {"flange_height", "flange_thickness", "flange_gradient"}
 
 
@@ -157,19 +161,18 @@ def test_a_wheelset_whose_wheels_differ():
     """Thinner left flange by 2 mm, and other diameters."""
     left = wheel("S1002/e30.5")
     right = replace(S1002, z=S1002.z - 1e-3)
-    result = wheelset_measures(right, left, diameters=(0.918, 0.919), back_to_back=1.36)
-    assert result["axle"].values["front_to_front"] == pytest.approx(1.36 + 32.5e-3 + 30.5e-3, abs=0.2e-6)
-    assert result["axle"].values["wheel_diameter_difference"] == pytest.approx(-1e-3, abs=1e-9)
-    assert result["left"].values["flange_thickness"] == pytest.approx(30.5e-3, abs=0.1e-6)
-    assert "back_to_back" not in result["right"].values
-    assert "front_to_front" not in result["left"].missing
-    assert result["axle"].missing == {}
-    bare = wheelset_measures(right, left)
-    assert set(bare["axle"].missing) == {"back_to_back", "front_to_front", "wheel_diameter_difference"}
+    one, other = wheel_measures(right, diameter=0.918), wheel_measures(left, diameter=0.919)
+    axle = axle_measures(one, other, 1.36)
+    assert axle.values["front_to_front"] == pytest.approx(1.36 + 32.5e-3 + 30.5e-3, abs=0.2e-6)
+    assert axle.values["wheel_diameter_difference"] == pytest.approx(-1e-3, abs=1e-9)
+    assert other.values["flange_thickness"] == pytest.approx(30.5e-3, abs=0.1e-6)
+    assert axle.missing == {}
+    bare = axle_measures(wheel_measures(right), other)
+    assert set(bare.missing) == {"back_to_back", "front_to_front", "wheel_diameter_difference"}
 
 
 def test_rails_and_odd_sizes_are_refused():
     with pytest.raises(ProfileError, match="60E1 is a rail; gauge values are of wheels"):
         wheel_measures(rail("60E1", 0.0, 1.435, 0.75))
     with pytest.raises(ProfileError, match=r"back_to_back = 136 must be at least 400 and at most 2000 mm"):
-        wheelset_measures(S1002, S1002, back_to_back=0.136)
+        axle_measures(wheel_measures(S1002), wheel_measures(S1002), 0.136)

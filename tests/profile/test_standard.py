@@ -161,7 +161,7 @@ def test_unknown_names_list_what_there_is():
     with pytest.raises(ProfileError, match=r"'60E1' is a rail profile, a wheel is needed \(.*S1002, .*\)"):
         wheel("60E1")
     with pytest.raises(
-        ProfileError, match=r"'60E11' is not among the shipped profiles .*did you mean '60E1'\?"
+        ProfileError, match=r"'60E11' is neither a file nor a shipped profile .*did you mean '60E1'\?"
     ):
         find_shipped("60E11")
 

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from wearsim.errors import ProfileError
+from wearsim.profile import worn
 from wearsim.profile.shape import (
     Profile,
     offset_distance,
@@ -75,16 +76,17 @@ def test_depth_and_area_of_a_wear_law_on_tread_and_flank():
     assert np.max(np.abs(wear.depth - np.interp(wear.y, even.y[active], moved[active]))[tread]) < 0.5e-6
     flank = (wear.y > -45e-3) & ~tread
     assert np.max(np.abs(wear.depth - np.interp(wear.y, even.y[active], moved[active]))[flank]) < 3e-6
-    assert wear.max_depth == pytest.approx(np.max(moved), abs=1e-6)
-    assert abs(wear.max_depth_y + 2e-3) < 5e-3
+    assert wear.max_wear_depth == pytest.approx(np.max(moved), abs=1e-6)
+    assert abs(wear.max_wear_depth_y + 2e-3) < 5e-3
 
 
-def test_area_is_the_integral_of_depth_and_curvature():
+def test_area_is_the_integral_of_depth_and_curvature(monkeypatch):
     """A = integral of d - k d^2/2, k > 0 where normals meet; the error falls with the step."""
     _, _, after, _ = worn_by_law()
     errors = []
     for spacing in (0.2e-3, 0.05e-3):
-        wear = wear_between(NEW, after, spacing=spacing)
+        monkeypatch.setattr(worn, "_SPACING", spacing)
+        wear = wear_between(NEW, after)
         heading = np.unwrap(np.arctan2(np.gradient(wear.z), np.gradient(wear.y)))
         curvature = -np.gradient(heading, wear.s)
         integral = np.trapezoid(wear.depth - 0.5 * curvature * wear.depth**2, wear.s)
@@ -127,11 +129,6 @@ def test_zones_add_up_and_lie_where_they_say():
     wear = wear_between(NEW, after)
     assert list(wear.zone_areas) == ["flange", "root", "tread"]
     assert sum(wear.zone_areas.values()) == pytest.approx(wear.worn_area, rel=1e-12)
-    own = {"inside": 0.0, "outside": np.inf}
-    step = replace(NEW, z=NEW.z - np.where((NEW.y > 5e-3) & (NEW.y < 50e-3), 1e-3, 0.0))
-    areas = wear_between(NEW, step, zones=own).zone_areas
-    assert abs(areas["inside"]) < 1e-3 * areas["outside"]
-    assert areas["outside"] == pytest.approx(45e-6, rel=0.02)
 
 
 def test_rail_zones():
@@ -139,7 +136,7 @@ def test_rail_zones():
     wear = wear_between(RAIL, worn)
     assert list(wear.zone_areas) == ["gauge corner", "top", "field side"]
     assert wear.zone_areas["top"] == pytest.approx(wear.worn_area, rel=1e-3)
-    assert wear.max_depth == pytest.approx(1e-3, abs=1e-6)
+    assert wear.max_wear_depth == pytest.approx(1e-3, abs=1e-6)
 
 
 def test_only_the_common_part_is_compared_and_told():
@@ -153,7 +150,7 @@ def test_only_the_common_part_is_compared_and_told():
     assert wear.compared_length < 0.7 * wear.length
     assert np.all(np.isfinite(wear.depth))
     assert "mm of 160.5 mm of S1002" in wear.note
-    assert wear.max_depth == pytest.approx(whole.max_depth, abs=0.1e-6)
+    assert wear.max_wear_depth == pytest.approx(whole.max_wear_depth, abs=0.1e-6)
     longer = wear_between(short, NEW)
     assert longer.compared_length > 0.99 * longer.length
     assert longer.worn_area == pytest.approx(-wear.worn_area, rel=0.01)
@@ -169,5 +166,3 @@ def test_profiles_that_cannot_be_compared_are_refused():
     gap = np.where((NEW.y > 0.0) & (NEW.y < 30e-3), 15e-3, 0.0)
     with pytest.raises(ProfileError, match=r"worn is nowhere within 12 mm of S1002 along its normal at y = "):
         wear_between(NEW, replace(NEW, name="worn", z=NEW.z - gap))
-    with pytest.raises(ProfileError, match=r"spacing = 0.001 mm must be at least 0.01 mm"):
-        wear_between(NEW, NEW, spacing=1e-6)

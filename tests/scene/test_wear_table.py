@@ -133,7 +133,7 @@ def test_every_column_is_a_key_of_the_table():
 @pytest.mark.parametrize(
     ("content", "output"),
     [
-        (b"a = = 1", ":1: not valid TOML: invalid value"),
+        (b"a = = 1", ":1: not valid TOML: Invalid value"),
         (b"x = 1\n\xff", ":2: is not UTF-8"),
         (b" " * 2_000_001, ": is larger than 2 MB"),
         (None, ": cannot be read"),

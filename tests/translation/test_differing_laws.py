@@ -7,7 +7,7 @@ import pytest
 
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.scene import build, load_scene
-from wearsim.translation.damage import common_laws
+from wearsim.translation.compare import common_laws
 from wearsim.translation.translate import translate
 
 SCENE = (Path(__file__).parents[1] / "data" / "scene_rig.toml").read_text()

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from argparse import Namespace
 from functools import partial
 from pathlib import Path
 
-import numpy as np
-
 from wearsim.cli import print_json
-from wearsim.errors import ProfileError, ResultError
-from wearsim.profile.files import WRITTEN_FORMATS, is_file, read_profile, write_profile
+from wearsim.profile.files import WRITTEN_FORMATS, is_file, write_profile, write_text
 from wearsim.profile.inspection import Inspection, inspect_profile, reprofiled_wheels, tables
 from wearsim.profile.inspection.inputs import ProfileInput
 from wearsim.profile.inspection.request import Request, flag_of
@@ -86,7 +82,7 @@ def _write(request: Request, inspection: Inspection, target: Path | None) -> lis
     """Write the converted profile, the table and the figure; returns what was written."""
     written = [] if target is None else [_convert(request, inspection, target)]
     if request.csv not in (None, "-"):
-        save(Path(request.csv), tables.points_csv(inspection))
+        write_text(Path(request.csv), tables.points_csv(inspection))
         written.append(request.csv)
     if request.plot is not None:
         from wearsim.profile.inspection.datasets import profile_dataset
@@ -99,28 +95,10 @@ def _write(request: Request, inspection: Inspection, target: Path | None) -> lis
 
 
 def _convert(request: Request, inspection: Inspection, target: Path) -> str:
-    """Write a profile, read it back and report the result."""
-    format = request.convert
+    """Write a profile and say what was written."""
     aligned = request.against is not None and request.align is not None
     profile = inspection.aligned if aligned else inspection.given.profile
-    write_profile(profile, target, format, overwrite=bool(request.overwrite))
-    try:
-        again = read_profile(target, profile.kind, format=format)
-    except ProfileError as error:
-        return f"{target} ({format}); wearsim itself would not read it back: {str(error).splitlines()[0]}"
-    if not (np.array_equal(again.profile.y, profile.y) and np.array_equal(again.profile.z, profile.z)):
-        return f"{target} ({format}); read back it differs: {'; '.join(again.notes[1:])}"
+    write_profile(profile, target, request.convert, overwrite=bool(request.overwrite))
     changes = [*(["aligned"] if aligned else []), *(["smoothed"] if "smooth_mm" in request.numbers else [])]
-    changed = f"{' and '.join(changes)} as stated, " if changes else ""
-    return f"{target} ({format}, {len(profile.y)} points, {changed}read back with the same bits)"
-
-
-def save(path: Path, text: str) -> None:
-    """Write a file that is complete or not there."""
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        part.write_text(text, encoding="utf-8")
-        part.replace(path)
-    except OSError as error:
-        part.unlink(missing_ok=True)
-        raise ResultError(f"{path}: cannot be written ({error.strerror}); choose another folder") from error
+    changed = f", {' and '.join(changes)} as stated" if changes else ""
+    return f"{target} ({request.convert}, {len(profile.y)} points{changed})"

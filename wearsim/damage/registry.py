@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 import importlib
 import pkgutil
 from collections.abc import Iterable
 from typing import Protocol, TypeVar
 
-from wearsim.errors import Fault, SceneError
+from wearsim.errors import Fault, SceneError, suggestion
 
 
 class Named(Protocol):
@@ -67,6 +66,4 @@ def discover(kind: str, package: str, path: Iterable[str], record: type[Record])
 def unknown(kind: str, name: str, known: Iterable[str]) -> Fault:
     """Return the fault of an unknown name, with the known ones and the one that is similar."""
     names = sorted(known)
-    near = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
-    hint = f'; did you mean "{near[0]}"?' if near else ""
-    return Fault(f'{kind} "{name}" is unknown; there is {", ".join(names)}{hint}')
+    return Fault(f'{kind} "{name}" is unknown; there is {", ".join(names)}{suggestion(name, names)}')

@@ -31,11 +31,10 @@ _ROUNDS, _FIRST_ROUNDS = 200, 30  # steps at most
 _ARM = 50e-3  # what makes an angle comparable to a shift [m]
 
 
-class FitZone(NamedTuple):
+class _Zone(NamedTuple):
     """Where a best fit holds the measured profile to the reference, in whose axes it is.
 
-    Ranges of y and z [m] are infinite where nothing limits them. A profile without points on a zone that is
-    needed is an error.
+    Ranges of y and z [m]. A profile without points on a zone that is needed is an error.
     """
 
     name: str
@@ -44,28 +43,23 @@ class FitZone(NamedTuple):
     needed: bool = True
 
 
-WHEEL_ZONES = (
-    FitZone("flange back and tip", (-math.inf, -52e-3)),
-    FitZone("field side of the tread", (50e-3, math.inf)),
-)
-"""Parts of a wheel that rails do not wear: behind and on top of the flange, and the end of the tread."""
-
-_EVERYWHERE = (FitZone("the whole profile", (-math.inf, math.inf)),)
+_EVERYWHERE = (_Zone("the whole profile", (-math.inf, math.inf)),)
 
 
-def _default_zones(reference: Profile) -> tuple[FitZone, ...]:
-    """Zones of a best fit where none are given, wearsim's own choice.
+def _zones(reference: Profile) -> tuple[_Zone, ...]:
+    """Zones of a best fit, parts that do not wear; wearsim's own choice.
 
-    `WHEEL_ZONES`; of a rail, wherever its origin is, the field side of the head from 5 mm below the top, and
-    the gauge side from 15 mm below the top if it is measured.
+    Behind and on top of the flange, and the end of the tread; of a rail, wherever its origin is, the field
+    side of the head from 5 mm below the top, and the gauge side from 15 mm below the top if it is measured.
     """
     if reference.kind == "wheel":
-        return WHEEL_ZONES
+        back = _Zone("flange back and tip", (-math.inf, -52e-3))
+        return back, _Zone("field side of the tread", (50e-3, math.inf))
     top = extremum(reference.y, reference.z, int(np.argmin(reference.z)))[1]
     middle = 0.5 * float(reference.y.min() + reference.y.max())
     return (
-        FitZone("field side of the head", (middle, math.inf), (top + 5e-3, math.inf)),
-        FitZone("lower gauge side", (-math.inf, middle), (top + 15e-3, math.inf), needed=False),
+        _Zone("field side of the head", (middle, math.inf), (top + 5e-3, math.inf)),
+        _Zone("lower gauge side", (-math.inf, middle), (top + 15e-3, math.inf), needed=False),
     )
 
 
@@ -100,9 +94,7 @@ def prolonged(reference: Profile) -> Profile:
     return replace(reference, y=y, z=z)
 
 
-def _best_fit(
-    profile: Profile, reference: Profile, *, rotation: bool = False, zones: tuple[FitZone, ...] | None = None
-) -> Move:
+def _best_fit(profile: Profile, reference: Profile, *, rotation: bool = False) -> Move:
     """Least squares of the normal distances to the reference on its unworn zones.
 
     With `rotation` the profile may also be rotated, as gauges tilt. Raises `ProfileError` if a zone that is
@@ -121,24 +113,30 @@ def _best_fit(
     .. [1] A. E. Beaton, J. W. Tukey, Technometrics 16 (1974) 147-185, doi:10.1080/00401706.1974.10489171.
     .. [2] P. J. Huber, Ann. Math. Statist. 35 (1964) 73-101, doi:10.1214/aoms/1177703732.
     """
-    zones = zones or _default_zones(reference)
+    zones = _zones(reference)
     search = _Nearest(prolonged(resample(reference, _SPACING)))
     points, length = np.column_stack((profile.y, profile.z)), vertex_lengths(profile.y, profile.z)
     centre = points.mean(axis=0)
     lever = points - centre
-    angle, place = 0.0, centre + _extreme(reference) - _extreme(profile)
+    # from flange tip to flange tip; of rails the outermost y and the top
+    starts = [
+        extremum(each.y, each.z, int(np.argmax(each.z)))
+        if each.kind == "wheel"
+        else (each.y.max(), each.z.min())
+        for each in (profile, reference)
+    ]
+    angle, place = 0.0, centre + np.array(starts[1]) - np.array(starts[0])
     # a biweight can stick to half of the points, so weights without local minima come first; a worn rail
     # head has no point to begin with, but the whole of it comes near enough
     stages = [(zones, _huber, _FIRST_ROUNDS), (zones, _biweight, _ROUNDS)]
     if profile.kind == "rail":
         stages.insert(0, (_EVERYWHERE, _biweight, _FIRST_ROUNDS))
     for held, weigh, rounds in stages:
-        for k in range(rounds):
+        for _ in range(rounds):
             c, s = math.cos(angle), math.sin(angle)
             rotated = lever @ np.array([[c, s], [-s, c]])
             foot, normal, distance = search(rotated + place)
-            inside = [_within(zone, foot) for zone in held]
-            _check_measured(held, inside, reference.name, k == 0)
+            inside = [_within(zone, foot, reference.name) for zone in held]
             use = np.any(inside, axis=0)
             step = _step(
                 rotated[use], normal[use], distance[use], length[use] * weigh(distance[use]), rotation
@@ -148,9 +146,7 @@ def _best_fit(
             if change < _CLOSE:
                 break
     if change > _SETTLED:
-        raise ProfileError(
-            f"the fit does not settle (it still moves by {change * 1e6:.2g} um); give other zones"
-        )
+        raise ProfileError(f"the fit does not settle (it still moves by {change * 1e6:.2g} um)")
     rms = math.sqrt(float(np.sum(length[use] * distance[use] ** 2) / np.sum(length[use])))
     c, s = math.cos(angle), math.sin(angle)
     total = place - np.array([c * centre[0] - s * centre[1], s * centre[0] + c * centre[1]])
@@ -165,21 +161,6 @@ def _best_fit(
     )
 
 
-def _check_measured(
-    zones: tuple[FitZone, ...], inside: list[NDArray[np.bool_]], name: str, first: bool
-) -> None:
-    """Raise for a profile without enough points on a zone that is needed, at first or as the fit goes on."""
-    for zone, members in zip(zones, inside, strict=True):
-        count = int(np.count_nonzero(members))
-        if zone.needed and count < _FEWEST:
-            if first:
-                raise ProfileError(f"{count} points lie on {zone.name} of {name}, {_FEWEST} are needed")
-            raise ProfileError(
-                f"the fit runs away from {zone.name} of {name}: too little of the zones is measured, or they "
-                "are worn; give zones that are neither"
-            )
-
-
 def _step(
     lever: FloatArray, normal: FloatArray, distance: FloatArray, weight: FloatArray, rotation: bool
 ) -> FloatArray:
@@ -191,7 +172,7 @@ def _step(
     matrix = (design * weight[:, None]).T @ design / weight.sum()
     if np.linalg.eigvalsh(matrix)[0] < _WEAKEST:
         raise ProfileError(
-            "the zones do not hold the profile in all directions; give zones on its sides as well"
+            "the unworn parts that are measured do not hold the profile in all directions; measure its sides"
         )
     step: FloatArray = np.zeros(3)
     step[: len(columns)] = -np.linalg.solve(matrix, design.T @ (weight * distance) / weight.sum())
@@ -199,17 +180,15 @@ def _step(
     return step
 
 
-def _extreme(profile: Profile) -> FloatArray:
-    """Flange tip of a wheel; outermost y and top of a rail [m]."""
-    if profile.kind == "wheel":
-        return np.array(extremum(profile.y, profile.z, int(np.argmax(profile.z))))
-    return np.array([profile.y.max(), profile.z.min()])
-
-
-def _within(zone: FitZone, foot: FloatArray) -> NDArray[np.bool_]:
+def _within(zone: _Zone, foot: FloatArray, name: str) -> NDArray[np.bool_]:
     """Mark the feet that lie in a zone; those beyond the ends of the reference (NaN) do not."""
     y, z = foot.T
     inside: NDArray[np.bool_] = (y >= zone.y[0]) & (y <= zone.y[1]) & (z >= zone.z[0]) & (z <= zone.z[1])
+    if zone.needed and np.count_nonzero(inside) < _FEWEST:
+        raise ProfileError(
+            f"{np.count_nonzero(inside)} points lie on {zone.name} of {name}, {_FEWEST} are needed: it is "
+            "not measured, or worn"
+        )
     return inside
 
 
@@ -286,13 +265,12 @@ def align(profile: Profile, reference: Profile, rule: str, **options: object) ->
     rule : str
         Key of `ALIGNMENTS`.
     **options
-        Of best_fit: `rotation` (bool) and `zones` (tuple of FitZone).
+        Of best_fit: `rotation` (bool), whether the profile may be rotated, too.
 
     Raises
     ------
     ProfileError
-        The rule is unknown or for the other kind, or the profile lacks what it holds; the message
-        names the rules that would work.
+        The rule is unknown or for the other kind, or the profile lacks what it holds.
     """
     if profile.kind != reference.kind:
         raise ProfileError(
@@ -306,9 +284,7 @@ def align(profile: Profile, reference: Profile, rule: str, **options: object) ->
     try:
         move = ALIGNMENTS[rule].move(profile, reference, **options)
     except ProfileError as error:
-        working = [name for name in known if name not in (rule, "none") and _works(name, profile, reference)]
-        fix = f"align by {' or '.join(working)}" if working else "only 'none' is possible"
-        raise ProfileError(f"{profile.name}: alignment by {rule}: {error}; {fix}") from error
+        raise ProfileError(f"{profile.name}: alignment by {rule}: {error}; align by another rule") from error
     c, s = math.cos(move.angle), math.sin(move.angle)
     moved = profile
     if move.dy or move.dz or move.angle:
@@ -317,14 +293,6 @@ def align(profile: Profile, reference: Profile, rule: str, **options: object) ->
         source = f"{profile.source}; aligned by {rule}" if profile.source else f"aligned by {rule}"
         moved = replace(profile, y=y, z=z, source=source)
     return Alignment(**vars(move), profile=moved, rule=rule)
-
-
-def _works(rule: str, profile: Profile, reference: Profile) -> bool:
-    try:
-        ALIGNMENTS[rule].move(profile, reference)
-    except ProfileError:
-        return False
-    return True
 
 
 def _parabola(profile: Profile, index: int, at: float, fault: str) -> tuple[float, float, float]:
@@ -450,5 +418,5 @@ ALIGNMENTS: Mapping[str, AlignmentRule] = MappingProxyType(
 )
 """Rules of alignment by name."""
 
-HOLD_TREAD = ("flange_back", "running_circle")
-"""Rules that lay the running circles on each other: what is worn there does not show."""
+HOLD_TREAD = {"flange_back": "running circles", "running_circle": "running circles", "top": "tops"}
+"""Rules that lay worn places on each other: what is worn there does not show."""

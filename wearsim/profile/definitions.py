@@ -106,22 +106,15 @@ class _Piece(Table):
             raise cross_check(
                 f"zone {self.zone!r}: from = {self.start:g} must be below to = {self.end:g}", "from"
             )
-        if self.arc is not None:
-            y, reach = self.arc.centre[0], self.arc.radius * (1.0 + 1e-9)
-            if not (y - reach <= self.start or self.start == -math.inf) or not (
-                self.end <= y + reach or self.end == math.inf
-            ):
-                raise cross_check(
-                    f"zone {self.zone!r}: the circle is smaller than its range {self.start:g} .. "
-                    f"{self.end:g}",
-                    "arc",
-                )
+        ends = [end for end in (self.start, self.end) if math.isfinite(end)]
+        if self.arc is not None and any(
+            abs(end - self.arc.centre[0]) > self.arc.radius * (1.0 + 1e-9) for end in ends
+        ):
+            range = f"{self.start:g} .. {self.end:g}"
+            raise cross_check(f"zone {self.zone!r}: the circle is smaller than its range {range}", "arc")
         if self.spline is not None and not abs(self._knots(self.spline)[-1] - self.end) < 1e-9:
-            raise cross_check(
-                f"zone {self.zone!r}: {len(self.spline.heights)} heights do not reach from {self.start:g} to "
-                f"{self.end:g}",
-                "spline",
-            )
+            reach = f"{len(self.spline.heights)} heights do not reach from {self.start:g} to {self.end:g}"
+            raise cross_check(f"zone {self.zone!r}: {reach}", "spline")
         return self
 
     def _knots(self, spline: _SplineKeys) -> tuple[float, ...]:
@@ -193,7 +186,7 @@ class Parameter(Table):
         if not self.allows(self.default):
             raise cross_check(f"{form}: default must be {self.range_text()}", "default")
         if self.tangent_arc is not None and len(self.tangent_arc.radii) != len(self.values):
-            raise cross_check(f"{form}: radii must be a list of {len(self.values)} numbers", "tangent_arc")
+            raise cross_check(f"{form}: radii must be {len(self.values)} numbers", "tangent_arc")
         return self
 
     def range_text(self) -> str:

@@ -16,11 +16,11 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from wearsim.errors import Fault, ProfileError, suggestion
+from wearsim.errors import ProfileError, suggestion
 from wearsim.profile.measures import Measures
 from wearsim.profile.standard import shipped_path
 from wearsim.quantities import QUANTITIES
-from wearsim.toml_faults import Table, cross_check, key_lines, line_of, read_toml
+from wearsim.toml_faults import Table, cross_check, read_toml
 
 _Limited = Literal[
     "flange_height", "flange_thickness", "flange_gradient", "hollowing", "rim_width", "wheel_diameter",
@@ -32,64 +32,17 @@ LIMITED: tuple[str, ...] = _Limited.__args__  # type: ignore[attr-defined]
 NO_DIAMETER = "depends on the wheel diameter, which is not given"
 """Reason of what depends on a diameter."""
 
-_DIAMETER_DIGITS = 6  # diameters are compared in whole micrometres
 _ROUNDING = 1e-9  # what is no transgression [m]: far below what can be measured
 _ANY_DIAMETER = "any diameter listed"
 _NOT_MEASURED = "not measured"
 _BOUNDS: tuple[Literal["min", "max"], ...] = ("min", "max")
 
 
-@dataclass(frozen=True)
-class DiameterRange:
-    """Wheel diameters a limit holds for [m], 0 and inf where there is no end; an end itself may be within."""
-
-    low: float = 0.0
-    high: float = math.inf
-    low_belongs: bool = True
-    high_belongs: bool = True
-
-    def __contains__(self, diameter: float) -> bool:
-        """Whether a diameter [m] is within."""
-        d = round(diameter, _DIAMETER_DIGITS)
-        above = d >= self.low if self.low_belongs else d > self.low
-        return above and (d <= self.high if self.high_belongs else d < self.high)
-
-    @property
-    def text(self) -> str:
-        """Such as "760 < D <= 840 mm"; empty if all diameters are within."""
-        low = f"{self.low * 1e3:g} {'<=' if self.low_belongs else '<'} " if self.low > 0.0 else ""
-        high = f" {'<=' if self.high_belongs else '<'} {self.high * 1e3:g}" if self.high < math.inf else ""
-        if low and not high:
-            return f"D {'>=' if self.low_belongs else '>'} {self.low * 1e3:g} mm"
-        return f"{low}D{high} mm" if high else ""
-
-
-@dataclass(frozen=True)
-class Limit:
-    """One limit of a measure (name in `wearsim.quantities`), SI units; None: no such bound."""
-
-    measure: str
-    least: float | None
-    most: float | None
-    diameters: DiameterRange
-    source: str
-    certainty: str
-
-
-@dataclass(frozen=True)
-class LimitSet:
-    """Limits of one file, in its order, with its name and title."""
-
-    name: str
-    title: str
-    limits: tuple[Limit, ...]
-
-
 Bound = Annotated[float | None, Field(ge=0, lt=1e6)]
 
 
-class _Diameters(Table):
-    """Ends of the wheel diameters that a limit holds for [mm]."""
+class Diameters(Table):
+    """Wheel diameters that a limit holds for [mm]: `above` and `below` exclude their number."""
 
     above: Bound = None
     at_least: Bound = Field(None, alias="from")
@@ -102,25 +55,32 @@ class _Diameters(Table):
         lower, upper = (self.above, self.at_least), (self.up_to, self.below)
         if lower == upper == (None, None) or None not in lower or None not in upper:
             raise cross_check(f"{form}, with one lower or one upper end or both")
-        range = self.range
-        if range.low >= range.high:
-            raise cross_check(f"diameter_mm: {range.low * 1e3:g} must be below {range.high * 1e3:g}")
+        low, high = self._ends
+        if low >= high:
+            raise cross_check(f"diameter_mm: {low:g} must be below {high:g}")
         return self
 
     @property
-    def range(self) -> DiameterRange:
-        """In SI units."""
-        low = self.at_least if self.above is None else self.above
-        high = self.below if self.up_to is None else self.up_to
-        return DiameterRange(
-            0.0 if low is None else low / 1e3,
-            math.inf if high is None else high / 1e3,
-            self.above is None,
-            self.below is None,
-        )
+    def _ends(self) -> tuple[float, float]:
+        low = max((each for each in (self.above, self.at_least) if each is not None), default=0.0)
+        return low, min((each for each in (self.up_to, self.below) if each is not None), default=math.inf)
+
+    def __contains__(self, diameter: float) -> bool:
+        """Whether a diameter [m] is within, compared in whole micrometres."""
+        d, (low, high) = round(1e3 * diameter, 3), self._ends
+        return low <= d <= high and d not in (self.above, self.below)
+
+    @property
+    def text(self) -> str:
+        """Such as "760 < D <= 840 mm"."""
+        low, high = self._ends
+        first, last = "<" if self.at_least is None else "<=", "<" if self.up_to is None else "<="
+        if high == math.inf:
+            return f"D {first.replace('<', '>')} {low:g} mm"
+        return f"{f'{low:g} {first} ' if low > 0.0 else ''}D {last} {high:g} mm"
 
 
-class _LimitTable(Table):
+class Limit(Table):
     """One `[[limit]]` table."""
 
     measure: _Limited = Field(description=f"one of {', '.join(LIMITED)}")
@@ -128,40 +88,38 @@ class _LimitTable(Table):
     max: Bound = None
     min_mm: Bound = None
     max_mm: Bound = None
-    diameter_mm: _Diameters | None = None
+    diameter_mm: Diameters | None = None
     source: str = ""
     certainty: str = ""
 
-    @property
-    def _unit(self) -> str:
-        return "_mm" if QUANTITIES[self.measure].unit == "m" else ""
-
-    @property
-    def bounds(self) -> tuple[float | None, float | None]:
-        """Smallest and largest value in the unit of the key."""
-        return getattr(self, f"min{self._unit}"), getattr(self, f"max{self._unit}")
-
     @model_validator(mode="after")
     def _bounds_fit(self) -> Self:
-        unit, (least, most) = self._unit, self.bounds
+        unit = self._unit
         for key in ("min", "max", "min_mm", "max_mm"):
             if getattr(self, key) is not None and not key.endswith(unit or ("min", "max")):
                 raise cross_check(
                     f"{key} is no key of a limit of {self.measure}; give min{unit}, max{unit}", key
                 )
+        least, most = (getattr(self, f"{bound}{unit}") for bound in _BOUNDS)
         if least is None and most is None:
             raise cross_check(f"gives no min{unit} and no max{unit} of {self.measure}")
         if least is not None and most is not None and least > most:
             raise cross_check(f"min{unit} = {least:g} is above max{unit} = {most:g}", f"min{unit}")
         return self
 
-    def limit(self, source: str, certainty: str) -> Limit:
-        """Return it in SI units, with source and certainty of the file where it has none."""
-        factor = 1e3 if self._unit else 1.0
-        least, most = (None if each is None else each / factor for each in self.bounds)
-        diameters = DiameterRange() if self.diameter_mm is None else self.diameter_mm.range
-        return Limit(self.measure, least, most, diameters, self.source.strip() or source,
-                     self.certainty.strip() or certainty)  # fmt: skip
+    @property
+    def _unit(self) -> str:
+        return "_mm" if QUANTITIES[self.measure].unit == "m" else ""
+
+    def bound(self, name: str) -> float | None:
+        """Return the limit "min" or "max" in SI units; None: no such bound."""
+        value: float | None = getattr(self, f"{name}{self._unit}")
+        return value / 1e3 if value is not None and self._unit else value
+
+    @property
+    def condition(self) -> str:
+        """Diameters it holds for, such as "D > 840 mm"; empty: all."""
+        return "" if self.diameter_mm is None else self.diameter_mm.text
 
 
 class _LimitsFile(Table):
@@ -170,7 +128,29 @@ class _LimitsFile(Table):
     title: str = ""
     source: str = ""
     certainty: str = ""
-    limit: tuple[_LimitTable, ...] = Field(min_length=1, description="at least one [[limit]] table")
+    limit: tuple[Limit, ...] = Field(min_length=1, description="at least one [[limit]] table")
+
+    @model_validator(mode="after")
+    def _have_sources(self) -> Self:
+        own = [one.measure for one in self.limit if not all(self.about(one).values())]
+        if own:
+            what = f"the limits of {', '.join(own)} have no source or certainty"
+            raise cross_check(f"{what}; give it for each limit or for the file", "limit")
+        return self
+
+    def about(self, limit: Limit) -> dict[str, str]:
+        """Source and certainty of a limit, those of the file where it has none."""
+        keys = ("source", "certainty")
+        return {key: getattr(limit, key).strip() or getattr(self, key).strip() for key in keys}
+
+
+@dataclass(frozen=True)
+class LimitSet:
+    """Limits of one file, in its order, each with its source and certainty, with its name and title."""
+
+    name: str
+    title: str
+    limits: tuple[Limit, ...]
 
 
 def load_limits(name_or_path: str | Path = "TSI") -> LimitSet:
@@ -193,15 +173,7 @@ def load_limits(name_or_path: str | Path = "TSI") -> LimitSet:
     data, faults = read_toml(path, _LimitsFile)
     if data is None:
         raise ProfileError("\n".join(map(str, faults)))
-    limits = tuple(each.limit(data.source.strip(), data.certainty.strip()) for each in data.limit)
-    without = [(k, each) for k, each in enumerate(limits) if not (each.source and each.certainty)]
-    if without:
-        lines = key_lines(path.read_text(encoding="utf-8-sig"))
-        for k, each in without:
-            key = "certainty" if each.source else "source"
-            message = f"the limit of {each.measure} has no {key}; give it for the limit or for the file"
-            faults.append(Fault(message, str(path), line_of(lines, ("limit", k))))
-        raise ProfileError("\n".join(map(str, faults)))
+    limits = tuple(limit.model_copy(update=data.about(limit)) for limit in data.limit)
     return LimitSet(path.stem, data.title.strip() or path.stem, limits)
 
 
@@ -222,10 +194,7 @@ class Judgement:
 
 
 def judge(
-    measures: Measures | Mapping[str, float],
-    limits: LimitSet,
-    *,
-    diameter: float | None = None,
+    measures: Measures | Mapping[str, float], limits: LimitSet, *, diameter: float | None = None
 ) -> list[Judgement]:
     """Compare measures (SI, by name) with limits, each bound of what is measured or was tried.
 
@@ -269,13 +238,12 @@ def judge_wheelset(wheelset: Mapping[str, Measures], limits: LimitSet) -> dict[s
 
 def _judged(blank: Judgement, group: list[Limit], diameter: float | None) -> list[Judgement]:
     """Judgements on one bound by the limits of one source."""
-    numbers = [(each, each.least if blank.bound == "min" else each.most) for each in group]
-    bounded = [(each, number) for each, number in numbers if number is not None]
+    bounded = [(each, number) for each in group if (number := each.bound(blank.bound)) is not None]
     if diameter is None:
-        always = [_by_number(blank, *pair) for pair in bounded if not pair[0].diameters.text]
-        ranged = [pair for pair in bounded if pair[0].diameters.text]
-        return always + _by_all(blank, ranged, sum(bool(limit.diameters.text) for limit in group))
-    chosen = [pair for pair in bounded if diameter in pair[0].diameters]
+        always = [_by_number(blank, *pair) for pair in bounded if pair[0].diameter_mm is None]
+        ranged = [pair for pair in bounded if pair[0].diameter_mm is not None]
+        return always + _by_all(blank, ranged, sum(limit.diameter_mm is not None for limit in group))
+    chosen = [pair for pair in bounded if pair[0].diameter_mm is None or diameter in pair[0].diameter_mm]
     if bounded and not chosen:
         reason = blank.reason or f"no limit is given for a wheel diameter of {diameter * 1e3:.6g} mm"
         return [replace(blank, certainty=bounded[0][0].certainty, reason=reason)]
@@ -290,7 +258,7 @@ def _by_number(blank: Judgement, limit: Limit, number: float, condition: str | N
         limit=number,
         margin=margin,
         exceeded=None if margin is None else margin < -_ROUNDING,
-        condition=limit.diameters.text if condition is None else condition,
+        condition=limit.condition if condition is None else condition,
         certainty=limit.certainty,
     )
 

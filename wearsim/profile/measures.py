@@ -130,11 +130,7 @@ class Measures:
 
 
 def wheel_measures(
-    profile: Profile,
-    distances: GaugeDistances | None = None,
-    *,
-    diameter: float | None = None,
-    back_to_back: float | None = None,
+    profile: Profile, distances: GaugeDistances | None = None, *, diameter: float | None = None
 ) -> Measures:
     """Gauge values of one wheel; what cannot be measured is missing with the reason.
 
@@ -146,13 +142,11 @@ def wheel_measures(
         Where the gauge measures.
     diameter : float, optional
         At the running circle as it is now, which is not in the profile [m].
-    back_to_back : float, optional
-        Back-to-back distance of the wheelset; its wheels are then taken to be alike [m].
 
     Raises
     ------
     ProfileError
-        The profile is a rail, or a number is out of its range.
+        The profile is a rail.
     """
     if profile.kind != "wheel":
         raise ProfileError(f"{profile.name} is a {profile.kind}; gauge values are of wheels")
@@ -174,8 +168,6 @@ def wheel_measures(
             values[name] = float(measure())
         except ProfileError as error:
             missing[name] = str(error)
-    axle = _axle(values, values, back_to_back)
-    values, missing = {**values, **axle.values}, {**missing, **axle.missing}
     if diameter is None:
         missing["wheel_diameter"] = "not stated (--diameter-mm)"
     else:
@@ -183,61 +175,30 @@ def wheel_measures(
     return Measures(values, missing)
 
 
-def wheelset_measures(
-    right: Profile,
-    left: Profile,
-    distances: GaugeDistances | None = None,
-    *,
-    diameters: tuple[float | None, float | None] = (None, None),
-    back_to_back: float | None = None,
-) -> dict[str, Measures]:
-    """Gauge values of "right", "left" and "axle" of a wheelset whose wheels differ.
+def axle_measures(right: Measures, left: Measures, back_to_back: float | None = None) -> Measures:
+    """Measures of an axle from those of its wheels and their back-to-back distance AR [m].
 
-    Parameters
-    ----------
-    right, left : Profile
-        Both in the axes of a right wheel, flange back at y = -70 mm.
-    distances : GaugeDistances, optional
-        As in `wheel_measures`.
-    diameters : (float or None, float or None)
-        Of the right and the left wheel at their running circles as they are now [m].
-    back_to_back : float, optional
-        Back-to-back distance AR [m].
-
-    Returns
-    -------
-    dict of str to Measures
-        Of the axle wheel_diameter_difference (right minus left), back_to_back and front_to_front, which is
-        AR + Sd of the right + Sd of the left wheel, at the level of Sd.
+    back_to_back; front_to_front, which is AR + Sd of the right + Sd of the left wheel, at the level of Sd;
+    wheel_diameter_difference, right minus left. Raises `ProfileError` for a distance out of its range.
     """
-    wheels = []
-    for profile, diameter in zip((right, left), diameters, strict=True):
-        whole = wheel_measures(profile, distances, diameter=diameter)
-        missing = {name: why for name, why in whole.missing.items() if name not in _OF_AXLE}
-        wheels.append(Measures(whole.values, missing))
-    axle = _axle(wheels[0].values, wheels[1].values, back_to_back)
-    difference = "wheel_diameter_difference"
-    if diameters[0] is None or diameters[1] is None:
-        axle = Measures(axle.values, {**axle.missing, difference: "the diameters of both wheels are needed"})
-    else:
-        axle = Measures({**axle.values, difference: diameters[0] - diameters[1]}, axle.missing)
-    return {"right": wheels[0], "left": wheels[1], "axle": axle}
-
-
-_OF_AXLE = ("back_to_back", "front_to_front")
-
-
-def _axle(right: Mapping[str, float], left: Mapping[str, float], back_to_back: float | None) -> Measures:
-    """Back-to-back and front-to-front distance."""
+    values: dict[str, float] = {}
+    missing: dict[str, str] = {}
     if back_to_back is None:
         reason = "the back-to-back distance of the wheelset is not given"
-        return Measures({}, dict.fromkeys(_OF_AXLE, reason))
-    _check("back_to_back", back_to_back)
-    values = {"back_to_back": back_to_back}
-    if "flange_thickness" not in right or "flange_thickness" not in left:
-        return Measures(values, {"front_to_front": "the flange thickness cannot be measured"})
-    values["front_to_front"] = back_to_back + right["flange_thickness"] + left["flange_thickness"]
-    return Measures(values, {})
+        missing |= dict.fromkeys(("back_to_back", "front_to_front"), reason)
+    else:
+        _check("back_to_back", back_to_back)
+        values["back_to_back"] = back_to_back
+        if "flange_thickness" in right.values and "flange_thickness" in left.values:
+            sides = right.values["flange_thickness"], left.values["flange_thickness"]
+            values["front_to_front"] = back_to_back + sides[0] + sides[1]
+        else:
+            missing["front_to_front"] = "the flange thickness cannot be measured"
+    if "wheel_diameter" in right.values and "wheel_diameter" in left.values:
+        values["wheel_diameter_difference"] = right.values["wheel_diameter"] - left.values["wheel_diameter"]
+    else:
+        missing["wheel_diameter_difference"] = "the diameters of both wheels are needed"
+    return Measures(values, missing)
 
 
 def _check_flange(y: FloatArray, z: FloatArray, *, tip: bool) -> None:

@@ -66,13 +66,9 @@ def standard_profile(
     >>> wearsim.standard_profile("60E1", inclination=1 / 20).kind
     'rail'
     """
-    kind = standard.designation_kind(name)
-    if kind == "wheel":
+    if standard.definition(name).kind == "wheel":
         return standard.wheel(name, spacing)
-    if kind == "rail":
-        return standard.rail(name, inclination, gauge, half_span(back_to_back), spacing)
-    names = [*standard.shipped_names("wheel"), *standard.shipped_names("rail")]
-    raise ProfileError(f"{name!r} is not a standard profile; known: {', '.join(names)}")
+    return standard.rail(name, inclination, gauge, half_span(back_to_back), spacing)
 
 
 def read_profile(

@@ -37,20 +37,8 @@ def shipped_path(*parts: str) -> Path:
 
 
 def find_shipped(name: str) -> Path:
-    """File of a shipped profile by its name, with or without parameters.
-
-    Raises `ProfileError` for an unknown name; the message lists what there is and the nearest name.
-    """
-    template = _split(name)[0]
-    if template is None:
-        names = sorted(_templates(shipped_path("profiles")))
-        raise ProfileError(_unknown(f"{name!r} is not among the shipped profiles", name, names))
-    return template.path
-
-
-def _unknown(message: str, name: str, names: list[str]) -> str:
-    """End a message about an unknown name with what there is."""
-    return f"{message} ({', '.join(names) or 'there are none'}){suggestion(name, names)}"
+    """File of a shipped profile by its name, with or without parameters; raises as `definition`."""
+    return _found(name, None)[0].path
 
 
 @lru_cache(maxsize=8)
@@ -72,7 +60,7 @@ def shipped_names(kind: Kind) -> list[str]:
     return sorted(name for name, template in named.items() if template.shape.kind == kind)
 
 
-def _split(designation: str) -> tuple[Template, list[str]] | tuple[None, list[str]]:
+def _split(designation: str) -> tuple[Template, list[str]] | None:
     """Shape and parameters of a designation; a name may itself hold a slash, such as 1/40."""
     named = _templates(shipped_path("profiles"))
     parts = [part.strip() for part in designation.split("/")]
@@ -80,18 +68,26 @@ def _split(designation: str) -> tuple[Template, list[str]] | tuple[None, list[st
         name = "/".join(parts[:count])
         if name in named:
             return named[name], parts[count:]
-    return None, parts
+    return None
+
+
+def _found(designation: str, kind: Kind | None) -> tuple[Template, list[str]]:
+    """Shape and parameters of a designation of a kind, if one is asked for; else a fault with the names."""
+    found = _split(designation)
+    if found is not None and kind in (None, found[0].shape.kind):
+        return found
+    names = shipped_names(kind) if kind else [*shipped_names("wheel"), *shipped_names("rail")]
+    what = f"neither a file nor a shipped {f'{kind} ' if kind else ''}profile"
+    if found is not None:
+        what = f"a {found[0].shape.kind} profile, a {kind} is needed"
+    raise ProfileError(
+        f"{designation!r} is {what} ({', '.join(names)}){suggestion(designation.split('/')[0], names)}"
+    )
 
 
 def is_designation(text: str) -> bool:
     """Whether a text begins with the name of a shipped shape, so that it is no path."""
-    return designation_kind(text) is not None
-
-
-def designation_kind(text: str) -> Kind | None:
-    """Kind of the shipped shape whose name a text such as "S1002/h30" begins with, None if there is none."""
-    template = _split(text)[0]
-    return None if template is None else template.shape.kind
+    return _split(text) is not None
 
 
 def _parse_parameters(
@@ -196,22 +192,17 @@ def _constructed(pieces: list[Segment | TangentArc]) -> tuple[Segment, ...]:
     return done
 
 
-def definition(name: str, kind: Kind) -> Definition:
+def definition(name: str, kind: Kind | None = None) -> Definition:
     """Definition of a shipped shape; its name holds the parameters that differ from the file.
 
     A name such as "S1002" or "60E1". Parameters follow in any order behind slashes, as in the designation of
     EN 13715: "S1002/h30/e30.5/10%" has a flange height of 30 mm, a flange thickness of 30.5 mm and an outer
     slope of 10 %; what is left out keeps the value of the file ("S1002": 28, 32.5 and 6.7, which stands for
     1:15). "cone/1:16" is a conical tread. Blanks around the slashes do not matter. Raises `ProfileError` if
-    there is no such shape of the kind that is expected, or a parameter is out of its range.
+    there is no such shape, none of the kind that is expected, or a parameter is out of its range; the message
+    lists what there is and the nearest name.
     """
-    template, written = _split(name)
-    if template is None:
-        message = f"{name!r} is neither a file nor a shipped {kind} profile"
-        raise ProfileError(_unknown(message, written[0], shipped_names(kind)))
-    if template.shape.kind != kind:
-        message = f"{name!r} is a {template.shape.kind} profile, a {kind} is needed"
-        raise ProfileError(_unknown(message, written[0] if written else name, shipped_names(kind)))
+    template, written = _found(name, kind)
     values = _parse_parameters(written, template.parameters, repr(name))
     return _built(template.path, tuple(values.items()))
 

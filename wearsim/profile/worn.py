@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +17,7 @@ LARGEST_DEPTH = 12e-3
 beyond which normals cross."""
 
 _LEAST_COMMON = 0.5  # of the shorter profile; less is no measurement of the same place
-_FINEST = 0.01e-3  # spacing of the points [m]: what follows grows with its square
+_SPACING = 0.1e-3  # of the points [m]: the work grows with its square
 _ROWS = 256  # points of the old profile whose normals are cut with the new one at once
 
 
@@ -36,17 +35,15 @@ class WearBetween:
     z: FloatArray = field(repr=False)
     depth: FloatArray = field(repr=False)  # (m,) along its normal, positive where material was removed [m]
     worn_area: float  # between both profiles, removed less added [m2]
-    max_depth: float  # [m]
-    max_depth_y: float  # where it is [m]
+    max_wear_depth: float  # [m]
+    max_wear_depth_y: float  # where it is [m]
     zone_areas: Mapping[str, float]  # share of each zone in the worn area [m2]
     compared_length: float  # arc length [m]
     length: float  # of the profile before [m]
     note: str  # what was compared, in one sentence
 
 
-def wear_between(
-    before: Profile, after: Profile, *, spacing: float = 0.1e-3, zones: Mapping[str, float] | None = None
-) -> WearBetween:
+def wear_between(before: Profile, after: Profile) -> WearBetween:
     r"""Wear depth and worn area between two profiles that are aligned already.
 
     Parameters
@@ -54,11 +51,6 @@ def wear_between(
     before, after : Profile
         Of one kind and in the same axes, see `wearsim.profile.alignment`; their points need not
         correspond. Only the part both have is compared.
-    spacing : float
-        Distance of the points at which depth is given [m].
-    zones : mapping of str to float, optional
-        Zones from the flange back (gauge side) outwards with the y [m] of their ends, inf for the last;
-        `WHEEL_ZONES`, for rails `_rail_zones`.
 
     Raises
     ------
@@ -68,7 +60,7 @@ def wear_between(
 
     Notes
     -----
-    Both profiles are set on points `spacing` apart. Depth is where the normal of the old profile cuts the
+    Both profiles are set on points 0.1 mm apart. Depth is where the normal of the old profile cuts the
     new one first; of several cuts, the nearest one that faces the same way. The area is that of the closed
     loop along the old profile, across, and back along the new one, exact for both polygons, and each zone
     ends at a normal, so zones add up to the whole. It equals the integral of :math:`d - \kappa d^2/2`.
@@ -78,9 +70,7 @@ def wear_between(
             f"{before.name} is a {before.kind} and {after.name} a {after.kind}: wear is between two "
             "measurements of one body"
         )
-    if not spacing >= _FINEST:
-        raise ProfileError(f"spacing = {spacing * 1e3:g} mm must be at least {_FINEST * 1e3:g} mm")
-    old, new = resample(before, spacing), resample(after, spacing)
+    old, new = resample(before, _SPACING), resample(after, _SPACING)
     s = arc_length(old.y, old.z)
     ny, nz = vertex_normals(old.y, old.z)
     if before.kind == "rail":
@@ -101,7 +91,7 @@ def wear_between(
     swept = _areas(old, new, part, depth, place, ny, nz)
     if before.kind == "rail":
         swept = -swept
-    zones = zones or (WHEEL_ZONES if before.kind == "wheel" else _rail_zones(before))
+    zones = WHEEL_ZONES if before.kind == "wheel" else _rail_zones(before)
     which = _zone_of(old, part, zones)
     deepest = first + int(np.argmax(depth[part]))
     compared, length = float(s[last] - s[first]), float(s[-1])
@@ -111,9 +101,9 @@ def wear_between(
         z=old.z[part],
         depth=depth[part],
         worn_area=float(np.sum(swept)),
-        max_depth=float(depth[deepest]),
-        max_depth_y=float(old.y[deepest]),
-        zone_areas=MappingProxyType({name: float(np.sum(swept[which == k])) for k, name in enumerate(zones)}),
+        max_wear_depth=float(depth[deepest]),
+        max_wear_depth_y=float(old.y[deepest]),
+        zone_areas={name: float(np.sum(swept[which == k])) for k, name in enumerate(zones)},
         compared_length=compared,
         length=length,
         note=(

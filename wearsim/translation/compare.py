@@ -1,8 +1,8 @@
-"""Parts of the comparison dataset: wear, contact, profile, equivalent distance."""
+"""Parts of the comparison dataset: wear, contact, profile, equivalent distance, damage."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Any
 
 import numpy as np
@@ -26,6 +26,19 @@ _BOTH_WHEELS = {
 }
 _BARE = ("wear_area_rate", "wear_depth_rate_max")  # of the law as it is
 _SAME_PROFILE = 1e-7  # [m]
+
+
+_SETTINGS = {
+    "comparison": ("coefficients", "form"),
+    "fatigue": ("coefficients", "form", "crack_width", "crack_depth", "shear_yield"),
+}
+"""What laws of one name must share to be compared, with all their numbers."""
+
+
+def flags(meaning: str, names: Collection[str], first: int = 0, **attrs: str) -> dict[str, Any]:
+    """Attributes of a variable of flags, numbered from the first one on."""
+    numbers = np.arange(first, first + len(names), dtype=np.int8)
+    return {"long_name": meaning, "flag_values": numbers, "flag_meanings": " ".join(names), **attrs}
 
 
 class Comparison:
@@ -81,13 +94,8 @@ class Comparison:
         self, variable: str, dims: tuple[str, ...], status: IntArray, meaning: str, **attrs: str
     ) -> None:
         """Add `{variable}_status`."""
-        self.variables[f"{variable}_status"] = (
-            dims,
-            status.astype(np.int8),
-            {"long_name": f"why the factor of {meaning} is undefined, if it is",
-             "flag_values": np.array(list(STATUS.values()), dtype=np.int8),
-             "flag_meanings": " ".join(STATUS), **attrs},
-        )  # fmt: skip
+        about = flags(f"why the factor of {meaning} is undefined, if it is", STATUS)
+        self.variables[f"{variable}_status"] = (dims, status.astype(np.int8), about | attrs)
 
     def add_rows(
         self, variable: str, dims: tuple[str, ...], rows: Sequence[FloatArray],
@@ -163,22 +171,14 @@ def _add_regimes(
     comparison: Comparison, variable: str, dims: tuple[str, ...], regime: IntArray, meaning: str, **attrs: str
 ) -> None:
     """Add wear regimes (basis, ., campaign, ...) and whether they differ between rig and field."""
-    names = comparison.regimes
-    comparison.variables[variable] = (
-        dims, regime.astype(np.int8), {
-            "long_name": meaning,
-            "flag_values": np.arange(-1, len(names), dtype=np.int8),
-            "flag_meanings": " ".join(["none", *(name.replace(" ", "_") for name in names)]), **attrs,
-        },
-    )  # fmt: skip
+    names = ["none", *(name.replace(" ", "_") for name in comparison.regimes)]
+    comparison.variables[variable] = (dims, regime.astype(np.int8), flags(meaning, names, -1, **attrs))
+    remark = "where it differs, the factor depends on the wear law"
     comparison.variables[f"{variable}_differs"] = (
         tuple(dim for dim in dims if dim != "campaign"),
-        factors.regime_differs(regime[:, :, 0], regime[:, :, 1]).astype(np.int8), {
-            "long_name": f"whether the {meaning} differs between rig and field",
-            "comment": "where it differs, the factor depends on the wear law",
-            "flag_values": np.array([-1, 0, 1], dtype=np.int8),
-            "flag_meanings": "no_wear same differs",
-        },
+        factors.regime_differs(regime[:, :, 0], regime[:, :, 1]).astype(np.int8),
+        flags(f"whether the {meaning} differs between rig and field", ("no_wear", "same", "differs"), -1,
+              comment=remark),
     )  # fmt: skip
 
 
@@ -263,3 +263,61 @@ def add_equivalent_distance(comparison: Comparison) -> None:
         attrs = {"units": "m", "long_name": text, "ancillary_variables": f"{variable}_status"}
         comparison.variables[variable] = (dims, distance, attrs)
         comparison.add_status(variable, dims, status, text)
+
+
+def common_laws(pair: tuple[xr.Dataset, xr.Dataset], group: str) -> tuple[list[str], list[str]]:
+    """Laws that act on the rig and in the field.
+
+    Returns
+    -------
+    same, other : list of str
+        Names of laws of a group, "comparison" or "fatigue", with equal settings, and with differing ones.
+    """
+    if any(f"{group}_name" not in data for data in pair):
+        return [], []
+    # older files do not have the numbers; the uncertain ones of them are variables
+    known = all(f"{group}_numbers" in data.attrs for data in pair)
+    rig, field = (_settings(data, group, known) for data in pair)
+    both = [name for name in rig if name in field]
+    same = [name for name in both if rig[name] == field[name]]
+    return same, [name for name in both if name not in same]
+
+
+def _settings(dataset: xr.Dataset, group: str, known: bool) -> dict[str, list[str]]:
+    """Return the settings by law."""
+    keys = _SETTINGS[group] if known else (*_SETTINGS[group], "warnings")
+    columns: list[Any] = [dataset[f"{group}_{key}"].values for key in keys]
+    if known:
+        columns.append(dataset.attrs[f"{group}_numbers"].split("\n"))
+    names = dataset[f"{group}_name"].values
+    return {str(name): [str(column[k]) for column in columns] for k, name in enumerate(names)}
+
+
+def add_damage(comparison: Comparison) -> None:
+    """Add worn area by comparison laws, and fatigue damage, by laws of both campaigns with their factors."""
+    for group, what in (("comparison", "comparison wear law"), ("fatigue", "fatigue law")):
+        same, other = common_laws(comparison.pair, group)
+        comparison.notes += [f"{what} {name}: its settings differ, it is not compared" for name in other]
+        if not same:
+            continue
+        comparison.variables[f"{group}_name"] = (group, same, {"long_name": f"{what} of both campaigns"})
+        wear = group == "comparison"
+        for name in ("comparison_worn_area",) if wear else ("fatigue_damage", "fatigue_damage_rate"):
+            meaning = QUANTITIES[name].meaning.removesuffix(", by regime")
+            comparison.add_rows(
+                name, (group, "wheel_group"), [_by_wheel(data, name, same) for data in comparison.pair], name,
+                meaning if wear else f"largest {meaning} of the wheel",
+                f"both wheels: {'sum' if wear else 'the larger one'}", scale_axis=(0, 1, 2),
+            )  # fmt: skip
+
+
+def _by_wheel(dataset: xr.Dataset, name: str, laws: list[str]) -> FloatArray:
+    """Values of some laws on the right wheel, the left wheel and both (step, law, 3)."""
+    value = dataset[name].values
+    if name == "comparison_worn_area":
+        owner = np.array([str(text).split(": ", 1)[0] for text in dataset["comparison_regime_name"].values])
+        wheels = np.stack([value[:, :, owner == law].sum(axis=2) for law in laws], axis=1)
+        return factors.with_both(wheels, "sum")
+    own = [str(text) for text in dataset["fatigue_name"].values]
+    wheels = value.max(axis=3)[:, :, [own.index(law) for law in laws]].swapaxes(1, 2)
+    return factors.with_both(wheels, "largest")

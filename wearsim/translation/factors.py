@@ -240,17 +240,21 @@ def match_points(rig: xr.Dataset, field: xr.Dataset) -> IntArray:
 
 def wear_by_wheel(dataset: xr.Dataset, name: str) -> FloatArray:
     """One of `WEAR_QUANTITIES` of the right wheel, the left wheel and both, (step, 3) [SI]."""
-    value = dataset[name].values
-    rule = WEAR_QUANTITIES[name]
+    value, rule = dataset[name].values, WEAR_QUANTITIES[name]
+    return with_both(value - value[0] if rule == "change" else value, rule)
+
+
+def with_both(value: FloatArray, rule: str) -> FloatArray:
+    """Append that of both to the values (..., 2) of the wheels: "sum", "largest", or largest "change"."""
     if rule == "sum":
-        both = value.sum(axis=1)
+        both = value.sum(axis=-1)
     elif rule == "largest":
-        both = value.max(axis=1)
+        both = value.max(axis=-1)
     else:
-        value = value - value[0]
-        both = np.where(np.abs(value[:, 0]) >= np.abs(value[:, 1]), value[:, 0], value[:, 1])
-        both = np.where(np.isnan(value).any(axis=1), np.nan, both)
-    return np.column_stack([value, both])
+        right, left = value[..., 0], value[..., 1]
+        both = np.where(np.abs(right) >= np.abs(left), right, left)
+        both = np.where(np.isnan(value).any(axis=-1), np.nan, both)
+    return np.concatenate([value, both[..., None]], axis=-1)
 
 
 def dominant_regime(depth_by_regime: FloatArray, share: float = WORN_SHARE) -> IntArray:

@@ -18,7 +18,6 @@ from wearsim.results.file import open_results
 from wearsim.results.index import INDEXES
 from wearsim.translation import compare, factors
 from wearsim.translation.compare import CAMPAIGN, STAGES, STATIONS
-from wearsim.translation.damage import add_damage
 from wearsim.translation.factors import NUMBERS_KEY, STATUS
 
 Result = str | Path | xr.Dataset
@@ -98,8 +97,7 @@ def translate(rig: Result, field: Result, count: int = 41) -> xr.Dataset:
         ),
         "reachable": (
             STATIONS[:2], axes.reachable.astype(np.int8),
-            {"long_name": "whether both campaigns reach this distance or depth",
-             "flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "no yes"},
+            compare.flags("whether both campaigns reach this distance or depth", ("no", "yes")),
         ),
     }  # fmt: skip
     compare.add_distance(comparison)
@@ -107,7 +105,7 @@ def translate(rig: Result, field: Result, count: int = 41) -> xr.Dataset:
     compare.add_contact(comparison)
     compare.add_profile(comparison)
     compare.add_equivalent_distance(comparison)
-    add_damage(comparison)
+    compare.add_damage(comparison)
     share = {"units": "1", "long_name": "share of the range both campaigns cover"}
     arc = {"units": "m", "long_name": "arc length of the new wheel"}
     return xr.Dataset(

@@ -64,7 +64,7 @@ def test_one_slice(read, crossing, name, number):
 
 def test_several_slices_need_the_flag(fault, crossing):
     output = fault(crossing, "rail", "c.slcs")
-    assert output == "c.slcs: lists 3 slices, position 0.0 to 20.0; choose one with --slice 1 .. 3"
+    assert output == "c.slcs: lists 3 slices; choose one with --slice 1 .. 3"
     assert "c.slcs: --slice 4 must be in 1 .. 3" in fault(crossing, "rail", "c.slcs", slice=4)
 
 
@@ -82,7 +82,7 @@ def test_wheel_slices_with_two_column_text(read, tmp_path):
 def test_damaged_lists_of_slices(fault, crossing, tmp_path):
     cut = fault(crossing[:-1], "rail", "c.slcs", slice=1)
     place = f"c.slcs:{len(crossing) - 1}"
-    assert cut == f"{place}: 3 slices are promised, 2 are listed: the file is cut off; copy it again"
+    assert cut.startswith(f"{place}: 3 slices are promised, 2 are listed with position and quoted file name")
     crossing[3] = "many"
     assert "c.slcs:4: 1 number is needed here: the number of slices" in fault(crossing, "rail", "c.slcs")
     crossing[3] = "1e6"
@@ -209,8 +209,7 @@ def test_units_by_size_or_statement(read, fault, kind, unit, length):
     lines = rows(profile.y / length, profile.z / length, "{y:.7f} {z:.7f}")
     assert_is(read(lines, kind, units=unit), profile)
     if unit == "cm":
-        assert "which fits no unit" in fault(lines, kind)
-        assert "check the columns and state --units mm, m, cm, in" in fault(lines, kind)
+        assert "10 times as large (cm)" in fault(lines, kind)
     else:
         assert f"units {unit} by the size" in read(lines, kind).notes
 
@@ -279,12 +278,6 @@ def test_wheel_measured_from_the_flange_tip_on(read, side, up):
     assert np.max(np.abs(reading.profile.z - WHEEL.z[seen])) < ROUNDING
 
 
-def test_size_of_which_only_the_width_fits(fault):
-    lines = rows(WHEEL.y, 0.1 * WHEEL.z, "{y:.7f} {z:.7f}")
-    assert "which fits no unit" in fault(lines)
-    assert "the width alone would fit m: check the columns" in fault(lines)
-
-
 def test_wheel_with_the_tip_in_its_middle(fault):
     inner = WHEEL.y < -0.04
     tread_missing = rows(4e3 * (WHEEL.y[inner] + 0.055), 1e3 * WHEEL.z[inner])
@@ -295,7 +288,7 @@ def test_rail_against_the_rule_of_its_format_is_refused(read, fault):
     """Plain columns should grow to the field side, but only the end of larger y can be the gauge side."""
     short = (RAIL.z < 20e-3) & ((RAIL.y < 0.01) | (RAIL.z < 9e-3))
     lines = rows(-1e3 * RAIL.y[short], 1e3 * RAIL.z[short])
-    assert "only the other side of the head reaches 14 mm down: state --mirror" in fault(lines, "rail")
+    assert "is the one that does not reach 14 mm down: state --mirror" in fault(lines, "rail")
     reading = read(lines, "rail", mirror=True)
     assert np.max(np.abs(reading.profile.y - RAIL.y[short])) < ROUNDING
 
@@ -330,19 +323,9 @@ def test_load_profile_does_not_tilt_a_head_that_leans_already(tmp_path):
     assert np.array_equal(leaning.z, again.z)
 
 
-def test_wheel_against_the_axis_of_its_format_is_told(read):
-    reading = read(ours("wheel"), name="w.wheel")
-    assert_is(reading, WHEEL)
-    assert "y towards the field side, although the rule of the format is the track centre" in reading.notes
-
-
 def test_simpack_file_in_metres_tells_so(read):
     points = rows(WHEEL.y, WHEEL.z, "{y:.7f} {z:.7f}")
     block = ["spline.begin", "units.len.f = 1", "point.begin", *points, "point.end", "spline.end"]
     reading = read(block, name="w.prw")
     assert_is(reading, WHEEL)
     assert "units.len.f = 1: lengths in m" in reading.notes
-
-
-def test_width_of_a_file_in_cm_names_cm(fault):
-    assert "the width alone would fit cm or in:" in fault(rows(1e2 * RAIL.y, 1e2 * RAIL.z), "rail")

@@ -1,15 +1,29 @@
-"""Published coefficient sets of wear and fatigue laws, one module per publication.
+"""Published coefficient sets of wear and fatigue laws: one TOML file of this folder for each set.
 
-Every `CoefficientSet` at the top of a module of this folder is registered.
+A file holds the fields of `CoefficientSet`, and below `[values.SYMBOL]` those of each `Coefficient`.
 """
 
 from __future__ import annotations
 
+import tomllib
+from pathlib import Path
+
 from wearsim.damage.coefficients.record import CERTAINTIES, Coefficient, CoefficientSet
-from wearsim.damage.registry import Registry, discover, unknown
+from wearsim.damage.registry import Registry, unknown
 from wearsim.errors import Fault, SceneError
 
-COEFFICIENT_SETS: Registry[CoefficientSet] = discover("coefficient set", __name__, __path__, CoefficientSet)
+
+def read_set(path: Path) -> CoefficientSet:
+    """Read the file of a coefficient set."""
+    fields = tomllib.loads(path.read_text(encoding="utf-8"))
+    fields["values"] = {symbol: Coefficient(**number) for symbol, number in fields["values"].items()}
+    fields |= {key: tuple(fields[key]) for key in ("laws", "departures")}
+    return CoefficientSet(**fields)
+
+
+COEFFICIENT_SETS: Registry[CoefficientSet] = Registry(
+    "coefficient set", map(read_set, sorted(Path(__file__).parent.glob("*.toml")))
+)
 
 
 def coefficient_set(given: str | CoefficientSet, law: str | None) -> CoefficientSet:

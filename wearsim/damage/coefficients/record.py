@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
@@ -28,7 +28,7 @@ class Coefficient:
         that quote it, "derived" follows from other numbers here, "given" is the user's own, "recalled" is
         well known and plausible, but the publication was not read again, "uncertain" rests on one
         quotation, or sources disagree.
-    limits : (float, float), optional
+    limits : two floats, optional
         Range as printed.
     """
 
@@ -36,7 +36,7 @@ class Coefficient:
     unit: str
     place: str
     certainty: str
-    limits: tuple[float, float] | None = None
+    limits: Sequence[float] | None = None
 
     @property
     def unit_after(self) -> str:
@@ -116,7 +116,7 @@ class CoefficientSet:
         return replace(self, departures=(*self.departures, change), values=values)
 
 
-def _range(limits: tuple[float, float] | None) -> str:
+def _range(limits: Sequence[float] | None) -> str:
     if limits is None or not math.isfinite(limits[1]):
         return ""
     return f", range {limits[0]:g} to {limits[1]:g}"

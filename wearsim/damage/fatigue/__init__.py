@@ -16,7 +16,7 @@ from wearsim.damage.coefficients import coefficient_set
 from wearsim.damage.coefficients.record import CoefficientSet
 from wearsim.damage.fatigue.law import Branch, FatigueDamage, FatigueLaw
 from wearsim.damage.fatigue.loads import WEAR_NUMBERS, PatchLoads, WearNumber, patch_loads
-from wearsim.damage.registry import Registry, discover, unknown
+from wearsim.damage.registry import Registry, discover
 from wearsim.errors import Fault, NumericalError, SceneError
 from wearsim.quantities import QUANTITIES
 
@@ -69,25 +69,21 @@ def coefficients_of(settings: FatigueSettings) -> CoefficientSet:
     SceneError
         All faults: unknown names, and removal of cracks counted twice or not at all.
     """
-    law = FATIGUE_LAWS.get(settings.law)
-    faults: list[Fault] = []
-    if law is None:
-        faults.append(unknown("fatigue law", settings.law, FATIGUE_LAWS))
-    if settings.wear_number not in WEAR_NUMBERS:
-        faults.append(unknown("wear_number", settings.wear_number, WEAR_NUMBERS))
-    if settings.branch not in BRANCHES:
-        faults.append(unknown("branch", settings.branch, BRANCHES))
-    coefficients = None
-    try:
-        coefficients = coefficient_set(settings.coefficients, None if law is None else law.name)
-    except SceneError as error:
-        faults += error.faults
-    if law is not None:
-        faults += _removal_faults(law, settings)
+    law = FATIGUE_LAWS[settings.law]
+    faults = [
+        Fault(f'{name} = "{getattr(settings, name)}" must be {" or ".join(known)}')
+        for name, known in (("wear_number", tuple(WEAR_NUMBERS)), ("branch", BRANCHES))
+        if getattr(settings, name) not in known
+    ]
+    faults += _removal_faults(law, settings)
     for name, value in (("crack_depth", settings.crack_depth), ("crack_width", settings.crack_width)):
         if value is not None and (fault := QUANTITIES[f"fatigue_{name}"].fault(value, name)):
             faults.append(Fault(fault))
-    if faults or coefficients is None:
+    try:
+        coefficients = coefficient_set(settings.coefficients, law.name)
+    except SceneError as error:
+        raise SceneError([*faults, *error.faults]) from None
+    if faults:
         raise SceneError(faults)
     return coefficients
 
@@ -155,19 +151,7 @@ def passage_damage(loads: PatchLoads, settings: FatigueSettings) -> FatigueDamag
 
 
 __all__ = [
-    "BRANCHES",
-    "FATIGUE_LAWS",
-    "WEAR_NUMBERS",
-    "Branch",
-    "FatigueDamage",
-    "FatigueLaw",
-    "FatigueSettings",
-    "PatchLoads",
-    "WearNumber",
-    "coefficients_of",
-    "counts_cycles",
-    "default_settings",
-    "laws_that_take",
-    "passage_damage",
-    "patch_loads",
-]
+    "BRANCHES", "FATIGUE_LAWS", "WEAR_NUMBERS", "Branch", "FatigueDamage", "FatigueLaw", "FatigueSettings",
+    "PatchLoads", "WearNumber", "coefficients_of", "counts_cycles", "default_settings", "laws_that_take",
+    "passage_damage", "patch_loads",
+]  # fmt: skip

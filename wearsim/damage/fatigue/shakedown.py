@@ -12,22 +12,19 @@ References
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from wearsim.contact.patch import FloatArray
 
-Contact = Literal["point", "line"]
-
 SURFACE_FLOW_FROM = 0.3
 """Friction from which flow at the surface is the limit [-]; recalled, about."""
 
 
-# limits of p0/k in rolling without friction, recalled from the map; above the second plastic strain
-# accumulates
-_FIRST_YIELD: dict[Contact, tuple[float, float]] = {"point": (2.8, 2.8), "line": (3.1, 3.3)}  # as quoted
-_ELASTIC_SHAKEDOWN: dict[Contact, float] = {"point": 4.7, "line": 4.0}
+# limits of p0/k of a point contact in rolling without friction, recalled from the map; above the second
+# plastic strain accumulates
+_FIRST_YIELD, _ELASTIC_SHAKEDOWN = 2.8, 4.7
 
 
 class Boundary(NamedTuple):
@@ -42,15 +39,13 @@ class Boundary(NamedTuple):
     certainty: str
 
 
-def shakedown_limit(friction: FloatArray, contact: Contact = "point") -> FloatArray:
+def shakedown_limit(friction: FloatArray) -> FloatArray:
     r"""Limit of :math:`p_0/k` above which the surface or the material below it ratchets.
 
     Parameters
     ----------
     friction : (...) array
         Utilised friction, not negative [-].
-    contact : {"point", "line"}
-        Ellipse, or cylinders.
 
     Returns
     -------
@@ -58,24 +53,21 @@ def shakedown_limit(friction: FloatArray, contact: Contact = "point") -> FloatAr
         :math:`1/\mu` from `SURFACE_FLOW_FROM` on; below, a straight line from the landmark of pure
         rolling, and never above :math:`1/\mu` [-].
     """
-    start = _ELASTIC_SHAKEDOWN[contact]
     end = 1.0 / SURFACE_FLOW_FROM
-    join = start + (end - start) * np.asarray(friction) / SURFACE_FLOW_FROM
+    join = _ELASTIC_SHAKEDOWN + (end - _ELASTIC_SHAKEDOWN) * np.asarray(friction) / SURFACE_FLOW_FROM
     flow = 1.0 / np.maximum(friction, 1e-12)
     return np.where(np.asarray(friction) >= SURFACE_FLOW_FROM, flow, np.minimum(join, flow))
 
 
-def boundaries(
-    contact: Contact = "point", most_friction: float = 0.6, count: int = 61
-) -> tuple[Boundary, ...]:
+def boundaries(most_friction: float = 0.6) -> tuple[Boundary, ...]:
     """Return the curves of the map: flow at the surface, the join below it, first yield in pure rolling.
 
-    The map ends at `most_friction`, above `SURFACE_FLOW_FROM` [-]; a curve has `count` points.
+    The map ends at `most_friction`, above `SURFACE_FLOW_FROM` [-].
     """
-    flow = np.linspace(SURFACE_FLOW_FROM, most_friction, count)
-    join = np.linspace(0.0, SURFACE_FLOW_FROM, count)
+    flow = np.linspace(SURFACE_FLOW_FROM, most_friction, 61)
+    join = np.linspace(0.0, SURFACE_FLOW_FROM, 61)
     return (
         Boundary(flow, 1.0 / flow, "surface flow, p0/k = 1/mu", "recalled"),
-        Boundary(join, shakedown_limit(join, contact), "elastic shakedown, a straight join", "join"),
-        Boundary(np.zeros(2), np.array(_FIRST_YIELD[contact]), "first yield in pure rolling", "recalled"),
+        Boundary(join, shakedown_limit(join), "elastic shakedown, a straight join", "join"),
+        Boundary(np.zeros(2), np.full(2, _FIRST_YIELD), "first yield in pure rolling", "recalled"),
     )

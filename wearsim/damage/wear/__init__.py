@@ -13,9 +13,9 @@ from wearsim.contact.patch import FloatArray, IntArray, SurfaceFields
 from wearsim.damage.batches import batches, part_of
 from wearsim.damage.coefficients import coefficient_set
 from wearsim.damage.coefficients.record import CoefficientSet
-from wearsim.damage.registry import Registry, discover, unknown
+from wearsim.damage.registry import Registry, discover
 from wearsim.damage.wear.archard import SEIZURE_CAPS, SeizureCap
-from wearsim.damage.wear.law import FORMS, Form, WearLaw
+from wearsim.damage.wear.law import Form, WearLaw
 from wearsim.errors import Fault, NumericalError, SceneError
 
 WEAR_LAWS: Registry[WearLaw] = discover("wear law", __name__, __path__, WearLaw)
@@ -77,22 +77,16 @@ def coefficients_of(settings: WearSettings) -> CoefficientSet:
         All faults: unknown names, a form the law does not have, or a parameter it does not take.
     """
     law = WEAR_LAWS[settings.law]
-    faults: list[Fault] = []
-    if settings.form not in FORMS:
-        faults.append(unknown("form of the wear law", settings.form, FORMS))
-    elif settings.form not in law.forms:
-        whole = f'form = "{settings.form}": law = "{law.name}" is a law of the whole patch'
-        faults.append(Fault(f'{whole}; write form = "{law.forms[0]}"'))
-    if settings.seizure_cap not in SEIZURE_CAPS:
-        faults.append(unknown("seizure_cap", settings.seizure_cap, SEIZURE_CAPS))
-    for parameter, given in (
-        ("seizure_cap", settings.seizure_cap in SEIZURE_CAPS and settings.seizure_cap != "none"),
-        ("hardness", settings.hardness is not None),
-        ("seizure_blend", settings.seizure_blend is not None),
-    ):
-        if given and parameter not in law.parameters:
-            laws = laws_that_take(parameter)
-            faults.append(Fault(f'{parameter} acts with law = {laws} only, not "{law.name}"; delete it'))
+    faults = []
+    for name, known in (("form", law.forms), ("seizure_cap", SEIZURE_CAPS)):
+        if (value := getattr(settings, name)) not in known:
+            fix = " or ".join(f'"{each}"' for each in known)
+            faults.append(Fault(f'{name} = "{value}" is not of law = "{law.name}"; write {name} = {fix}'))
+    for name, default in (("seizure_cap", "none"), ("hardness", None), ("seizure_blend", None)):
+        if getattr(settings, name) != default and name not in law.parameters:
+            faults.append(
+                Fault(f'{name} acts with law = {laws_that_take(name)} only, not "{law.name}"; delete it')
+            )
     try:
         # a law that removes nothing takes any set
         coefficients = coefficient_set(settings.coefficients, law.name if law.wears else None)

@@ -128,16 +128,6 @@ def depth(
     return (per_hardness[:, None] * shares)[:, :, None] * strips
 
 
-def energy_coefficient(archard: float, friction: float, hardness: float) -> float:
-    r"""Energy coefficient :math:`k_e = k / (\mu H)` [m3/J] of Archard's k [-] at the hardness H [Pa]."""
-    return archard / (friction * hardness)
-
-
-def _energy_coefficients(coefficients: CoefficientSet, friction: float, density: float) -> dict[str, float]:  # noqa: ARG001
-    hardness = coefficients["hardness"] * _GPA
-    return {name: energy_coefficient(coefficients[f"k_{name}"], friction, hardness) for name in REGIMES}
-
-
 ARCHARD = WearLaw(
     "archard",
     depth,
@@ -145,5 +135,4 @@ ARCHARD = WearLaw(
     coefficients="jendel_2002",
     parameters=("hardness", "seizure_blend", "seizure_cap"),
     needs_friction=False,
-    energy_coefficients=_energy_coefficients,
 )

@@ -72,16 +72,4 @@ def depth(
     return spread(volume, strip_work, fields)
 
 
-def _energy_coefficients(coefficients: CoefficientSet, friction: float, density: float) -> dict[str, float]:  # noqa: ARG001
-    per_slope = _M2_PER_MM3_KM * np.pi
-    return {name: per_slope * coefficients[f"{name}_slope"] for name in ("mild", "severe")}
-
-
-BRR = WearLaw(
-    "brr",
-    depth,
-    REGIMES,
-    coefficients="pearce_sherratt_1991",
-    forms=("patch_mean",),
-    energy_coefficients=_energy_coefficients,
-)
+BRR = WearLaw("brr", depth, REGIMES, coefficients="pearce_sherratt_1991", forms=("patch_mean",))

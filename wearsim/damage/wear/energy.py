@@ -79,17 +79,6 @@ def depth(
     return np.stack([mild * strips * ~switched[:, None], severe * strips * switched[:, None]])
 
 
-def _energy_coefficients(coefficients: CoefficientSet, friction: float, density: float) -> dict[str, float]:  # noqa: ARG001
-    return {
-        name: volume_per_work(coefficients, name, density) for name in REGIMES if name in coefficients.values
-    }
-
-
 ENERGY = WearLaw(
-    "energy",
-    depth,
-    REGIMES,
-    coefficients="zobory_1997",
-    parameters=("density", "energy_coefficient"),
-    energy_coefficients=_energy_coefficients,
+    "energy", depth, REGIMES, coefficients="zobory_1997", parameters=("density", "energy_coefficient")
 )

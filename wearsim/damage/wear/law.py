@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Literal
 
 from wearsim.contact.patch import FloatArray
-from wearsim.damage.coefficients.record import CoefficientSet
 
 Form = Literal["local", "patch_mean"]
 FORMS: tuple[Form, ...] = ("local", "patch_mean")
@@ -44,10 +43,6 @@ class WearLaw:
         Whether nothing wears without friction.
     outside : tuple of (str, str)
         Regimes in which it goes beyond its data, each with the words that say where.
-    energy_coefficients : callable, optional
-        ``energy_coefficients(coefficients, friction, density)`` -> dict: volume per frictional work of each
-        straight branch [m3/J]; 1e-12 is 1 mm3/kJ. Plateaus are no lines and do not appear; of a branch with
-        an offset it is the slope.
     """
 
     name: str
@@ -59,4 +54,3 @@ class WearLaw:
     wears: bool = True
     needs_friction: bool = True
     outside: tuple[tuple[str, str], ...] = ()
-    energy_coefficients: Callable[[CoefficientSet, float, float], dict[str, float]] | None = None

@@ -110,16 +110,4 @@ def depth(
     return spread(removed_area, strip_work, fields)
 
 
-def _energy_coefficients(coefficients: CoefficientSet, friction: float, density: float) -> dict[str, float]:  # noqa: ARG001
-    per_slope = _KG_M3_PER_UG_M_MM2 / _PASCAL_PER_N_MM2 / density
-    return {name: per_slope * coefficients[f"{name}_slope"] for name in ("mild", "catastrophic")}
-
-
-USFD = WearLaw(
-    "usfd",
-    depth,
-    REGIMES,
-    coefficients="lewis_dwyer_joyce_2004",
-    parameters=("density",),
-    energy_coefficients=_energy_coefficients,
-)
+USFD = WearLaw("usfd", depth, REGIMES, coefficients="lewis_dwyer_joyce_2004", parameters=("density",))

@@ -12,7 +12,7 @@ from typing import Literal, NamedTuple, Unpack
 import numpy as np
 
 from wearsim.errors import ProfileError, suggestion
-from wearsim.profile import standard
+from wearsim.profile import placement, standard
 from wearsim.profile.files import miniprof, simpack
 from wearsim.profile.files.axes import ORIGINS, RUNNING_CIRCLE, UNITS, Conversion, Statements
 from wearsim.profile.files.points import (
@@ -27,7 +27,6 @@ from wearsim.profile.files.points import (
     read_slice_list,
     read_text,
 )
-from wearsim.profile.placement import head_lean, lean_words, place_rail, tilt_to_add
 from wearsim.profile.shape import Kind, Profile
 from wearsim.profile.smoothing import smoothed
 
@@ -69,7 +68,8 @@ class ProfileReading:
     notes: tuple[str, ...]  # what was detected, changed or left out
     files: tuple[Path, ...]  # the file given, and that of the slice
     lean: float | None = None  # of a rail head towards the track centre, see `placement.head_lean` [-]
-    running_circle: float | None = None  # from the flange back [m], if the header gives it and y starts there
+    # of y = 0 from the flange back, by the header if y of the file starts there [m]
+    running_circle: float = placement.RUNNING_CIRCLE
 
     @property
     def diameter(self) -> float | None:
@@ -98,36 +98,30 @@ def read_profile(path: str | Path, kind: Kind, **statements: Unpack[Statements])
     format, part, slice = statements.get("format"), statements.get("part"), statements.get("slice")
     _known("units", statements.get("units"), UNITS, path)
     _known("origin", statements.get("origin"), ORIGINS, path)
-    notes: list[str] = []
-    header: dict[str, str] = {}
-    files = [path]
-    while True:
-        text = read_text(files[-1])
-        name = _format_of(text, format)
-        faults = Faults(files[-1])
-        stands_for = FORMATS[name].suffixes.get(files[-1].suffix.lower(), "")
-        if stands_for not in ("", kind):
-            faults.add(f"{files[-1].suffix} is a {stands_for}, a {kind} profile is needed")
-        content = _content(text, name, kind, faults, part, slice)
+    text, files, header, notes = read_text(path), [path], dict[str, str](), tuple[str, ...]()
+    name, faults = _format_of(text, format, kind)
+    if name == "slices":
+        listed = read_slice_list(text, faults, slice)
         faults.raise_any()
-        notes += [f"format {FORMATS[name].title}", *text.notes]
-        if not isinstance(content, SliceFile):
-            break
-        if header:
-            faults.add("is a list of slices within a list of slices; give the list itself")
-            faults.raise_any()
-        header, format, slice = dict(content.header), None, None
-        notes.append(content.note)
-        files.append(_slice_file(path, content))
-    assert isinstance(content, Points)
+        assert listed is not None
+        files.append(_slice_file(path, listed))
+        header, notes = dict(listed.header), (f"format {FORMATS[name].title}", *text.notes, listed.note)
+        text, slice = read_text(files[-1]), None
+        name, faults = _format_of(text, None, kind)
+    content = _content(text, name, kind, faults, part)
+    if slice is not None:
+        faults.add(f"--slice {slice} is stated, but the file is no list of slices: leave it out")
+    faults.raise_any()
+    assert content is not None
     ours = Conversion(content, kind, statements, faults).result()
-    lean = None if kind == "wheel" else head_lean(ours.y, ours.z)
-    notes += [*content.notes, *ours.notes, *([] if lean is None else [f"head {lean_words(lean)}"])]
+    lean = None if kind == "wheel" else placement.head_lean(ours.y, ours.z)
+    notes += (f"format {FORMATS[name].title}", *text.notes, *content.notes, *ours.notes)
+    notes += () if lean is None else (f"head {placement.lean_words(lean)}",)
     shown = notes[1:] if name == "two-column" else notes
     source = f"file {path.name} ({'; '.join(shown)})" if shown else f"file {path.name}"
     profile = Profile(path.stem, kind, ours.y, ours.z, source)
     header |= content.header
-    return ProfileReading(profile, name, header, tuple(notes), tuple(files), lean, ours.running_circle)
+    return ProfileReading(profile, name, header, notes, tuple(files), lean, ours.running_circle)
 
 
 def _known(key: str, value: str | None, known: Iterable[str], path: Path) -> None:
@@ -137,29 +131,30 @@ def _known(key: str, value: str | None, known: Iterable[str], path: Path) -> Non
         raise ProfileError(f"{path}: {key} = {value!r} is not one of {', '.join(known)}{hint}")
 
 
-def _format_of(text: Text, name: str | None) -> str:
-    """Format of a file: stated, by its content, or by its extension."""
+def _format_of(text: Text, name: str | None, kind: Kind) -> tuple[str, Faults]:
+    """Format of a file, stated, by its content, or by its extension, with the fault of a wrong extension."""
     _known("format", name, FORMATS, text.path)
-    suffix = text.path.suffix.lower()
+    suffix, faults = text.path.suffix.lower(), Faults(text.path)
     by_content = (key for key, each in FORMATS.items() if each.recognises and each.recognises(text))
     by_suffix = (key for key, each in FORMATS.items() if suffix in each.suffixes)
-    return name or next(by_content, None) or next(by_suffix, "two-column")
+    name = name or next(by_content, None) or next(by_suffix, "two-column")
+    stands_for = FORMATS[name].suffixes.get(suffix, "")
+    if stands_for not in ("", kind):
+        faults.add(f"{suffix} is a {stands_for}, a {kind} profile is needed")
+    return name, faults
 
 
-def _content(
-    text: Text, name: str, kind: Kind, faults: Faults, part: int | str | None, slice: int | None
-) -> Points | SliceFile | None:
+def _content(text: Text, name: str, kind: Kind, faults: Faults, part: int | str | None) -> Points | None:
     """Read a file of known format; None with a fault."""
-    if part is not None and name not in ("miniprof-parts", "slices"):
-        faults.add(f"--part {part} is stated, but the file holds one profile: leave it out")
-    if slice is not None and name != "slices":
-        faults.add(f"--slice {slice} is stated, but the file is no list of slices: leave it out")
-    if (axes := FORMATS[name].axes) is not None:
-        return read_points(text, faults, *axes)
     if name == "slices":
-        return read_slice_list(text, faults, slice)
+        faults.add("is a list of slices within a list of slices; give the list itself")
+        return None
     if name == "miniprof-parts":
         return miniprof.read_part(text, kind, faults, part)
+    if part is not None:
+        faults.add(f"--part {part} is stated, but the file holds one profile: leave it out")
+    if (axes := FORMATS[name].axes) is not None:
+        return read_points(text, faults, *axes)
     return simpack.read(text, kind, faults) if name == "simpack" else miniprof.read(text, kind, faults)
 
 
@@ -209,7 +204,7 @@ def load_profile(
     profile = smoothed(reading.profile, smooth)
     if kind == "wheel":
         return profile
-    return place_file(profile, name, tilt_to_add(reading.lean, inclination), gauge, half_span)
+    return place_file(profile, name, placement.tilt_to_add(reading.lean, inclination), gauge, half_span)
 
 
 def is_file(name: str) -> bool:
@@ -225,7 +220,7 @@ def is_file(name: str) -> bool:
 def place_file(profile: Profile, name: str, tilt: float, gauge: float, half_span: float) -> Profile:
     """Place a rail from the file `name` in the track, see `place_rail`; faults name the file."""
     try:
-        placed = place_rail(profile, tilt, gauge, half_span)
+        placed = placement.place_rail(profile, tilt, gauge, half_span)
     except ProfileError as error:
         raise ProfileError(f"{name}: {error}") from error
     return replace(placed, source=profile.source)
@@ -285,7 +280,11 @@ def write_profile(
         )
     if path.exists() and not overwrite:
         raise ProfileError(f"{path}: exists already; choose another name or allow overwriting")
-    text = "\n".join(_lines(profile, path, format)) + "\n"
+    write_text(path, "\n".join(_lines(profile, path, format)) + "\n")
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a file that is complete or not there."""
     part = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         part.write_text(text, encoding="utf-8")

@@ -8,19 +8,10 @@ from typing import Literal, NamedTuple, NoReturn, TypedDict
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.profile.checks import (
-    HEIGHT_RANGE,
-    MIN_POINTS,
-    PARTIAL,
-    WIDTH_RANGE,
-    head_faults,
-    points_faults,
-    shape_faults,
-    turns,
-)
+from wearsim.profile import checks
 from wearsim.profile.files.points import EXACT, Faults, Points, scaled
 from wearsim.profile.placement import GAUGE_DEPTH, halves_apart, is_partial
-from wearsim.profile.shape import FloatArray, Kind, arc_length
+from wearsim.profile.shape import FloatArray, Kind
 
 UNITS: dict[str, Decimal] = {
     "mm": Decimal("0.001"), "m": Decimal(1), "cm": Decimal("0.01"), "in": Decimal("0.0254")
@@ -31,12 +22,6 @@ RUNNING_CIRCLE = Decimal(70)
 
 MOST_POINTS = 20_000
 """Lists up to here are taken as they are; 160 mm of profile are then 8 um from point to point."""
-
-_TOLERANCE = 0.1e-6  # points left out lie closer to the chords than this, where so few suffice [m]
-_NOISE = 1e-6  # usual distances above this are noise, of which no extremes are picked [m]
-_CORNER = 5.0  # times the noise stands out as a corner
-_COARSE = 2000
-_ROUNDS = 12
 
 _DETECTED = ("mm", "m", "in")  # cm are read on request only: rails in cm and in inches overlap
 _STATE_UNITS = "state them with --units"
@@ -71,12 +56,12 @@ class Statements(TypedDict, total=False):
 
 
 class OurAxes(NamedTuple):
-    """Points of a file in the axes of `Profile` [m], what was detected, running circle of the header [m]."""
+    """Points of a file in the axes of `Profile` [m], what was detected, place of the running circle [m]."""
 
     y: FloatArray
     z: FloatArray
     notes: tuple[str, ...]
-    running_circle: float | None
+    running_circle: float
 
 
 class Conversion:
@@ -94,17 +79,17 @@ class Conversion:
     def result(self) -> OurAxes:
         """Points from the flange back or gauge side to the field side; all faults are raised."""
         points, notes, wheel = self.points, self.notes, self.kind == "wheel"
-        rough = [
-            np.array([float(cell) for cell in cells]) + float(shift)
-            for cells, shift in ((points.y, points.shift_y), (points.z, points.shift_z))
-        ]
-        y, z = -rough[0] if points.mirror_y else rough[0], -rough[1] if points.mirror_z else rough[1]
+        y = np.array([float(cell) for cell in points.y]) + float(points.shift_y)
+        z = np.array([float(cell) for cell in points.z]) + float(points.shift_z)
+        y, z = -y if points.mirror_y else y, -z if points.mirror_z else z
         unit = self._unit(y, z)
         y, z = y * float(unit), z * float(unit)
         kept = self._without_stutter(y, z, self._distinct(y, z))
-        lines = [points.lines[int(k)] for k in kept]
-        y, z = y[kept], z[kept]
-        self._check(shape_faults(self.kind, y, z, _STATE_UNITS), lines)
+        kept = kept[np.linspace(0, len(kept) - 1, min(len(kept), MOST_POINTS)).astype(np.intp)]
+        if len(kept) == MOST_POINTS < len(y):
+            notes.append(f"{len(kept)} of {len(y)} points taken, evenly")
+        y, z, lines = y[kept], z[kept], [points.lines[int(k)] for k in kept]
+        self._check(checks.shape_faults(self.kind, y, z, _STATE_UNITS), lines)
         longest = float(np.max(np.hypot(np.diff(y), np.diff(z))))
         if longest > 5e-3:
             notes.append(
@@ -122,25 +107,18 @@ class Conversion:
         factor_z = EXACT.multiply(unit, Decimal(-1 if upside != points.mirror_z else 1))
         y = scaled([points.y[int(k)] for k in kept], points.shift_y, factor_y, offset)
         z = scaled([points.z[int(k)] for k in kept], points.shift_z, factor_z, Decimal(0))
-        self._check(points_faults(self.kind, y, z, _STATE_UNITS), lines)
+        self._check(checks.points_faults(self.kind, y, z, _STATE_UNITS), lines)
         if y[0] > y[-1]:
             # some formats prescribe this order; it is reported all the same, for people often wonder
             notes.append("points listed from the field side, order reversed")
             y, z = y[::-1].copy(), z[::-1].copy()
-        thin, deviation = thinned(y, z)
-        if len(thin) < len(y):
-            notes.append(
-                f"{len(thin)} of {len(y)} points taken, the others lie within {deviation * 1e6:.2g} um of "
-                "the lines between them"
-            )
-            y, z = y[thin], z[thin]
         if not wheel and is_partial(y):
             notes.append(
                 f"{1e3 * float(np.ptp(y)):.3g} mm wide: part of a head without gauge point, y counted from "
                 "the running circle"
             )
-        circle = points.running_circle if offset != 0 else None
-        return OurAxes(y, z, tuple(notes), 1e-3 * float(circle) if circle else None)
+        circle = float(points.running_circle or RUNNING_CIRCLE) if offset != 0 else float(RUNNING_CIRCLE)
+        return OurAxes(y, z, tuple(notes), 1e-3 * circle)
 
     def _check(self, messages: list[tuple[str, int | None]], lines: list[int]) -> None:
         for message, point in messages:
@@ -154,32 +132,20 @@ class Conversion:
 
     def _unit(self, y: FloatArray, z: FloatArray) -> Decimal:
         """Length of the file's unit [m]."""
-        kind, stated = self.kind, self.stated.get("units")
+        stated = self.stated.get("units")
         if stated is not None:
             self.notes.append(f"units {stated} as stated")
             return UNITS[stated]
         if self.points.metres is not None:
             return self.points.metres
-        if len(y) < MIN_POINTS:
-            return UNITS["mm"]  # too few, an error later
-        fits = [name for name in _DETECTED if _plausible(kind, y, z, name)]
-        if len(fits) == 1:
-            self.notes += [] if fits == ["mm"] else [f"units {fits[0]} by the size"]
-            return UNITS[fits[0]]
-        low, high = WIDTH_RANGE[kind]
-        # a wild point or mixed units spoil the size, and their line is the better message; so are the checks
-        # of the shape where only the height is wrong
-        wild = any(point is not None for _, point in shape_faults(kind, y * 1e-3, z * 1e-3))
-        if wild or low <= float(np.ptp(y)) * 1e-3 <= high:
-            return UNITS["mm"]
-        wide = [name for name in UNITS if low <= float(np.ptp(y)) * float(UNITS[name]) <= high]
-        hint = f"; the width alone would fit {' or '.join(wide)}" if wide and not fits else ""
-        self._stop(
-            f"the {kind} profile is {np.ptp(y):.4g} wide and {np.ptp(z):.4g} high, which fits "
-            f"{'several units' if fits else 'no unit'} (a {kind} is {low * 1e3:g} .. {high * 1e3:g} mm wide "
-            f"and {HEIGHT_RANGE[kind][0] * 1e3:g} .. {HEIGHT_RANGE[kind][1] * 1e3:g} mm high){hint}: check "
-            f"the columns and state --units {', '.join(UNITS)}"
-        )
+        fits = [name for name in _DETECTED if _plausible(self.kind, y, z, name)] if len(y) else []
+        if len(fits) > 1:
+            size = f"{np.ptp(y):.4g} wide and {np.ptp(z):.4g} high"
+            self._stop(f"the profile is {size}, which fits {' and '.join(fits)}: {_STATE_UNITS}")
+        if fits == ["mm"] or not fits:
+            return UNITS["mm"]  # where no unit fits, the checks tell why
+        self.notes.append(f"units {fits[0]} by the size")
+        return UNITS[fits[0]]
 
     def _distinct(self, y: FloatArray, z: FloatArray) -> NDArray[np.intp]:
         """Return the indices of the points that differ from the one before them (instruments at rest)."""
@@ -187,15 +153,14 @@ class Conversion:
         keep[1:] = (np.diff(y) != 0.0) | (np.diff(z) != 0.0)
         left_out = len(y) - int(np.count_nonzero(keep))
         if left_out:
-            self.notes.append(f"{left_out} duplicate point{'s' if left_out > 1 else ''} left out")
+            self.notes.append(f"duplicate points left out: {left_out}")
         return np.flatnonzero(keep)
 
     def _without_stutter(self, y: FloatArray, z: FloatArray, kept: NDArray[np.intp]) -> NDArray[np.intp]:
         """Leave out single points where the instrument stepped back a little, at most one in fifty."""
         most = min(max(3, len(kept) // 50), _MOST_STUTTER)
         dropped: list[int] = []
-        rest = kept
-        back = turns(y[rest], z[rest])
+        rest, back = kept, checks.turns(y[kept], z[kept])
         while 0 < len(back) <= 2 * most and len(dropped) < most:
             j = int(back[0])
             around = rest[j - 1 : j + 2]
@@ -203,15 +168,14 @@ class Conversion:
                 break
             # either the point before the step back or the one behind it is the odd one
             choices = [np.delete(rest, j + 1), np.delete(rest, j)]
-            left = [turns(y[each], z[each]) for each in choices]
+            left = [checks.turns(y[each], z[each]) for each in choices]
             odd = int(len(left[1]) < len(left[0]))
-            dropped.append(int(rest[j + 1 - odd]))
+            dropped.append(self.points.lines[int(rest[j + 1 - odd])])
             rest, back = choices[odd], left[odd]
         if len(back) or not dropped:
             return kept  # nothing is left out of a list that does not come right by that: a fault
-        lines = ", ".join(str(self.points.lines[k]) for k in sorted(dropped)[:10])
-        plural = "s" if len(dropped) > 1 else ""
-        self.notes.append(f"{len(dropped)} point{plural} stepping back left out (line{plural} {lines})")
+        where = ", ".join(map(str, sorted(dropped)[:10]))
+        self.notes.append(f"points stepping back left out: line {where}")
         return rest
 
     def _flip_z(self, y: FloatArray, z: FloatArray) -> bool:
@@ -227,10 +191,7 @@ class Conversion:
                 self._stop(f"{what}, so the sign of z is not known: state --z-up or --z-down")
             self.notes.append(f"{what}: z taken as {axis}, the rule of the format")
             return axis == "up"
-        if up:
-            self.notes.append("z up, sign changed")
-        elif axis == "up":
-            self.notes.append("z down, although the rule of the format is up")
+        self.notes += ["z up, sign changed"] if up else []
         return up
 
     def _flip_wheel(self, y: FloatArray, z: FloatArray) -> bool:
@@ -243,8 +204,6 @@ class Conversion:
             )
         if place > 0.5:
             self.notes.append("flange at the end of larger y, y mirrored")
-        elif self.points.y_axis == "centre":
-            self.notes.append("y towards the field side, although the rule of the format is the track centre")
         return place > 0.5
 
     def _wheel_offset(self, y: FloatArray, z: FloatArray) -> Decimal:
@@ -269,7 +228,7 @@ class Conversion:
     def _flip_rail(self, y: FloatArray, z: FloatArray) -> bool:
         """Whether the gauge side is at the end of larger y; it belongs to that of smaller y."""
         axis = self.points.y_axis
-        if head_faults(y, z):
+        if checks.head_faults(y, z):
             return axis == "centre"  # an error of the checks
         top = int(np.argmin(z))
         low = y <= y[top]
@@ -282,23 +241,20 @@ class Conversion:
                 end = "larger" if larger else "smaller"
                 self.notes.append(f"gauge side at the end of {end} y: only there the head reaches 14 mm down")
                 self.notes += ["y mirrored"] if larger else []
-            elif halves_apart(y, z, 0.0, 0.485, 200) < _SYMMETRIC:
+                return larger
+            if halves_apart(y, z, 0.0, 0.485, 200) < _SYMMETRIC:
                 self.notes.append("head symmetric: it does not matter which side is the gauge side")
-            else:
-                self._stop(
-                    "both sides of the head could be the gauge side: state --mirror (gauge side at the end "
-                    "of larger y) or --no-mirror (at the end of smaller y)"
-                )
-            return bool(larger)
+                return False
         flip = axis == "centre"
-        if larger is not None and larger != flip:
+        if axis == "unknown" or larger not in (None, flip):
+            why = "both sides of the head could be the gauge side"
+            if axis != "unknown":
+                why = "by the rule of the format the gauge side is the one that does not reach 14 mm down"
             self._stop(
-                f"the gauge side should be at the end of {'larger' if flip else 'smaller'} y by the rule of "
-                "the format, but only the other side of the head reaches 14 mm down: state --mirror (gauge "
-                "side at the end of larger y) or --no-mirror"
+                f"{why}: state --mirror (gauge side at the end of larger y) or --no-mirror (at the end of "
+                "smaller y)"
             )
-        if flip:
-            self.notes.append("y towards the track centre, sign changed")
+        self.notes += ["y towards the track centre, sign changed"] if flip else []
         return flip
 
 
@@ -307,9 +263,9 @@ def _plausible(kind: Kind, y: FloatArray, z: FloatArray, name: str) -> bool:
     unit = float(UNITS[name])
     width, height = float(np.ptp(y)) * unit, float(np.ptp(z)) * unit
     # above 76 mm, a rail said to be in inches might as well be one in cm
-    most = 0.076 if (kind, name) == ("rail", "in") else WIDTH_RANGE[kind][1]
-    least = max(PARTIAL, WIDTH_RANGE[kind][0])  # narrower points may as well be in another unit
-    return least <= width <= most and HEIGHT_RANGE[kind][0] <= height <= HEIGHT_RANGE[kind][1]
+    most = 0.076 if (kind, name) == ("rail", "in") else checks.WIDTH_RANGE[kind][1]
+    least = max(checks.PARTIAL, checks.WIDTH_RANGE[kind][0])  # narrower points may as well be in another unit
+    return least <= width <= most and checks.HEIGHT_RANGE[kind][0] <= height <= checks.HEIGHT_RANGE[kind][1]
 
 
 def _wheel_points_up(z: FloatArray) -> bool | None:
@@ -338,51 +294,3 @@ def _rail_points_up(y: FloatArray, z: FloatArray) -> bool | None:
         return None
     fall = 0.5 * (float(z[0]) + float(z[-1])) - float(np.median(z[inner]))
     return None if abs(fall) < 0.05 * float(np.ptp(z)) else fall < 0.0
-
-
-def thinned(y: FloatArray, z: FloatArray) -> tuple[NDArray[np.intp], float]:
-    """Return the indices (m,) of points y, z (n,) [m] that carry the shape of a long list, ends included.
-
-    Second is the largest distance of a point left out from the chord that bridges it [m].
-
-    Notes
-    -----
-    Half of `MOST_POINTS` are spread evenly over the arc length. Then, round by round, the point furthest off
-    joins every chord it is too far from, the worst chords first, until none is or the number is used up:
-    corners and chamfers keep their points. Of noise the even points are as good as any; its extremes, taken
-    on purpose, would double it.
-    """
-    count = len(y)
-    if count <= MOST_POINTS:
-        return np.arange(count), 0.0
-    # along a coarse path, for the path from point to point is mostly noise and would pick its extremes
-    coarse = np.unique(np.append(np.arange(0, count, count // _COARSE), count - 1))
-    s = np.interp(np.arange(count), coarse, arc_length(y[coarse], z[coarse]))
-    even = np.searchsorted(s, np.linspace(0.0, s[-1], MOST_POINTS // 2))
-    kept = np.unique(np.concatenate([[0], np.minimum(even, count - 1), [count - 1]]))
-    for _ in range(_ROUNDS):
-        worst, off = _furthest(y, z, kept)
-        usual = float(np.median(off))
-        far = np.flatnonzero(off > (_TOLERANCE if usual < _NOISE else _CORNER * usual))
-        room = MOST_POINTS - len(kept)
-        if len(far) == 0 or room == 0:
-            break
-        far = far[np.argsort(-off[far], kind="stable")[:room]]
-        kept = np.unique(np.concatenate([kept, worst[far]]))
-    return kept, float(_furthest(y, z, kept)[1].max())
-
-
-def _furthest(y: FloatArray, z: FloatArray, kept: NDArray[np.intp]) -> tuple[NDArray[np.intp], FloatArray]:
-    """Index and distance [m] of the point furthest off each chord between neighbours that are kept."""
-    chord = np.repeat(np.arange(len(kept) - 1), np.diff(kept))  # of every point but the last
-    at = np.arange(len(chord))
-    start, end = kept[:-1][chord], kept[1:][chord]
-    dy, dz = y[end] - y[start], z[end] - z[start]
-    from_y, from_z = y[at] - y[start], z[at] - z[start]
-    # to the chord itself, beyond its ends to its end points
-    along = np.clip((from_y * dy + from_z * dz) / np.maximum(dy**2 + dz**2, 1e-300), 0.0, 1.0)
-    off = np.hypot(from_y - along * dy, from_z - along * dz)
-    order = np.lexsort((off, chord))
-    last = np.append(np.flatnonzero(np.diff(chord[order])), len(order) - 1)
-    worst = order[last]
-    return worst, off[worst]

@@ -5,10 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from decimal import Decimal
+from typing import Literal
 
-from wearsim.profile.checks import MIN_POINTS
 from wearsim.profile.files.points import (
-    COMMA_TWICE,
     Columns,
     Faults,
     Points,
@@ -34,7 +33,6 @@ _KNOWN_KEY = re.compile(
 _LEAST_CIRCLE, _MOST_CIRCLE = 60.0, 80.0  # running circle from the flange back [mm]
 _DIAMETER = re.compile(r"\d{3,4}([.,]\d+)?")
 _LEAST_DIAMETER, _MOST_DIAMETER = 300.0, 1500.0  # [mm]
-_COLUMNS = {"x", "y", "a", "c", "k", "n"}
 _OLD_STYLE = "(sd/sh/qr)"
 # the word in a comment of another format says only where its points come from
 _OLD_TITLE = re.compile(r"[^#!%=,;]*\bMINI[ _-]?PROF[^=]*$", re.IGNORECASE)
@@ -161,73 +159,55 @@ def _value(header: Mapping[str, str], key: str) -> str | None:
 def _points(numbered: list[tuple[int, str]], header: dict[str, str], kind: Kind, faults: Faults) -> Points:
     """Points of the lines behind a header."""
     notes: list[str] = []
-    column_x, column_y, names = _column_definition(header, faults, notes)
+    column_x, column_y = _column_definition(header, faults)
     needed = max(column_x, column_y) + 1
-    points, off, short = Columns(faults), 0, 0
-    cut = False
+    points, off = Columns(faults), 0
     last = next((number for number, raw in reversed(numbered) if raw.strip()), 0)
     for number, raw in numbered:
         line = _bare(raw)
         if not line:
             off += raw.lstrip()[:1] == '"' and _is_data(raw.lstrip()[1:])
             continue
-        enough = len(points.lines) >= MIN_POINTS
         cells = points.cells(line)
-        if points.separator == "," and names and len(cells) == 2 * len(names):
-            faults.add(COMMA_TWICE, number)
-        elif len(cells) < needed and number == last and enough:
-            cut = True  # in the middle of a line
-        elif len(cells) < needed:
-            faults.add(f"number of columns = {len(cells)} must be at least {needed} to hold X and Y", number)
-        else:
+        if len(cells) >= needed:
             points.add(number, cells[column_x], cells[column_y], "XY")
             continue
-        short += 1
-    before = faults.count
-    there = len(points.lines) + off + short + points.skipped
+        points.skipped += 1
+        end = ": the file is cut off; copy it again" if number == last else ""
+        faults.add(f"number of columns = {len(cells)} must be at least {needed} to hold X and Y{end}", number)
+    there = len(points.lines) + off + points.skipped
     _check_count(_value(header, "xypoints") or "", len(points.lines), there, last, faults, notes)
-    if cut and faults.count == before:
-        faults.add("ends in the middle of a line: the file is cut off; copy it again", last)
     if off:
         notes.append(f"{off} switched-off points left out")
     for key in ("xoffset", "yoffset"):
         value = _value(header, key)
         if value and number_fault(value) is None and float(value) != 0.0:
             notes.append(f"{key} = {value} of the header is not added to the points")
+    axes: tuple[Literal["field", "unknown"], Literal["down", "up"]] = (
+        "field" if _value(header, AXIS_KEY.lower()) == AXIS_FIELD else "unknown",
+        "down" if kind == "wheel" else "up",
+    )
+    circle = _running_circle(header, notes) if kind == "wheel" else None
     return Points(
-        points.lines,
-        points.y,
-        points.z,
-        y_axis="field" if _value(header, AXIS_KEY.lower()) == AXIS_FIELD else "unknown",
-        z_axis="down" if kind == "wheel" else "up",
-        running_circle=_running_circle(header, notes) if kind == "wheel" else None,
-        header=header,
-        notes=tuple(notes),
+        points.lines, points.y, points.z, *axes, running_circle=circle, header=header, notes=tuple(notes)
     )
 
 
-def _column_definition(
-    header: dict[str, str], faults: Faults, notes: list[str]
-) -> tuple[int, int, list[str]]:
-    """Columns of X and Y, and the names of all if there are any."""
-    definition = _value(header, "columndef")
-    if not definition:
-        return 0, 1, []
+def _column_definition(header: dict[str, str], faults: Faults) -> tuple[int, int]:
+    """Columns of X and Y; others are not read."""
+    definition = _value(header, "columndef") or "X,Y"
     names = [name for name in re.split(r"[,;\s]+", definition.lower()) if name]
-    if "x" not in names or "y" not in names:
-        faults.add(f"ColumnDef = {definition[:40]!r} does not name X and Y")
-        return 0, 1, []
-    unknown = sorted(set(names) - _COLUMNS)
-    if unknown:
-        notes.append(f"columns {', '.join(unknown)[:60]} of ColumnDef are not known and left out")
-    return names.index("x"), names.index("y"), names
+    if "x" in names and "y" in names:
+        return names.index("x"), names.index("y")
+    faults.add(f"ColumnDef = {definition[:40]!r} does not name X and Y")
+    return 0, 1
 
 
 def _check_count(promised: str, taken: int, there: int, last: int, faults: Faults, notes: list[str]) -> None:
     """Compare the points with the number promised by the header."""
     if not re.fullmatch(r"\d{1,9}", promised):
         return
-    if there < int(promised):
+    if there < int(promised) and not faults.count:
         faults.add(
             f"XYPoints = {promised}, but {there} points are there: the file is cut off; copy it again, or "
             "correct XYPoints if points were taken out on purpose",

@@ -26,22 +26,16 @@ MAX_SLICES = 100_000
 EXACT = Context(prec=400)
 """Digits enough to add 70 mm to any double without rounding."""
 
-COMMA_TWICE = (
-    "commas stand between the columns and for the decimal mark: separate the columns by semicolons, or write "
-    "decimal points"
-)
 _SHOWN_FAULTS = 20  # lines of one message; a wrong separator would fault every line of a long file
-_MOST_ALIKE = 3  # faults of the same kind; more are reported once
 _MOST_FAULTS = 1000  # then reading stops
 _CONTROL = re.compile(r"[\x00-\x08\x0b\x0e-\x1f\x7f]")  # all but tab, line ends and form feed
 _LARGEST = 1e6  # in any unit; keeps sums and products of points finite
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]{1,3})?")
 _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity|1\.#\w*)", re.IGNORECASE)
-_ALMOST_NUMBER = re.compile(r"[+-]?\.?\d")
 _COMMENT = re.compile(r"[#!%].*")
-_WHOLE = re.compile(r"[+-]?[0-9]+([eE][+-]?[0-9]+)?")
+_NUMBERS_BEGIN = re.compile(r"(^|[;,\s])[+-]?(\.?\d|nan\b|inf)", re.IGNORECASE)
 _SEPARATORS = {"": "blanks", ",": "commas", ";": "semicolons"}
-_SLICE = re.compile(r"""(\S+)\s+(?:'([^']+)'|"([^"]+)")""")
+_SLICE = re.compile(r"""([-+.\deE]+)\s+(?:'([^']+)'|"([^"]+)")""")
 
 
 @dataclass(frozen=True)
@@ -88,30 +82,31 @@ class Faults:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self.count = 0
-        self._alike: dict[str, list[tuple[str, int | None]]] = {}
+        self.faults: list[Fault] = []
 
-    def add(self, message: str, line: int | None = None, like: str | None = None) -> None:
-        """Note a fault; of many alike, by `like` or by their message, the first is reported."""
-        self.count += 1
-        self._alike.setdefault(like or message, []).append((message, line))
-        if self.count == _MOST_FAULTS:
-            self.add(f"reading stopped after {_MOST_FAULTS} faults", line)
+    @property
+    def count(self) -> int:
+        """How many there are."""
+        return len(self.faults)
+
+    def add(self, message: str, line: int | None = None) -> None:
+        """Note a fault; reading stops after many."""
+        self.faults.append(Fault(message, str(self.path), line))
+        if self.count >= _MOST_FAULTS:
             self.raise_any()
 
     def raise_any(self) -> None:
-        """Raise `ProfileError` if there are faults."""
-        if not self.count:
-            return
-        shown: list[tuple[str, int | None]] = []
-        for alike in self._alike.values():
-            message, line = alike[0]
-            more = f"{message} (and {len(alike) - 1} more lines)"
-            shown += alike if len(alike) <= _MOST_ALIKE else [(more, line)]
-        lines = [str(Fault(message, str(self.path), line)) for message, line in shown[:_SHOWN_FAULTS]]
-        if len(shown) > _SHOWN_FAULTS:
-            lines.append(f"{self.path}: {len(shown) - _SHOWN_FAULTS} more faults of this file are not shown")
-        raise ProfileError("\n".join(lines))
+        """Raise `ProfileError` if there are faults: those alike in one line, of many the first."""
+        alike: dict[str, list[Fault]] = {}
+        for fault in self.faults:
+            alike.setdefault(fault.message, []).append(fault)
+        lines = [f"{same[0]} (and {len(same) - 1} more lines)" if len(same) > 1 else str(same[0])
+                 for same in alike.values()]  # fmt: skip
+        if len(lines) > _SHOWN_FAULTS:
+            more = f"{self.path}: {len(lines) - _SHOWN_FAULTS} more faults of this file are not shown"
+            lines[_SHOWN_FAULTS:] = [more]
+        if lines:
+            raise ProfileError("\n".join(lines))
 
 
 class Columns:
@@ -135,19 +130,23 @@ class Columns:
         """Take the cells of one line, or note what is wrong with them."""
         if self.separator != ",":
             y, z = y.replace(",", "."), z.replace(",", ".")
-        wrong = number_fault(y), number_fault(z)
-        if wrong != (None, None):
+        wrong = [
+            f"{name} = {cell[:40]!r} {fault}"
+            for name, cell in zip(names, (y, z), strict=True)
+            if (fault := number_fault(cell)) is not None
+        ]
+        if wrong:
             self.skipped += 1
-            for name, cell, fault in zip(names, (y, z), wrong, strict=True):
-                if fault is not None:
-                    self.faults.add(f"{name} = {cell[:40]!r} {fault}", line, f"{name} {fault}")
+            for message in wrong:
+                self.faults.add(message, line)
             return
         self.lines.append(line)
         self.y.append(y)
         self.z.append(z)
         if len(self.lines) > MAX_POINTS:
-            message = f"more than {MAX_POINTS} points, hardly one profile; give one cross-section"
-            self.faults.add(message, line)
+            self.faults.add(
+                f"more than {MAX_POINTS} points, hardly one profile; give one cross-section", line
+            )
             self.faults.raise_any()
 
 
@@ -157,28 +156,6 @@ def read_text(path: Path) -> Text:
     Instruments write names of places and people in Latin-1; any encoding other than UTF-8 is noted. Raises
     `ProfileError` for no such file, one that is too large, or no text.
     """
-    data = _bytes(path)
-    if data.startswith((b"\x89HDF", b"CDF")):
-        raise ProfileError(
-            f"{path}: is a result file, not a profile; `wearsim inspect {path}` shows what it holds"
-        )
-    marked = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
-    try:
-        text = data.decode("utf-16" if marked else "utf-8-sig")
-        notes = ("text read as UTF-16",) if marked else ()
-    except UnicodeDecodeError:
-        text, notes = data.decode("latin-1"), ("text is not UTF-8: read as Latin-1",)
-    text = text.removesuffix("\x1a")  # end mark of DOS files
-    if (bad := _CONTROL.search(text)) is not None:
-        line = text.count("\n", 0, bad.start()) + 1
-        message = f"holds the control character {bad[0]!r}, so it is not UTF-8 text; save it as UTF-8"
-        raise ProfileError(f"{path}:{line}: {message}")
-    lines = tuple(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"))
-    return Text(path, lines, notes)
-
-
-def _bytes(path: Path) -> bytes:
-    """Content of the file; one that is too large is not read."""
     try:
         if not path.is_file():
             what = "is no regular file" if path.exists() else "does not exist"
@@ -192,7 +169,22 @@ def _bytes(path: Path) -> bytes:
     if large or max(data.count(b"\n"), data.count(b"\r")) > MAX_LINES:
         most = f"larger than {MAX_BYTES // 10**6} MB" if large else f"more than {MAX_LINES} lines"
         raise ProfileError(f"{path}: {most}, hardly one profile; give one cross-section")
-    return data
+    if data.startswith((b"\x89HDF", b"CDF")):
+        raise ProfileError(
+            f"{path}: is a result file, not a profile; `wearsim inspect {path}` shows what it holds"
+        )
+    marked = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    try:
+        text = data.decode("utf-16" if marked else "utf-8-sig")
+        notes = ("text read as UTF-16",) if marked else ()
+    except UnicodeDecodeError:
+        text, notes = data.decode("latin-1"), ("text is not UTF-8: read as Latin-1",)
+    text = text.removesuffix("\x1a").replace("\r\n", "\n").replace("\r", "\n")  # end mark of DOS files
+    if (bad := _CONTROL.search(text)) is not None:
+        line = text.count("\n", 0, bad.start()) + 1
+        message = f"holds the control character {bad[0]!r}, so it is not UTF-8 text; save it as UTF-8"
+        raise ProfileError(f"{path}:{line}: {message}")
+    return Text(path, tuple(text.split("\n")), notes)
 
 
 def number_fault(cell: str) -> str | None:
@@ -209,10 +201,6 @@ def number_fault(cell: str) -> str | None:
 def is_number(cell: str) -> bool:
     """Whether a cell is a decimal number, with point or comma."""
     return len(cell) <= MAX_CELL and _NUMBER.fullmatch(cell.replace(",", ".")) is not None
-
-
-def _looks_like_number(cell: str) -> bool:
-    return _ALMOST_NUMBER.match(cell) is not None or _NOT_FINITE.fullmatch(cell[:20]) is not None
 
 
 def separator_of(line: str) -> str:
@@ -241,32 +229,8 @@ def scaled(cells: list[str], shift: Decimal, factor: Decimal, offset: Decimal) -
 
     The shift is in the unit of the file, the factor leads to metres (negative mirrors), the offset is in m.
     """
-    sign, digits, exponent = factor.as_tuple()
-    if shift == 0 and offset == 0 and digits == (1,) and isinstance(exponent, int):
-        # moving the decimal point is exact and three times as fast as decimal arithmetic
-        values = np.array([_moved(cell, exponent) for cell in cells])
-        return (-values if sign else values) + 0.0
     add, multiply = EXACT.add, EXACT.multiply
     return np.array([float(add(multiply(add(Decimal(c), shift), factor), offset)) for c in cells]) + 0.0
-
-
-def _moved(cell: str, places: int) -> float:
-    """Value of a decimal with its point moved."""
-    mantissa, _, exponent = cell.lower().partition("e")
-    return float(f"{mantissa}e{int(exponent or 0) + places}")
-
-
-def _columns_fault(points: Columns, cells: list[str]) -> str:
-    """Return what is wrong with a line that has not two columns."""
-    separator, count = points.separator or "", len(cells)
-    if separator == "," and not points.lines and count in (3, 4) and all(map(_WHOLE.fullmatch, cells)):
-        return COMMA_TWICE
-    return f"number of columns (separated by {_SEPARATORS[separator]}) = {count} must be 2: y and z"
-
-
-def _is_heading(line: str) -> bool:
-    """Whether no cell of the line begins like a number."""
-    return not any(_looks_like_number(cell) for cell in re.split(r"[;,\t ]+", line.strip(";, \t")))
 
 
 def read_points(
@@ -283,14 +247,16 @@ def read_points(
         line = (_COMMENT.sub("", raw) if commented else raw).strip()
         if not line:
             continue
-        if points.separator is None and not heading and _is_heading(line):
+        if points.separator is None and not heading and not _NUMBERS_BEGIN.search(line):
             heading = line
             continue
         cells = points.cells(line)
         if len(cells) == 2:
             points.add(number, *cells)
         else:
-            faults.add(_columns_fault(points, cells), number)
+            by = _SEPARATORS[points.separator or ""]
+            fix = "two: y and z, apart by blanks, semicolons, or commas with decimal points"
+            faults.add(f"number of columns (separated by {by}) = {len(cells)} must be {fix}", number)
     first = (line.lstrip()[1:].strip() for line in text.lines[:20] if line.lstrip()[:1] in ("#", "!", "%"))
     about = {"comment": next(first, ""), "columns": heading}
     header = {key: value for key, value in about.items() if value}
@@ -300,8 +266,7 @@ def read_points(
 def is_slice_list(text: Text) -> bool:
     """Whether a file holds lines of position and quoted file name, as lists of slices of CONTACT do."""
     bare = [line for line in (_bare(raw) for raw in text.lines[:200]) if line]
-    listed = [match for match in map(_SLICE.match, bare[4:]) if match and number_fault(match[1]) is None]
-    return bool(bare) and len(_numbers(bare[0], 2)) == 2 and len(listed) > 0
+    return bool(bare) and len(_numbers(bare[0], 2)) == 2 and any(map(_SLICE.match, bare[4:]))
 
 
 def _bare(line: str) -> str:
@@ -331,29 +296,23 @@ def read_slice_list(text: Text, faults: Faults, number: int | None) -> SliceFile
     if faults.count:
         return None
     total = float(_numbers(rows[1][1], 1)[0])
-    if total != int(total) or not 1 <= total <= MAX_SLICES:
+    listed = [(at, match) for at, line in rows[4:] if (match := _SLICE.match(line))][: int(total)]
+    if total not in range(1, MAX_SLICES + 1):
         faults.add(f"{total:g} slices; the number must be a whole one in 1 .. {MAX_SLICES}", rows[1][0])
-        return None
-    listed = []
-    for at, line in rows[4 : 4 + int(total)]:
-        match = _SLICE.match(line)
-        if match is None or number_fault(match[1]) is not None:
-            faults.add("position and quoted file name of a slice are needed here", at)
-        else:
-            listed.append((at, match[1], match[2] or match[3]))
-    if len(rows) - 4 < int(total):
-        missing = f"{int(total)} slices are promised, {len(rows) - 4} are listed: the file is cut off"
-        faults.add(f"{missing}; copy it again", len(text.lines))
-    if not faults.count and number is None and len(listed) > 1:
-        first, last = listed[0][1], listed[-1][1]
-        faults.add(f"lists {len(listed)} slices, position {first} to {last}; choose one with --slice 1 .. "
-                   f"{len(listed)}")  # fmt: skip
-    chosen = 1 if number is None else number
-    if not faults.count and not 1 <= chosen <= len(listed):
-        faults.add(f"--slice {chosen} must be in 1 .. {len(listed)}")
+    elif len(listed) < total:
+        missing = (
+            f"{total:g} slices are promised, {len(listed)} are listed with position and quoted file name"
+        )
+        faults.add(f"{missing}: the file is cut off; copy it again", len(text.lines))
+    elif number is None and total > 1:
+        faults.add(f"lists {total:g} slices; choose one with --slice 1 .. {total:g}")
+    elif number is not None and not 1 <= number <= total:
+        faults.add(f"--slice {number} must be in 1 .. {total:g}")
     if faults.count:
         return None
-    at, position, name = listed[chosen - 1]
-    header = {"slice": str(chosen), "slices": str(len(listed)), "position": position, "file": name}
-    note = f"slice {chosen} of {len(listed)}, at position {position}: {name}"
+    chosen = number or 1
+    at, match = listed[chosen - 1]
+    position, name = match[1], match[2] or match[3]
+    header = {"slice": str(chosen), "slices": f"{total:g}", "position": position, "file": name}
+    note = f"slice {chosen} of {total:g}, at position {position}: {name}"
     return SliceFile(name, at, header, note)

@@ -11,14 +11,7 @@ import re
 from dataclasses import dataclass, field
 from decimal import Decimal
 
-from wearsim.profile.files.points import (
-    EXACT,
-    Columns,
-    Faults,
-    Points,
-    Text,
-    number_fault,
-)
+from wearsim.profile.files.points import EXACT, Columns, Faults, Points, Text, number_fault
 from wearsim.profile.shape import Kind
 
 SUFFIXES = {".prr": "rail", ".prw": "wheel"}
@@ -57,80 +50,67 @@ def read(text: Text, kind: Kind, faults: Faults) -> Points:
     """
     header, points = _Header(faults), Columns(faults)
     weights: set[str] = set()
-    first: dict[str, int] = {}
-    inside: list[str] = []
+    marks: dict[str, int] = {}  # lines of point.begin and so on
+    inside = ""
     for number, raw in enumerate(text.lines, start=1):
         line = raw.split("!", 1)[0].strip()
-        if not line:
-            continue
         if match := _BLOCK.match(line):
-            block = match[1].lower()
-            if match[2].lower() == "begin":
-                if block in first:
-                    faults.add(f"a second {block}.begin, the first is in line {first[block]}: two profiles "
-                               "are joined; give one", number)  # fmt: skip
-                first.setdefault(block, number)
-                inside.append(block)
-            elif inside[-1:] == [block]:
-                inside.pop()
-            else:
-                faults.add(f"{block}.end without {block}.begin", number)
-        elif inside and inside[-1] == "point":
+            mark = match[0].lower()
+            if mark in marks:
+                first = f"a second {mark}, the first is in line {marks[mark]}"
+                faults.add(f"{first}: two profiles are joined; give one", number)
+            marks.setdefault(mark, number)
+            inside = match[1].lower() if mark.endswith("begin") else ""
+        elif line and inside == "point":
             cells = points.cells(line)
             if len(cells) in (2, 3):
                 points.add(number, cells[0], cells[1])
                 weights.update(cells[2:])
             else:
-                faults.add(
-                    f"{len(cells)} columns in the point block, y, z and at most a weight are read", number
-                )
+                faults.add(f"number of columns = {len(cells)} must be 2 or 3: y, z, and weights", number)
         elif "=" in line:
             key, _, value = line.partition("=")
-            name = f"header.{key.strip().lower()}" if inside == ["header"] else key.strip().lower()
+            name = f"header.{key.strip().lower()}" if inside == "header" else key.strip().lower()
             header.values[name], header.lines[name] = value.strip().strip("'"), number
         # some writers leave bare keys without a value: the defaults hold
-    if "point" not in first:
+    if "point.begin" not in marks:
         faults.add("holds no point.begin block, so it is no SIMPACK profile; state another --format")
-    elif inside:
-        faults.add(f"{inside[-1]}.end is missing: the file is cut off; copy it again", len(text.lines))
+    for end in ("point.end", "spline.end"):
+        if end.replace("end", "begin") in marks and end not in marks:
+            faults.add(f"{end} is missing: the file is cut off; copy it again", len(text.lines))
+            break
     stated = header.values.get("header.type", "")
     if _KIND.get(stated, kind) != kind:
-        faults.add(
-            f"type = {stated} says {_KIND[stated]}, a {kind} profile is needed", header.lines["header.type"]
-        )
-    notes = [] if not weights - {"1", "1.0"} else ["weights of the points are not used"]
-    return _applied(points, header, notes)
+        message = f"type = {stated} says {_KIND[stated]}, a {kind} profile is needed"
+        faults.add(message, header.lines["header.type"])
+    return _applied(points, header, ["weights of the points are not used"] if weights - {"1", "1.0"} else [])
 
 
 def _applied(points: Columns, header: _Header, notes: list[str]) -> Points:
     """Apply the keys of the spline block in their order."""
-    key, faults = header.number, header.faults
+    key, values, faults = header.number, header.values, header.faults
     shift_y, shift_z = key("shift.y"), key("shift.z")
     rows = _thinned(
         list(zip(points.lines, points.y, points.z, strict=True)), float(key("point.dist.min")), notes
     )
     if key("rotate") != 0:
-        faults.add(
-            f"rotate = {header.values['rotate']} is not applied by this reader: turn the points and set it "
-            "to 0",
-            header.lines["rotate"],
+        message = (
+            f"rotate = {values['rotate']} is not applied by this reader: turn the points and set it to 0"
         )
-    low, high = key("bound.y.min", "1"), key("bound.y.max")
+        faults.add(message, header.lines["rotate"])
+    low, high = key("bound.y.min", "1") - shift_y, key("bound.y.max") - shift_y
     if low < high:
-        kept = [row for row in rows if low <= Decimal(row[1]) + shift_y <= high]
-        if len(kept) < len(rows):
-            notes.append(f"{len(rows) - len(kept)} points outside bound.y left out")
-        rows = kept
+        within = [row for row in rows if low <= Decimal(row[1]) <= high]
+        if len(within) < len(rows):
+            notes.append(f"{len(rows) - len(within)} points outside bound.y left out")
+        rows = within
     low, high = key("bound.z.min", "1") - shift_z, key("bound.z.max") - shift_z
     if low < high:
-        outside = [not low <= Decimal(z) <= high for _, _, z in rows]
-        rows = [
-            (line, y, str(low if Decimal(z) < low else high) if out else z)
-            for (line, y, z), out in zip(rows, outside, strict=True)
-        ]
-        if any(outside):
-            notes.append(f"{sum(outside)} points clipped to bound.z")
-    notes += [f"{name} = {header.values[name]} added"
+        outside = sum(not low <= Decimal(z) <= high for _, _, z in rows)
+        rows = [(line, y, str(min(max(Decimal(z), low), high))) for line, y, z in rows]
+        if outside:
+            notes.append(f"{outside} points clipped to bound.z")
+    notes += [f"{name} = {values[name]} added"
               for name, by in (("shift.y", shift_y), ("shift.z", shift_z)) if by != 0]  # fmt: skip
     mirror_y, mirror_z, inversion = (key(name) != 0 for name in ("mirror.y", "mirror.z", "inversion"))
     notes += [f"{name} applied" for name, on in (("mirror.y", mirror_y), ("mirror.z", mirror_z)) if on]
@@ -138,30 +118,17 @@ def _applied(points: Columns, header: _Header, notes: list[str]) -> Points:
         rows.reverse()
     per_metre = key("units.len.f", "1000")
     if per_metre <= 0:
-        faults.add(
-            f"units.len.f = {per_metre} must be above 0 (1000 for mm)", header.lines.get("units.len.f")
-        )
+        faults.add(f"units.len.f = {per_metre} must be above 0 (1000 for mm)", header.lines["units.len.f"])
         per_metre = Decimal(1000)
-    if per_metre != Decimal(1000):
-        unit = "m" if per_metre == 1 else f"1/{per_metre} m"
-        notes.append(f"units.len.f = {per_metre}: lengths in {unit}")
-    if not header.values.get("units.len.f"):
+    elif not values.get("units.len.f"):
         notes.append("units.len.f is not given: lengths are taken as mm")
+    elif per_metre != 1000:
+        notes.append(f"units.len.f = {per_metre}: lengths in {'m' if per_metre == 1 else f'1/{per_metre} m'}")
     lines, y, z = (list(column) for column in zip(*rows, strict=True)) if rows else ([], [], [])
     return Points(
-        lines,
-        y,
-        z,
-        "field",
-        "down",
-        shift_y,
-        shift_z,
-        mirror_y,
-        mirror_z,
-        metres=EXACT.divide(Decimal(1), per_metre).normalize(),
-        header=header.values,
-        notes=tuple(notes),
-    )
+        lines, y, z, "field", "down", shift_y, shift_z, mirror_y, mirror_z,
+        metres=EXACT.divide(Decimal(1), per_metre).normalize(), header=values, notes=tuple(notes),
+    )  # fmt: skip
 
 
 def _thinned(rows: list[_Row], least: float, notes: list[str]) -> list[_Row]:
@@ -169,12 +136,9 @@ def _thinned(rows: list[_Row], least: float, notes: list[str]) -> list[_Row]:
     if least <= 0.0 or not rows:
         return rows
     kept = rows[:1]
-    y, z = float(rows[0][1]), float(rows[0][2])
     for row in rows[1:]:
-        y_new, z_new = float(row[1]), float(row[2])
-        if math.hypot(y_new - y, z_new - z) >= least:
+        if math.dist(*([float(cell) for cell in each[1:]] for each in (row, kept[-1]))) >= least:
             kept.append(row)
-            y, z = y_new, z_new
     if len(kept) < len(rows):
         notes.append(f"{len(rows) - len(kept)} points closer than point.dist.min left out")
     return kept

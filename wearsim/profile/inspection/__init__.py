@@ -9,24 +9,15 @@ from typing import Any
 from wearsim.errors import ProfileError
 from wearsim.profile.alignment import HOLD_TREAD, Alignment, align
 from wearsim.profile.conicity import AMPLITUDES, Running, running
-from wearsim.profile.inspection.inputs import (
-    ProfileInput,
-    axle_notes,
-    comparison_notes,
-    header_notes,
-    hollowing_notes,
-    placed,
-    placement_notes,
-    read_input,
-    tilt_of,
-)
+from wearsim.profile.inspection import inputs
+from wearsim.profile.inspection.inputs import ProfileInput
 from wearsim.profile.limits import Judgement, LimitSet, judge_wheelset
 from wearsim.profile.measures import (
     GaugeDistances,
     Measures,
+    axle_measures,
     running_circle_level,
     wheel_measures,
-    wheelset_measures,
 )
 from wearsim.profile.placement import BACK_TO_BACK, GAUGE
 from wearsim.profile.reprofiling import Reprofiling, reprofile, reprofile_axle
@@ -41,9 +32,9 @@ IF_STATED = ("wheel_diameter", "wheel_diameter_difference", "back_to_back", "fro
 """Measures that are there only if something is stated."""
 
 _GAUGED_AT = {
-    "below_tip": ("flange_gradient",),
-    "level": ("flange_thickness", "flange_gradient", "front_to_front"),
-    "flange_back": ("flange_height", "flange_thickness", "flange_gradient", "front_to_front"),
+    "below_tip": {"flange_gradient"},
+    "level": {"flange_thickness", "flange_gradient", "front_to_front"},
+    "flange_back": {"flange_height", "flange_thickness", "flange_gradient", "front_to_front"},
 }
 
 
@@ -92,20 +83,15 @@ class Comparison:
                 f"they are not of one {self.reference.kind}; try another rule with --align"
             )
         if rms is not None and rms > _LARGE_REST:
-            tilt = "" if self.alignment.angle else "; a profile measured at a tilt needs --rotate"
             lines.append(
                 f"{1e6 * rms:.0f} µm rms are left on parts that do not wear, more than "
-                f"{1e6 * _LARGE_REST:.0f}: wear of this size is uncertain{tilt}"
+                f"{1e6 * _LARGE_REST:.0f}: wear of this size is uncertain; a profile measured at a tilt "
+                "needs --rotate"
             )
-        if rule in HOLD_TREAD:
+        if held := HOLD_TREAD.get(rule):
             lines.append(
-                f"{rule} lays the running circles on each other: wear there counts as none, the flange seems "
-                "to grow; back_and_tip or best_fit show the wear of the tread"
-            )
-        if rule == "top":
-            lines.append(
-                "top lays the tops on each other: wear there counts as none, the sides of the head seem to "
-                "grow; best_fit shows the wear of the top"
+                f"{rule} lays the {held} on each other: wear there counts as none, and the sides seem to "
+                "grow; best_fit shows it"
             )
         return tuple(lines)
 
@@ -175,9 +161,9 @@ def inspect_profile(
     given = _prepared(given, at)
     if left is not None:
         left = _prepared(left, at)
-        given = given.noted(*axle_notes(given, left))
+        given = given.noted(*inputs.axle_notes(given, left))
     if against is not None:
-        given = given.noted(*comparison_notes(given, against))
+        given = given.noted(*inputs.comparison_notes(given, against))
     measures = _measures(given, left, at)
     if measures:
         given = _checked(given, measures["right"], at)
@@ -201,7 +187,7 @@ def inspect_profile(
 def counterpart_of(kind: Kind, at: Conditions) -> ProfileInput:
     """Rail under a wheel, or wheel on a rail, as read; a wheel with y from the running circle that acts."""
     name = at.counterpart or COUNTERPART[kind]
-    other = read_input(
+    other = inputs.read_input(
         name, "rail" if kind == "wheel" else "wheel", at.statements if at.counterpart else None
     )
     return _prepared(other, replace(at, smooth=None)) if other.kind == "wheel" else other
@@ -209,20 +195,21 @@ def counterpart_of(kind: Kind, at: Conditions) -> ProfileInput:
 
 def _checked(given: ProfileInput, measures: Measures, at: Conditions) -> ProfileInput:
     """Profile with warnings on its measures."""
-    notes = header_notes(given, measures.values, _elsewhere(at.distances))
-    return given.noted(*notes, *hollowing_notes(given, measures.values))
+    notes = inputs.header_notes(given, measures.values, _elsewhere(at.distances))
+    return given.noted(*notes, *inputs.hollowing_notes(given, measures.values))
 
 
 def _elsewhere(distances: GaugeDistances) -> set[str]:
     """Gauge values that other than the usual distances change."""
-    usual, changed = vars(GaugeDistances()), vars(distances)
-    return {name for key, names in _GAUGED_AT.items() if changed[key] != usual[key] for name in names}
+    usual = GaugeDistances()
+    changed = (names for key, names in _GAUGED_AT.items() if getattr(distances, key) != getattr(usual, key))
+    return set().union(*changed)
 
 
 def _prepared(given: ProfileInput, at: Conditions) -> ProfileInput:
     """Profile with y from the running circle that acts, and, if measured, without its noise."""
     circle, wavelength = at.distances.flange_back, at.smooth
-    given = given.noted(*placement_notes(given, at.inclination))
+    given = given.noted(*inputs.placement_notes(given, at.inclination))
     if given.kind == "wheel" and given.running_circle != circle:
         moved = replace(given.profile, y=given.profile.y + (given.running_circle - circle))
         before = f"{given.running_circle * 1e3:g} before"
@@ -240,41 +227,36 @@ def _measures(given: ProfileInput, left: ProfileInput | None, at: Conditions) ->
     """Gauge values of the right wheel, of a left wheel that differs and of their axle."""
     if given.kind != "wheel":
         return {}
-    diameter = at.diameter or given.diameter
+    right = wheel_measures(given.profile, at.distances, diameter=at.diameter or given.diameter)
     if left is None and at.left_diameter is None:
-        back = at.back_to_back
-        return {"right": wheel_measures(given.profile, at.distances, diameter=diameter, back_to_back=back)}
-    other = given if left is None else left
-    diameters = diameter, at.left_diameter or (None if left is None else left.diameter) or at.diameter
-    return wheelset_measures(
-        given.profile, other.profile, at.distances, diameters=diameters, back_to_back=at.back_to_back
-    )
+        axle = axle_measures(right, right, at.back_to_back)
+        values, missing = {**right.values, **axle.values}, {**right.missing, **axle.missing}
+        for known in (values, missing):
+            known.pop("wheel_diameter_difference", None)  # there is none of one wheel
+        return {"right": Measures(values, missing)}
+    diameter = at.left_diameter or (None if left is None else left.diameter) or at.diameter
+    other = wheel_measures((left or given).profile, at.distances, diameter=diameter)
+    return {"right": right, "left": other, "axle": axle_measures(right, other, at.back_to_back)}
 
 
 def _judged(
     measures: Mapping[str, Measures], limits: LimitSet, run: Running | None, at: Conditions
 ) -> tuple[tuple[str, Judgement], ...]:
     """Judgements of all bodies; the conicity is with the axle, or with the wheel if both are alike."""
-    running_body = "axle" if "axle" in measures else "right"
-    judgeable = {
-        body: _judgeable(each, run if body == running_body else None, at) for body, each in measures.items()
-    }
+    elsewhere = set() if at.own_limits else _elsewhere(at.distances)
+    judgeable = {}
+    for body, each in measures.items():
+        # what nobody stated is not judged: only gauge values that should be there are reported as missing
+        missing = {name: why for name, why in each.missing.items() if name not in IF_STATED}
+        values = {name: value for name, value in each.values.items() if name not in elsewhere}
+        other = "measured at other distances than those the limits are meant for"
+        missing |= dict.fromkeys(elsewhere & each.values.keys(), other)
+        conicity = run.judged_conicity if run and body == list(measures)[-1] else None
+        if conicity is not None:
+            values["equivalent_conicity"] = conicity
+        judgeable[body] = Measures(values, missing)
     judged = judge_wheelset(judgeable, limits)
     return tuple((body, each) for body, judgements in judged.items() for each in judgements)
-
-
-def _judgeable(measures: Measures, run: Running | None, at: Conditions) -> Measures:
-    """Measures that limits apply to, and the conicity where the wheelset runs."""
-    values = dict(measures.values)
-    conicity = run.judged_conicity if run else None
-    if conicity is not None:
-        values["equivalent_conicity"] = conicity
-    # what nobody stated is not judged: only gauge values that should be there are reported as missing
-    missing = {name: why for name, why in measures.missing.items() if name not in IF_STATED}
-    for name in () if at.own_limits else _elsewhere(at.distances):
-        if values.pop(name, None) is not None:
-            missing[name] = "measured at other distances than those the limits are meant for"
-    return Measures(values, missing)
 
 
 def _compared(given: ProfileInput, before: ProfileInput, at: Conditions) -> Comparison:
@@ -288,16 +270,16 @@ def _compared(given: ProfileInput, before: ProfileInput, at: Conditions) -> Comp
 
 def _in_track(given: ProfileInput, at: Conditions) -> ProfileInput:
     """Place a rail in the track that does not stand there already."""
-    if given.kind == "wheel" or not (given.upright or tilt_of(given, at.inclination)):
+    if given.kind == "wheel" or not (given.upright or inputs.tilt_of(given, at.inclination)):
         return given
-    profile = placed(given, at.inclination, at.gauge, at.half_span)
+    profile = inputs.placed(given, at.inclination, at.gauge, at.half_span)
     note = f"placed in the track for the comparison: {_track_words(given, at)}"
     return replace(given, profile=profile).noted(note)
 
 
 def _track_words(rail: ProfileInput, at: Conditions) -> str:
     """Rail, inclination, gauge and back-to-back distance in words."""
-    tilt = tilt_of(rail, at.inclination)
+    tilt = inputs.tilt_of(rail, at.inclination)
     as_it_is = "upright" if rail.upright else "as measured" if rail.measured else "as defined"
     leans = f"1:{1.0 / tilt:g}" if tilt else as_it_is
     back = "assumed" if at.back_to_back is None else "stated"
@@ -317,7 +299,7 @@ def _running(
     left_diameter = at.left_diameter or (None if left is None else left.diameter)
     more = diameter - left_diameter if diameter is not None and left_diameter is not None else 0.0
     try:
-        in_track = placed(rail, at.inclination, at.gauge, at.half_span)
+        in_track = inputs.placed(rail, at.inclination, at.gauge, at.half_span)
         words = _track_words(rail, at)
         # of standard shapes that goes without saying
         words += ", both rails alike" if rail.measured else ""

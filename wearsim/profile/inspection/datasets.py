@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from wearsim.profile.alignment import Alignment
+from wearsim.profile.conicity import Running
 from wearsim.profile.inspection import Comparison, Inspection
 from wearsim.profile.inspection.fleet import FleetRow
 from wearsim.profile.inspection.inputs import ProfileInput
@@ -44,77 +45,75 @@ def profile_dataset(result: Inspection) -> xr.Dataset:
         beginning with `reference_`.
     """
     given, left, comparison = result.given, result.left, result.comparison
-    reference = None if comparison is None else comparison.reference
     wheel = given.kind == "wheel"
-    axes = ("profile_y", "profile_z") if wheel else ("counterface_y", "counterface_z")
-    data: dict[str, Any] = {}
-    drawn = {
-        "profile": result.aligned,
-        "reference": None if reference is None else reference.profile,
-        "left": None if left is None else left.profile,
-    }
-    for name, profile in drawn.items():
-        if profile is not None:
-            dimension = "point" if name == "profile" else f"{name}_point"
-            data[f"{name}_y"] = _variable(axes[0], (dimension,), profile.y)
-            data[f"{name}_z"] = _variable(axes[1], (dimension,), profile.z)
-    distances = result.conditions.distances
-    beyond = [each for body, each in result.judgements if each.exceeded and body == "left"]
+    y_axis, z_axis = ("profile_y", "profile_z") if wheel else ("counterface_y", "counterface_z")
+    data: dict[str, xr.Variable] = {}
     attributes: dict[str, Any] = {
         "label": given.profile.name,
-        "reference_label": "" if reference is None else reference.profile.name,
-        "left_label": "" if left is None else f"{left.profile.name} (left wheel)",
+        "reference_label": "",
+        "left_label": "",
         "kind": given.kind,
         "title": f"{given.profile.name}: {given.kind}, {given.title}",
-        "exceeded": " ".join(dict.fromkeys(
-            each.measure for body, each in result.judgements if each.exceeded and body == "right"
-        )),
-    }  # fmt: skip
-    if left is not None and beyond:
-        # its measures have no dimension lines: its label names them
-        names = dict.fromkeys(QUANTITIES[each.measure].meaning for each in beyond)
-        attributes["left_label"] += f", beyond: {', '.join(names)} !"
-    values = result.measures["right"].values if wheel else {}
+        "exceeded": " ".join(_exceeded(result, "right")),
+    }
+    drawn = {"profile": result.aligned}
+    if comparison is not None:
+        drawn["reference"] = comparison.reference.profile
+        attributes["reference_label"] = comparison.reference.profile.name
+    if left is not None:
+        drawn["left"] = left.profile
+        # its measures have no dimension lines: its label names those beyond a limit
+        names = ", ".join(QUANTITIES[name].meaning for name in _exceeded(result, "left"))
+        attributes["left_label"] = f"{left.profile.name} (left wheel)" + (
+            f", beyond: {names} !" * bool(names)
+        )
+    for name, profile in drawn.items():
+        dimension = "point" if name == "profile" else f"{name}_point"
+        data[f"{name}_y"] = _variable(y_axis, dimension, profile.y)
+        data[f"{name}_z"] = _variable(z_axis, dimension, profile.z)
+    values, distances = result.measures["right"].values if wheel else {}, result.conditions.distances
     if all(name in values for name in _GAUGED):
         points = _gauge_points(given.profile, distances, values)
         points = points if comparison is None else _moved(points, comparison.alignment)
         data |= {name: _variable(name, (), values[name]) for name in _GAUGED}
-        data["gauge_y"] = _variable(axes[0], ("gauge_point",), points[:, 0])
-        data["gauge_z"] = _variable(axes[1], ("gauge_point",), points[:, 1])
+        data["gauge_y"] = _variable(y_axis, "gauge_point", points[:, 0])
+        data["gauge_z"] = _variable(z_axis, "gauge_point", points[:, 1])
         attributes |= {"level_distance": distances.level, "below_tip_distance": distances.below_tip,
                        "running_circle_distance": distances.flange_back}  # fmt: skip
     if comparison is not None:
         wear, alignment = comparison.wear, comparison.alignment
-        data["arc_length"] = _variable("arc_length", ("wear_point",), wear.s)
-        data["wear_y"] = _variable(axes[0], ("wear_point",), wear.y)
-        data["wear_depth"] = _variable("wear_depth", ("wear_point",), wear.depth)
+        data["arc_length"] = _variable("arc_length", "wear_point", wear.s)
+        data["wear_y"] = _variable(y_axis, "wear_point", wear.y)
+        data["wear_depth"] = _variable("wear_depth", "wear_point", wear.depth)
         data["worn_area"] = _variable("worn_area", (), wear.worn_area)
-        attributes["subtitle"] = (
-            f"laid on {comparison.reference.profile.name}: {alignment.rule}, {alignment.note}"
-        )
-        attributes["wear_note"] = wear.note
+        laid = f"laid on {attributes['reference_label']}: {alignment.rule}, {alignment.note}"
+        attributes |= {"subtitle": laid, "wear_note": wear.note}
     if not wheel:
         attributes["origin"] = _origin(given, comparison)
-    for before, run in (
-        ("", result.running),
-        ("reference_", None if comparison is None else comparison.running),
-    ):
-        if run is None:
-            continue
-        known = [(a, value) for a, value, _ in run.conicity if value is not None]
-        shifts, amplitudes = f"{before}shift", f"{before}amplitude"
-        for name, dimension, numbers in (
-            ("shift", shifts, run.shift),
-            ("rolling_radius_difference", shifts, run.difference),
-            ("amplitude", amplitudes, [a for a, _ in known]),
-            ("equivalent_conicity", amplitudes, [value for _, value in known]),
-        ):
-            data[before + name] = _variable(name, (dimension,), numbers)
-    if result.running is not None:
-        run = result.running
+    if (run := result.running) is not None:
+        data |= _running(run, "")
         wheels = f"{run.wheel} and {run.left} (left)" if run.left else run.wheel
         attributes["track"] = f"{wheels} on {run.track}"
+    if comparison is not None and comparison.running is not None:
+        data |= _running(comparison.running, "reference_")
     return xr.Dataset(data, attrs=attributes)
+
+
+def _exceeded(result: Inspection, body: str) -> list[str]:
+    """Names of the measures of a wheel that are beyond a limit."""
+    return list(dict.fromkeys(each.measure for of, each in result.judgements if each.exceeded and of == body))
+
+
+def _running(run: Running, before: str) -> dict[str, xr.Variable]:
+    """Variables of the running behaviour, names beginning with `before`."""
+    known = [(a, value) for a, value, _ in run.conicity if value is not None]
+    shift, amplitude = f"{before}shift", f"{before}amplitude"
+    return {
+        shift: _variable("shift", shift, run.shift),
+        f"{before}rolling_radius_difference": _variable("rolling_radius_difference", shift, run.difference),
+        amplitude: _variable("amplitude", amplitude, [a for a, _ in known]),
+        f"{before}equivalent_conicity": _variable("equivalent_conicity", amplitude, [c for _, c in known]),
+    }
 
 
 def fleet_dataset(
@@ -127,22 +126,21 @@ def fleet_dataset(
     Returns
     -------
     Dataset
-        `profile_y, profile_z (wheel, point)`, the last point repeated on shorter outlines; `wheel_name`
-        (that of the file where several say to be one wheel), `file`, `exceeded`, `not_judged`, `judged`,
-        `kind (wheel)`; measures `(wheel)`, NaN-free: `known_<name> (wheel)` says where a measure is there,
-        it is 0 elsewhere.
+        `profile_y, profile_z (wheel, point)`; `wheel_name` (that of the file where several say to be one
+        wheel), `file`, `exceeded`, `not_judged`, `judged`, `kind (wheel)`; measures `(wheel)`, NaN-free:
+        `known_<name> (wheel)` says where a measure is there, it is 0 elsewhere.
     """
     good = [row for row in rows if row.measured]
-    longest = max((len(row.y) for row in good), default=0)
     often = Counter(row.wheel for row in good)
-    data: dict[str, Any] = {}
-    for name in ("profile_y", "profile_z"):
-        lines = [getattr(row, name[-1]) for row in good]
-        padded = [np.concatenate((line, np.repeat(line[-1:], longest - len(line)))) for line in lines]
-        data[name] = _variable(name, ("wheel", "point"), np.stack(padded) if padded else np.empty((0, 0)))
+    data: dict[str, Any] = {
+        f"profile_{axis}": _variable(
+            f"profile_{axis}", ("wheel", "point"), np.array([getattr(row, axis) for row in good], ndmin=2)
+        )
+        for axis in "yz"
+    }
     for name in dict.fromkeys(name for row in good for name in row.values):
         known = np.array([name in row.values for row in good], dtype=np.int8)
-        data[name] = _variable(name, ("wheel",), [row.values.get(name, 0.0) for row in good])
+        data[name] = _variable(name, "wheel", [row.values.get(name, 0.0) for row in good])
         data[f"known_{name}"] = ("wheel", known, {"long_name": f"whether {name} is known"})
     attributes = {
         "reference_label": "",
@@ -152,18 +150,18 @@ def fleet_dataset(
     }
     if reference is not None:
         profile = reference.profile
-        data["reference_y"] = _variable("profile_y", ("reference_point",), profile.y)
-        data["reference_z"] = _variable("profile_z", ("reference_point",), profile.z)
+        data["reference_y"] = _variable("profile_y", "reference_point", profile.y)
+        data["reference_z"] = _variable("profile_z", "reference_point", profile.z)
         attributes |= {"reference_label": profile.name, "reference_kind": profile.kind}
-    texts = {
-        "wheel_name": [row.file if often[row.wheel] > 1 else row.wheel for row in good],
-        "file": [row.file for row in good],
-        "kind": [row.identity["kind"] for row in good],
-        "exceeded": [" ".join(row.exceeded) for row in good],
-        "not_judged": [" ".join(row.not_judged) for row in good],
-        "judged": np.array([row.judged for row in good], dtype=np.int8),
+    data |= {
+        "wheel_name": ("wheel", [row.file if often[row.wheel] > 1 else row.wheel for row in good]),
+        "file": ("wheel", [row.file for row in good]),
+        "kind": ("wheel", [row.identity["kind"] for row in good]),
+        "exceeded": ("wheel", [" ".join(row.exceeded) for row in good]),
+        "not_judged": ("wheel", [" ".join(row.not_judged) for row in good]),
+        "judged": ("wheel", np.array([row.judged for row in good], dtype=np.int8)),
     }
-    return xr.Dataset(data | {name: ("wheel", text) for name, text in texts.items()}, attrs=attributes)
+    return xr.Dataset(data, attrs=attributes)
 
 
 def _origin(rail: ProfileInput, comparison: Comparison | None) -> str:
@@ -180,5 +178,5 @@ def _moved(points: FloatArray, alignment: Alignment) -> FloatArray:
     return np.asarray(rotated + np.array([alignment.dy, alignment.dz]))
 
 
-def _variable(name: str, dimensions: tuple[str, ...], values: Any) -> xr.Variable:
+def _variable(name: str, dimensions: str | tuple[str, ...], values: Any) -> xr.Variable:
     return xr.Variable(dimensions, np.asarray(values, dtype=np.float64), QUANTITIES[name].attributes)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -14,11 +15,11 @@ from wearsim.profile.files import FORMATS
 from wearsim.profile.inspection import Conditions, Inspection, inspect_profile
 from wearsim.profile.inspection.inputs import ProfileInput, read_input
 from wearsim.profile.limits import LimitSet
-from wearsim.profile.shape import FloatArray, Kind, Profile, arc_length
+from wearsim.profile.shape import FloatArray, Kind, arc_length
 
 # extensions of text files that are tried as well as those of the known formats
 _PLAIN_SUFFIXES = (".csv", ".txt", ".dat", ".asc", ".tsv", ".xy", ".prf")
-_OUTLINE = 240  # points of an outline kept for figures
+_OUTLINE = 240  # points of an outline kept for small figures
 _ID_KEYS = {"stock": "Stock", "car": "CarNo", "axle": "AxleNo", "side": "Side"}
 _EXPECTED = ("flange_height", "flange_thickness", "flange_gradient", "hollowing", "rim_width")
 
@@ -38,7 +39,7 @@ class FleetRow:
     warnings: tuple[str, ...] = ()  # what speaks against the wear
     fault: str = ""  # why it was not measured or not compared
     measured: bool = False  # whether it could be read
-    # outline of at most `_OUTLINE` points [m]
+    # outline of `_OUTLINE` points at even arc length [m]
     y: FloatArray = field(repr=False, default_factory=lambda: np.empty(0))
     z: FloatArray = field(repr=False, default_factory=lambda: np.empty(0))
 
@@ -61,8 +62,9 @@ def profile_files(folder: Path, every: bool = False) -> tuple[list[Path], list[s
         paths = sorted(path for path in folder.iterdir() if not path.name.startswith("."))
         folders = [path for path in paths if path.is_dir()]
     except OSError as error:
-        raise ProfileError(f"{folder}: cannot be read ({error.strerror}); check its permissions") from error
-    # links to nothing and pipes are listed, too: their rows say what they are
+        raise ProfileError(
+            f"{folder} cannot be read ({error.strerror}); give a folder of profile files"
+        ) from error
     files = [path for path in paths if path not in folders]
     taken = [path for path in files if every or path.suffix.lower() in known]
     others = [path.name for path in files if path not in taken]
@@ -82,49 +84,43 @@ def fleet_rows(
     Nothing but the rows is kept; `kind` is that of all files, if it is stated.
     """
     for path in files:
-        if not path.is_file():
-            what = "is a link to nothing" if path.is_symlink() else "is no regular file"
-            yield FleetRow(path.name, fault=f"{what}; it was not read")
-            continue
         try:
             given = read_input(str(path), kind, at.statements)
         except WearsimError as error:
-            yield FleetRow(path.name, fault=_one_line(path, str(error)))
-            continue
-        yield _row(path, given, at, limits, against)
+            yield FleetRow(path.name, fault=_one_line(path, error))
+        else:
+            yield _row(path, given, at, limits, against)
 
 
-def _one_line(path: Path, text: str) -> str:
-    """First fault of a file, without its path, and how many there are."""
-    lines = [line.replace(f"{path}:", "", 1).strip() for line in text.splitlines()]
-    rest = f" (and {len(lines) - 1} more)" if len(lines) > 1 else ""
-    first = f"line {lines[0]}" if lines[0].partition(":")[0].isdecimal() else lines[0]
-    return first + rest
+def _one_line(path: Path, error: WearsimError) -> str:
+    """First fault of a file, without its folder, and how many there are."""
+    first, *rest = str(error).replace(str(path), path.name).splitlines()
+    return f"{first} (and {len(rest)} more)" if rest else first
 
 
 def _row(
     path: Path, given: ProfileInput, at: Conditions, limits: LimitSet | None, against: ProfileInput | None
 ) -> FleetRow:
     """Row of a file that could be read."""
-    fault, apart = "", tuple[str, ...]()
-    reference = against if against is not None and against.kind == given.kind else None
-    if against is not None and reference is None:
-        apart = (f"a {given.kind}, not compared with the {against.kind} {against.profile.name}",)
     identity = {key: " ".join(given.key(name).split())[:60] for key, name in _ID_KEYS.items()}
     identity = {key: text for key, text in identity.items() if text}
     identity |= {"kind": given.kind, "format": given.format}
-    amplitudes = (JUDGED_AMPLITUDE,)
-    for other in (reference, None):  # where it cannot be compared, it is measured alone
+    if against is not None and against.kind != given.kind:
+        given = given.noted(f"a {given.kind}, not compared with the {against.kind} {against.profile.name}")
+        against = None
+    inspect = partial(
+        inspect_profile, given, at, limits, amplitudes=(JUDGED_AMPLITUDE,), measure_reference=False
+    )
+    fault = ""
+    try:
         try:
-            result = inspect_profile(
-                given, at, limits, against=other, amplitudes=amplitudes, measure_reference=False
-            )
-            break
-        except WearsimError as error:
-            fault = _one_line(path, str(error))
-    else:
-        return FleetRow(path.name, identity, notes=(*given.notes, *apart), fault=fault)
-    notes, warnings = (*result.given.notes, *apart), tuple[str, ...]()
+            result = inspect(against=against)
+        except WearsimError as error:  # where it cannot be compared, it is measured alone
+            fault = _one_line(path, error)
+            result = inspect()
+    except WearsimError as error:
+        return FleetRow(path.name, identity, notes=given.notes, fault=_one_line(path, error))
+    notes, warnings = result.given.notes, tuple[str, ...]()
     if result.measures:
         # of what every wheel has; a diameter that nobody stated is no fault
         missing = result.measures["right"].missing
@@ -133,7 +129,9 @@ def _row(
         warnings = result.comparison.warnings
         identity["align"] = result.comparison.alignment.rule
     judged = (result.exceeded, result.not_judged, bool(result.judgements))
-    y, z = _outline(result.aligned)
+    s = arc_length(result.aligned.y, result.aligned.z)
+    at_even = np.linspace(0.0, s[-1], _OUTLINE)
+    y, z = (np.interp(at_even, s, line) for line in (result.aligned.y, result.aligned.z))
     return FleetRow(
         path.name, identity, _values(result), *judged, (*notes, *warnings), warnings, fault, True, y, z
     )
@@ -146,15 +144,6 @@ def _values(result: Inspection) -> dict[str, float]:
         values["equivalent_conicity"] = conicity
     if result.comparison is not None:
         wear, rms = result.comparison.wear, result.comparison.alignment.rms
-        values |= {"worn_area": wear.worn_area, "max_wear_depth": wear.max_depth}
+        values |= {"worn_area": wear.worn_area, "max_wear_depth": wear.max_wear_depth}
         values |= {} if rms is None else {"alignment_rms": rms}
     return values
-
-
-def _outline(profile: Profile) -> tuple[FloatArray, FloatArray]:
-    """Points at even arc length, few enough for small figures of hundreds of profiles."""
-    s = arc_length(profile.y, profile.z)
-    if len(s) <= _OUTLINE:
-        return profile.y, profile.z
-    at = np.linspace(0.0, s[-1], _OUTLINE)
-    return np.interp(at, s, profile.y), np.interp(at, s, profile.z)

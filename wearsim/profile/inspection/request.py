@@ -12,6 +12,7 @@ from wearsim.errors import Fault, ProfileError, SceneError
 from wearsim.profile.alignment import ALIGNMENTS
 from wearsim.profile.files import FORMATS, WRITTEN_FORMATS
 from wearsim.profile.files.axes import ORIGINS, UNITS
+from wearsim.profile.files.points import MAX_SLICES
 from wearsim.profile.inspection import Conditions, counterpart_of
 from wearsim.profile.inspection.inputs import ProfileInput, read_input
 from wearsim.profile.limits import LimitSet, load_limits
@@ -20,7 +21,7 @@ from wearsim.profile.placement import slope_of
 from wearsim.quantities import QUANTITIES
 from wearsim.toml_faults import decimal
 
-_PICTURES = ("png", "svg", "pdf")
+_PICTURES = (".png", ".svg", ".pdf")
 _NUMBERS = {  # quantity whose input range holds
     "below_tip_mm": "below_tip",
     "level_mm": "level",
@@ -33,11 +34,19 @@ _NUMBERS = {  # quantity whose input range holds
     "smooth_mm": "noise_wavelength",
 }
 _NAMES = ("name", "left", "rail", "wheel", "against", "reprofile_to", "limits", "fleet", "out", "csv", "plot")
-_SINGLE = ("left", "convert", "out", "part", "slice", "left_diameter_mm", "reprofile_to")  # not of a folder
+_SINGLE = ("name", "left", "convert", "out", "part", "slice", "left_diameter_mm", "reprofile_to")
 _WHEEL_ONLY = ("below_tip_mm", "level_mm", "running_circle_mm", "left", "limits", "rail", "reprofile_to",
                "origin")  # fmt: skip
 _CHOICES = {"units": UNITS, "origin": ORIGINS, "format": FORMATS, "kind": ("wheel", "rail"),
             "convert": WRITTEN_FORMATS}  # fmt: skip
+_NEEDS = {  # each acts with one of the others only
+    "out": ("convert",), "overwrite": ("convert", "csv"), "align": ("against",), "rotate": ("against",),
+    "left_diameter_mm": ("diameter_mm", "wheel_radius_mm"),
+}  # fmt: skip
+_EXCLUDE = (
+    ("rail", "wheel"), ("diameter_mm", "wheel_radius_mm"), ("mirror", "no_mirror"), ("z_up", "z_down"),
+    *(("fleet", single) for single in _SINGLE),
+)  # fmt: skip
 _T = TypeVar("_T")
 
 
@@ -69,7 +78,7 @@ class Request:
                 self.inclination = slope_of(self.given["inclination"].strip())
             except ValueError as error:
                 self.faults.append(f"--inclination = {_short(self.given['inclination'])} {error}")
-        self.faults += [*self._subject_faults(), *self._output_faults(), *self._comparison_faults()]
+        self.faults += [*self._pair_faults(), *self._output_faults()]
         if "wheel_radius_mm" in self.numbers:
             self.numbers["diameter_mm"] = 2.0 * self.numbers.pop("wheel_radius_mm")
 
@@ -125,8 +134,6 @@ class Request:
                 f"--wheel is the wheel on a rail, {name} is a wheel itself; give --left or --rail, or leave "
                 "it out"
             )
-        if "left_diameter_mm" in self.numbers and "diameter_mm" not in self.numbers:
-            self.faults.append("--left-diameter-mm needs --diameter-mm, that of the right wheel")
         known = [rule for rule, each in ALIGNMENTS.items() if kind in each.kinds]
         if self.align is not None and self.align not in known:
             self.faults.append(f"--align = {_short(self.align)} must be one of {', '.join(known)}")
@@ -143,90 +150,66 @@ class Request:
         """Names that the operating system does not accept."""
         for key in _NAMES:
             text = self.given[key]
-            if text is None:
-                continue
-            if not text.strip() or "\0" in text:
-                yield f"{flag_of(key)} = {_short(text)!r} must not be empty or hold zero bytes"
-                continue
-            try:
-                Path(text).stat()
-            except OSError as error:
-                if error.errno == errno.ENAMETOOLONG:
-                    yield f"{flag_of(key)} = {_short(text)}... is too long a name; give a shorter one"
+            if text is not None and not text.strip():
+                yield f"{flag_of(key)} = {text!r} must not be empty"
+            elif text is not None:
+                try:
+                    Path(text).stat()
+                except ValueError:
+                    yield f"{flag_of(key)} = {_short(text)!r} must not hold zero bytes"
+                except OSError as error:
+                    if error.errno == errno.ENAMETOOLONG:
+                        yield f"{flag_of(key)} = {_short(text)}... is too long a name; give a shorter one"
 
-    def _subject_faults(self) -> Iterator[str]:
-        """Faults of what is inspected: one profile or a folder."""
-        if self.fleet is None:
-            if self.name is None:
-                yield "give a profile, NAME or FILE, or a folder with --fleet DIR"
-            return
-        if self.name is not None:
-            yield (
-                f"--fleet and a profile ({_short(self.name)}) exclude each other; the reference of a fleet "
-                "is given with --against"
-            )
-        single = [flag_of(key) for key in _SINGLE if self.given[key] is not None]
-        for flag in single:
-            yield f"{flag} belongs to one profile, --fleet measures many; leave one of them out"
-        folder = Path(self.fleet)
-        into = self.csv not in (None, "-") and Path(self.csv).resolve().parent == folder.resolve()
-        if into:
-            yield (
-                f"--csv = {_short(self.csv)} lies in the folder of --fleet, whose next run would take the "
-                "table for a profile; choose another folder"
-            )
-        if self.name is None and not (single or into or folder.is_dir()):
-            what = "is no folder" if folder.exists() else "does not exist"
-            yield f"--fleet = {self.fleet} {what}; give a folder of profile files"
+    def _pair_faults(self) -> Iterator[str]:
+        """List flags that need or exclude others."""
+        given = self.given
+        if given["fleet"] is None and given["name"] is None:
+            yield "give a profile, NAME or FILE, or a folder with --fleet DIR"
+        for key, others in _NEEDS.items():
+            if given[key] and not any(given[other] for other in others):
+                yield f"{flag_of(key)} acts with {' or '.join(map(flag_of, others))} only; leave it out"
+        for pair in _EXCLUDE:
+            if all(given[key] for key in pair):
+                yield f"{' and '.join(map(flag_of, pair))} exclude each other; give one of them"
+        if self.rotate and self.align not in (None, "best_fit"):
+            yield f"--rotate belongs to --align best_fit, not to {_short(self.align)}; leave one out"
 
     def _output_faults(self) -> Iterator[str]:
-        plot, csv = self.plot, self.csv
-        if self.out and not self.convert:
-            yield "--out needs --convert: it names the file that is written"
-        if self.overwrite and not self.convert and csv in (None, "-"):
-            yield "--overwrite needs --convert or --csv: nothing else is guarded"
-        if self.json and csv == "-":
+        """Files that must not be written."""
+        if self.json and self.csv == "-":
             yield "--json and --csv - exclude each other on stdout; give --csv a file"
-        if plot and Path(plot).suffix[1:].lower() not in _PICTURES:
-            yield f"--plot = {_short(plot)} must end with .{', .'.join(_PICTURES)}"
-        files = {key: self.given[key] for key in ("out", "csv", "plot") if self.given[key] not in (None, "-")}
-        for key, text in files.items():
-            named = f"--{key} = {_short(text)}"
-            if not Path(text).parent.is_dir():
+        if self.plot and Path(self.plot).suffix.lower() not in _PICTURES:
+            yield f"--plot = {_short(self.plot)} must end with {', '.join(_PICTURES)}"
+        files = {
+            key: Path(self.given[key]) for key in ("out", "csv", "plot") if self.given[key] not in (None, "-")
+        }
+        for key, path in files.items():
+            named = f"--{key} = {_short(str(path))}"
+            if not path.parent.is_dir():
                 yield f"{named}: the folder does not exist; make it first"
-            elif Path(text).is_dir():
+            elif path.is_dir():
                 yield f"{named} is a folder; give the name of a file in it"
-            elif key == "csv" and Path(text).exists() and not self.overwrite:
+            elif key == "csv" and path.exists() and not self.overwrite:
                 yield f"{named} exists already; choose another name or add --overwrite"
-        if len({str(Path(text)) for text in files.values()}) < len(files):
+            elif key == "csv" and self.fleet and path.resolve().parent == Path(self.fleet).resolve():
+                yield f"{named} lies in the folder of --fleet, whose next run would read it; choose another"
+        if len(set(files.values())) < len(files):
             yield "--out, --csv and --plot must not name the same file"
-
-    def _comparison_faults(self) -> Iterator[str]:
-        for key in ("align", "rotate"):
-            if self.given[key] and not self.against:
-                yield f"--{key} needs --against: it says how the profile is laid on the other"
-        if self.rotate and self.against and self.align not in (None, "best_fit"):
-            yield f"--rotate belongs to --align best_fit, not to {_short(self.align)}; leave one out"
-        if self.rail and self.wheel:
-            yield "--rail and --wheel exclude each other; give the counterpart of the profile"
-        if {"diameter_mm", "wheel_radius_mm"} <= self.numbers.keys():
-            yield "--diameter-mm and --wheel-radius-mm exclude each other; give one of them"
 
     def _statements(self) -> dict[str, Any]:
         """Arguments of `read_profile`."""
         keys = ("format", "units", "origin", "part")
         statements = {key: self.given[key] for key in keys if self.given[key] is not None}
         for key, no in (("mirror", "no_mirror"), ("z_up", "z_down")):
-            if self.given[key] and self.given[no]:
-                self.faults.append(f"{flag_of(key)} and {flag_of(no)} contradict each other")
-            elif self.given[key] or self.given[no]:
+            if self.given[key] or self.given[no]:
                 statements[key] = bool(self.given[key])
         if self.slice is not None:
-            text = self.slice.strip()
-            if text.isascii() and text.isdecimal() and 1 <= int(text[:9]) <= 100_000:
-                statements["slice"] = int(text)
+            number = decimal(self.slice)
+            if 1.0 <= number <= MAX_SLICES and number.is_integer():
+                statements["slice"] = int(number)
             else:
-                self.faults.append(f"--slice = {_short(text)} must be a whole number from 1")
+                self.faults.append(f"--slice = {_short(self.slice)} must be a whole number from 1")
         return statements
 
     def _numbers(self) -> dict[str, float]:

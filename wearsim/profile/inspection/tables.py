@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -94,15 +94,23 @@ def _wrapped(word: str, text: str) -> list[str]:
     return lines or [first]
 
 
-def _mm(value: float, form: str = ".3f", factor: float = 1e3) -> str:
-    """Length in mm; what rounds to nothing has no sign."""
-    return f"{round(factor * value, 3) + 0.0:{form}}"
+def _table(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Lines of a table, its first column to the left and the others to the right."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return [
+        "  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]).rstrip() for row in rows
+    ]
+
+
+def _number(value: float | None, form: str = ".3f", factor: float = 1e3) -> str:
+    """Length in mm, - for none; what rounds to nothing has no sign."""
+    return "-" if value is None else f"{round(factor * value, 3) + 0.0:{form}}"
 
 
 def _comparison(comparison: Comparison) -> list[str]:
     """Alignment and wear."""
     alignment, wear = comparison.alignment, comparison.wear
-    dy, dz, angle = (_mm(each, "+.3f") for each in (alignment.dy, alignment.dz, alignment.angle))
+    dy, dz, angle = (_number(each, "+.3f") for each in (alignment.dy, alignment.dz, alignment.angle))
     rest = "" if alignment.rms is None else f"; {1e6 * alignment.rms:.1f} µm rms left"
     zones = ", ".join(f"{name} {1e6 * area:.2f}" for name, area in wear.zone_areas.items())
     return [
@@ -112,7 +120,7 @@ def _comparison(comparison: Comparison) -> list[str]:
         f"  {'moved by':<10} y {dy} mm, z {dz} mm, rotated by {angle} mrad{rest}",
         f"  {'':<10} measures and running behaviour below are of the profile as measured, not moved",
         f"  worn area  {1e6 * wear.worn_area:.2f} mm² ({zones})",
-        f"  deepest    {1e3 * wear.max_depth:.3f} mm at y = {1e3 * wear.max_depth_y:.2f} mm",
+        f"  deepest    {1e3 * wear.max_wear_depth:.3f} mm at y = {1e3 * wear.max_wear_depth_y:.2f} mm",
         *_wrapped("", wear.note),
         *(line for warning in comparison.warnings for line in _wrapped("WARNING", warning)),
     ]
@@ -124,11 +132,11 @@ def reprofiled_text(template: ProfileInput, wheels: Sequence[ReprofiledWheel]) -
     for each in wheels:
         word = f"{each.side} wheel: " if each.side else ""
         after = "" if each.diameter is None else f", to {1e3 * each.diameter:.3f} mm"
-        lines.append(f"  {word}the lathe takes {_mm(each.diameter_loss)} mm of the diameter{after}")
+        lines.append(f"  {word}the lathe takes {_number(each.diameter_loss)} mm of the diameter{after}")
     tight = min(wheels, key=lambda each: each.reprofiling.slack)
     whose, cut = f" of the {tight.side} wheel" if tight.side else "", tight.reprofiling
     lines += _wrapped("", f"decided at y = {1e3 * cut.place:.2f} mm{whose}, where nothing is taken; compared "
-                          f"from y = {1e3 * cut.start:.2f} to {1e3 * cut.end:.2f} mm, flange backs on each "
+                          f"from {1e3 * cut.start:.2f} to {1e3 * cut.end:.2f} mm, flange backs on each "
                           "other")  # fmt: skip
     if len(wheels) == 2 and any(each.diameter is None for each in wheels):
         lines += _wrapped("", "both diameters are not known (--diameter-mm, --left-diameter-mm): taken for "
@@ -136,49 +144,38 @@ def reprofiled_text(template: ProfileInput, wheels: Sequence[ReprofiledWheel]) -
     return "\n".join(lines)
 
 
-def _row(title: str, cells: Iterable[str], width: int, first: int) -> str:
-    return f"{title:<{first}}" + "".join(f"{cell:>{width}}" for cell in cells)
-
-
 def _measures(result: Inspection) -> list[str]:
     """Gauge values, of both wheels or against another."""
-    several = len(result.measures) > 1
-    columns = [
-        (_cut(body if several else result.given.profile.name), each) for body, each in result.measures.items()
-    ]
-    comparison, more = result.comparison, list[str]()
-    if comparison is not None and comparison.measures is not None:
-        columns.append((_cut(comparison.reference.profile.name), comparison.measures))
-        more = ["difference"]
-    lines = [_row("measures [mm]", [*(title for title, _ in columns), *more], 18, 38)]
+    several, comparison = len(result.measures) > 1, result.comparison
+    columns = {body if several else result.given.profile.name: each for body, each in result.measures.items()}
+    before = None if comparison is None else comparison.measures
+    rows = [["measures [mm]", *columns]]
+    if comparison is not None and before is not None:
+        rows[0] += [comparison.reference.profile.name, "difference"]
     for name in MEASURES:
-        values = [each.values.get(name) for _, each in columns]
-        if name in IF_STATED and not any(value is not None for value in values):
+        values = [each.values.get(name) for each in columns.values()]
+        old = None if before is None else before.values.get(name)
+        if old is None and all(value is None for value in values):
             continue
-        cells = [_mm(value) if value is not None else "-" if name in each.missing else ""
-                 for value, (_, each) in zip(values, columns, strict=True)]  # fmt: skip
-        first, last = values[0], values[-1]
-        if more and first is not None and last is not None:
-            cells.append(_mm(first - last, "+.3f"))
-        lines.append(_row(f"  {_named(name)}", cells, 18, 38))
-    lines += [f"  {why}" for why in _reasons(columns)]
+        row = [f"  {_named(name)}", *map(_number, values)]
+        if before is not None:
+            now = values[0]
+            change = None if now is None or old is None else now - old
+            row += [_number(old), _number(change, "+.3f")]
+        rows.append(row)
+    whys = [
+        f"  no {QUANTITIES[name].meaning}{f' of {body}' if several else ''}: {why}"
+        for body, each in columns.items()
+        for name, why in each.missing.items()
+        if name not in IF_STATED
+    ]
     at = result.conditions.distances
-    lines.append(
+    return [
+        *_table(rows),
+        *whys,
         f"  running circle {1e3 * at.flange_back:g} mm from the flange back; Sd {1e3 * at.level:g} mm above "
-        f"it; qR from there to {1e3 * at.below_tip:g} mm below the flange tip"
-    )
-    return lines
-
-
-def _reasons(columns: Sequence[tuple[str, Measures]]) -> Iterable[str]:
-    """Why measures are missing, each reason once."""
-    missing: dict[tuple[str, str], list[str]] = {}
-    for name in MEASURES:
-        for title, measures in columns:
-            if name in measures.missing and name not in IF_STATED:
-                whose = f" of {title}" if len(columns) > 1 else ""
-                missing.setdefault((whose, measures.missing[name]), []).append(QUANTITIES[name].meaning)
-    return (f"no {', '.join(names)}{whose}: {why}" for (whose, why), names in missing.items())
+        f"it; qR from there to {1e3 * at.below_tip:g} mm below the flange tip",
+    ]
 
 
 def _named(name: str) -> str:
@@ -186,50 +183,35 @@ def _named(name: str) -> str:
     return f"{QUANTITIES[name].meaning} {symbol}" if symbol in _SYMBOLS else QUANTITIES[name].meaning
 
 
-def _cut(title: str, most: int = 17) -> str:
-    return title if len(title) <= most else f"{title[: most - 1]}…"
-
-
 def _limits(result: Inspection) -> list[str]:
     """Each limit with what is left, and where it comes from."""
     if result.limits is None or not result.judgements:
         return ["no limits for these measures"]
-    lines = [f"{f'limits [mm] ({result.limits.name})':<42}{'value':>9}{'min':>8}{'max':>8}  margin"]
-    rows: dict[tuple[str, str, str], list[Judgement]] = {}
+    rows = [[f"limits [mm] ({result.limits.name})", "value", "limit"]]
     for body, each in result.judgements:
+        factor = QUANTITIES[each.measure].shown_factor
         whose = f"{body} " if len(result.measures) > 1 and body != "axle" else ""
-        rows.setdefault((whose, each.measure, each.source), []).append(each)
-    for (whose, measure, _), group in rows.items():
-        lines.append(f"  {whose + _named(measure):<40}{_judgement(measure, group)}")
+        limit = "-" if each.limit is None else f"{each.limit * factor:g}"
+        rows.append(
+            [f"  {whose}{_named(each.measure)}", _number(each.value, factor=factor), f"{each.bound} {limit}"]
+        )
+    remarks = ["margin", *(_margin(each) for _, each in result.judgements)]
+    lines = [f"{line}  {remark}" for line, remark in zip(_table(rows), remarks, strict=True)]
     lines.append(f"  {result.limits.title}")
-    for source, certainty in dict.fromkeys(
-        (each.source, each.certainty) for body, each in result.judgements if body == "right"
-    ):
+    for source, certainty in dict.fromkeys((each.source, each.certainty) for _, each in result.judgements):
         lines += _wrapped("source", source) + _wrapped("certainty", certainty)
     return lines
 
 
-def _judgement(measure: str, group: Sequence[Judgement]) -> str:
-    """Value, limits and margin of one measure, or why it cannot be checked."""
-    factor = QUANTITIES[measure].shown_factor
-    value = group[0].value
-    bounds = {each.bound: each.limit for each in group}
-    least, most = ("-" if (at := bounds.get(key)) is None else f"{at * factor:g}" for key in ("min", "max"))
-    margins = [(each.margin, each) for each in group if each.margin is not None]
-    texts = []
-    if margins:
-        margin, nearest = min(margins, key=lambda pair: pair[0])
-        size = abs(margin) * factor
-        text = f"{size:.3f}" if size >= 0.0005 else "less than 0.001"
-        texts.append(f"EXCEEDED by {text}" if nearest.exceeded else f"{text} left to the {nearest.bound}")
-        texts += dict.fromkeys(f"for {each.condition}" for _, each in margins if each.condition)
-    for why in dict.fromkeys(each.reason for each in group if each.reason):
-        of = [each.bound for each in group if each.reason == why]
-        # of one bound it matters which, of all bounds it does not
-        which = f"{of[0]} " if len(group) > len(of) else ""
-        texts.append(f"{which}not checked: {why}{' (--diameter-mm)' if why == NO_DIAMETER else ''}")
-    shown = "-" if value is None else f"{value * factor:.3f}"
-    return f"{shown:>9}{least:>8}{most:>8}  {'; '.join(texts)}"
+def _margin(judgement: Judgement) -> str:
+    """Return what is left to a limit, or why it cannot be checked."""
+    if judgement.margin is None:
+        flag = " (--diameter-mm)" if judgement.reason == NO_DIAMETER else ""
+        return f"not checked: {judgement.reason}{flag}"
+    size = abs(judgement.margin) * QUANTITIES[judgement.measure].shown_factor
+    text = f"{size:.3f}" if size >= 0.0005 else "less than 0.001"
+    condition = f", for {judgement.condition}" if judgement.condition else ""
+    return (f"EXCEEDED by {text}" if judgement.exceeded else f"{text} left") + condition
 
 
 def _running(result: Inspection) -> list[str]:
@@ -237,30 +219,25 @@ def _running(result: Inspection) -> list[str]:
     run = result.running
     if run is None:
         return [f"no rolling radius difference and conicity: {result.trouble}"]
-    rows = [(run, "")]
+    runs = {"": run}
     if result.comparison is not None and result.comparison.running is not None:
-        rows.append((result.comparison.running, f", {_cut(result.comparison.reference.profile.name)}"))
-    shifts = list(dict.fromkeys(shift for each, _ in rows for shift, _ in each.at))
-    lines = [
-        f"{run.wheel} and {run.left} (left) on {run.track}" if run.left else f"{run.wheel} on {run.track}"
-    ]
-    lines.append(_row("  shift, to the right [mm]", (f"{1e3 * u:.0f}" for u in shifts), 8, 48))
-    for each, title in rows:
+        runs[f", {result.comparison.reference.profile.name}"] = result.comparison.running
+    shifts = list(dict.fromkeys(shift for each in runs.values() for shift, _ in each.at))
+    differences = [["  shift, to the right [mm]", *(f"{1e3 * u:.0f}" for u in shifts)]]
+    conicities = [["  amplitude [mm]", *(f"{1e3 * a:.0f}" for a, _, _ in run.conicity)]]
+    for title, each in runs.items():
         at = dict(each.at)
-        cells = ["" if u not in at else _cell(at[u], 1e3) for u in shifts]
-        lines.append(_row(f"  rolling radius difference{title} [mm]", cells, 8, 48))
-    lines.append(_row("  amplitude [mm]", (f"{1e3 * a:.0f}" for a, _, _ in run.conicity), 8, 48))
-    for each, title in rows:
-        values = (_cell(value, 1.0) for _, value, _ in each.conicity)
-        lines.append(_row(f"  equivalent conicity, EN 15302{title}", values, 8, 48))
-    lines += dict.fromkeys(f"  -: {why}" for each, _ in rows for _, _, why in each.conicity if why)
-    if run.left:
-        lines.append("  equal diameters at both running circles, but for a difference that is stated")
-    return lines
-
-
-def _cell(value: float | None, factor: float) -> str:
-    return "-" if value is None else _mm(value, factor=factor)
+        cells = [_number(at[u]) if u in at else "" for u in shifts]
+        differences.append([f"  rolling radius difference{title} [mm]", *cells])
+        values = [_number(value, factor=1.0) for _, value, _ in each.conicity]
+        conicities.append([f"  equivalent conicity, EN 15302{title}", *values])
+    whys = dict.fromkeys(f"  -: {why}" for each in runs.values() for _, _, why in each.conicity if why)
+    equal = "  equal diameters at both running circles, but for a difference that is stated"
+    wheels = f"{run.wheel} and {run.left} (left)" if run.left else run.wheel
+    return [
+        f"{wheels} on {run.track}", *_table(differences), *_table(conicities), *whys,
+        *([equal] if run.left else []),
+    ]  # fmt: skip
 
 
 def points_csv(result: Inspection) -> str:
@@ -287,12 +264,9 @@ def as_json(result: Inspection) -> dict[str, Any]:
         value["limits"] = {"name": result.limits.name, "title": result.limits.title}
         value["judgements"] = [{"wheel": body, **asdict(each)} for body, each in result.judgements]
         value |= {"exceeded": list(result.exceeded), "not_judged": list(result.not_judged)}
-    value["track"] = {
-        "gauge": at.gauge,
-        "back_to_back": at.back_to_back or BACK_TO_BACK,
-        "back_to_back_stated": at.back_to_back is not None,
-        "half_span": at.half_span,
-    }
+    value["track"] = _picked(at, "gauge", "half_span") | {
+        "back_to_back": at.back_to_back or BACK_TO_BACK, "back_to_back_stated": at.back_to_back is not None
+    }  # fmt: skip
     value |= _running_json(result.running, result.trouble)
     if result.comparison is not None:
         value["against"] = _comparison_json(result.comparison)
@@ -302,32 +276,29 @@ def as_json(result: Inspection) -> dict[str, Any]:
 def reprofiled_json(template: ProfileInput, wheels: Sequence[ReprofiledWheel]) -> dict[str, Any]:
     """Return the JSON value of wheels on the lathe, SI units."""
     rows = [
-        {
-            "wheel": each.side or "right",
-            "diameter_loss": each.diameter_loss,
-            "wheel_diameter": each.diameter,
-            "place": each.reprofiling.place,
-            "slack": each.reprofiling.slack,
-            "compared": [each.reprofiling.start, each.reprofiling.end],
-        }
+        {"wheel": each.side or "right", "diameter_loss": each.diameter_loss, "wheel_diameter": each.diameter,
+         **_picked(each.reprofiling, "place", "slack"),
+         "compared": [each.reprofiling.start, each.reprofiling.end]}
         for each in wheels
-    ]
+    ]  # fmt: skip
     return {"template": _profile_json(template), "wheels": rows}
 
 
 def _profile_json(given: ProfileInput) -> dict[str, Any]:
     y, z = given.profile.y, given.profile.z
-    fields = ("given", "kind", "format", "title", "source", "certainty")
     return {
         "name": given.profile.name,
-        **{key: getattr(given, key) for key in fields},
-        "notes": list(given.notes),
-        "header": dict(given.header),
+        **_picked(given, "given", "kind", "format", "title", "source", "certainty", "notes", "header"),
         "points": len(y),
         "length": float(arc_length(y, z)[-1]),
         "y_range": [float(y.min()), float(y.max())],
         "z_range": [float(z.min()), float(z.max())],
     }
+
+
+def _picked(record: object, *names: str) -> dict[str, Any]:
+    """Take some fields of a record."""
+    return {name: getattr(record, name) for name in names}
 
 
 def _measures_json(measures: Measures | None) -> dict[str, Any] | None:
@@ -340,33 +311,30 @@ def _measures_json(measures: Measures | None) -> dict[str, Any] | None:
 def _running_json(run: Running | None, trouble: str) -> dict[str, Any]:
     if run is None:
         return {"running": None, "trouble": trouble}
-    names = {"wheel": run.wheel, "left": run.left or run.wheel, "rail": run.rail, "track": run.track}
     return {
         "running": {
-            **names,
-            "rolling_radius_difference": [{"shift": shift, "value": value} for shift, value in run.at],
+            **_picked(run, "wheel", "rail", "track"),
+            "left": run.left or run.wheel,
+            "rolling_radius_difference": [
+                dict(zip(("shift", "value"), each, strict=True)) for each in run.at
+            ],
             "equivalent_conicity": [
-                {"amplitude": a, "value": value, "reason": why} for a, value, why in run.conicity
+                dict(zip(("amplitude", "value", "reason"), each, strict=True)) for each in run.conicity
             ],
         }
     }
 
 
 def _comparison_json(comparison: Comparison) -> dict[str, Any]:
-    alignment, wear = comparison.alignment, comparison.wear
     return {
         "profile": _profile_json(comparison.reference),
-        "alignment": {key: getattr(alignment, key) for key in ("rule", "dy", "dz", "angle", "rms", "note")},
-        "worn_area": wear.worn_area,
-        "zone_areas": dict(wear.zone_areas),
-        "max_wear_depth": wear.max_depth,
-        "max_wear_depth_y": wear.max_depth_y,
-        "compared_length": wear.compared_length,
-        "note": wear.note,
+        "alignment": _picked(comparison.alignment, "rule", "dy", "dz", "angle", "rms", "note"),
+        **_picked(comparison.wear, "worn_area", "zone_areas", "max_wear_depth", "max_wear_depth_y",
+                  "compared_length", "note"),
         "warnings": list(comparison.warnings),
         "measures": _measures_json(comparison.measures),
         **_running_json(comparison.running, ""),
-    }
+    }  # fmt: skip
 
 
 def fleet_json(row: FleetRow) -> dict[str, object]:
@@ -376,9 +344,7 @@ def fleet_json(row: FleetRow) -> dict[str, object]:
         "wheel": row.wheel,
         **row.identity,
         **{name: row.values.get(name) for name, _, _ in _FLEET.values()},
-        "exceeded": list(row.exceeded),
-        "not_judged": list(row.not_judged),
-        "notes": list(row.notes),
+        **_picked(row, "exceeded", "not_judged", "notes"),
         "fault": row.fault or None,
     }
 
@@ -408,32 +374,27 @@ def fleet_text(rows: Sequence[FleetRow]) -> str:
     """Return the table for people: columns that hold something, faults in their row."""
     cells = [_fleet_cells(row) for row in rows]
     used = {key: title for key, (_, _, title) in _FLEET.items() if title and any(cell[key] for cell in cells)}
-    wide = {key: min(max(len(key), *(len(cell[key]) for cell in cells)), 32) for key in ("file", "wheel")}
-    start = f"{'file':<{wide['file']}}  {'wheel':<{wide['wheel']}}"
-    lines = [_row(start, used.values(), 10, 0) + "  beyond limits, faults"]
-    for row, cell in zip(rows, cells, strict=True):
-        remarks = [cell["exceeded"]] if cell["exceeded"] else []
-        remarks += [f"not checked: {cell['not_judged']}"] if cell["not_judged"] else []
-        remarks += ["wear uncertain"] if row.warnings else []
-        remarks += [f"FAULT {cell['fault']}"] if cell["fault"] else []
-        wheel = _cut(cell["wheel"], wide["wheel"]) if row.measured else ""
-        start = f"{_cut(row.file, wide['file']):<{wide['file']}}  {wheel:<{wide['wheel']}}"
-        numbers = [cell[column] or "-" for column in used] if row.measured else []
-        lines.append(f"{_row(start, numbers, 10, 0)}  {'; '.join(remarks)}".rstrip())
+    table = [["file", *used.values()]]
+    table += [[cell["file"], *(cell[key] or "-" for key in used)] for cell in cells]
+    remarks = ["wheel, beyond limits, faults", *map(_remarks, rows, cells)]
+    lines = [f"{line}  {remark}".rstrip() for line, remark in zip(_table(table), remarks, strict=True)]
     if any(row.not_judged and "wheel_diameter" not in row.values for row in rows):
         lines.append(
             "not checked: some limits depend on the wheel diameter, which is not given (--diameter-mm)"
         )
-    lines += [f"wear uncertain: {warning}" for warning in _shared_warnings(rows)]
+    if any(row.warnings for row in rows):
+        lines.append("wear uncertain: the reasons are in the notes of --csv and --json")
     lines.append("lengths in mm" + ("; conicity at 3 mm, EN 15302" if "conicity_3mm" in used else ""))
     return "\n".join(lines)
 
 
-def _shared_warnings(rows: Sequence[FleetRow]) -> list[str]:
-    """Warnings that all rows with warnings share, and where the others are."""
-    each = [row.warnings for row in rows if row.warnings]
-    if not each:
-        return []
-    shared = [warning for warning in each[0] if all(warning in other for other in each)]
-    others = any(len(set(warnings)) > len(shared) for warnings in each)
-    return shared + (["the reasons are in the notes of --csv and --json"] if others else [])
+def _remarks(row: FleetRow, cell: dict[str, str]) -> str:
+    """Return what stands behind the numbers of a row."""
+    words = [
+        cell["wheel"] if row.measured else "",
+        f"beyond limits: {cell['exceeded']}" if row.exceeded else "",
+        f"not checked: {cell['not_judged']}" if row.not_judged else "",
+        "wear uncertain" if row.warnings else "",
+        f"FAULT {row.fault}" if row.fault else "",
+    ]
+    return "; ".join(filter(None, words))

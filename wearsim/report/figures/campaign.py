@@ -328,7 +328,7 @@ def plot_shakedown(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     ax = own_axes(ax)
     places = {row: shakedown_place(dataset, row) for row in (0, last_worn_row(dataset))}
     most = max(float(np.nanmax(friction, initial=0.0)) for friction, _ in places.values())
-    for line, curve in zip(_BOUNDARY_LINES, boundaries("point", max(0.6, 1.1 * most)), strict=True):
+    for line, curve in zip(_BOUNDARY_LINES, boundaries(max(0.6, 1.1 * most)), strict=True):
         text = f"{curve.label} ({curve.certainty})"
         ax.plot(curve.friction, curve.ratio, line, color="#444444", markersize=12.0, label=text)
     for row, (friction, ratio) in places.items():
