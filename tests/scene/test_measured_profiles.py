@@ -1,12 +1,14 @@
 """Measured profiles in scenes: smoothing, noise that would decide the contact, diameters of headers."""
 
 import re
+import tomllib
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from wearsim.campaign.run import run_scene
 from wearsim.contact.solve import solve
 from wearsim.errors import SceneError
 from wearsim.profile.files import read_profile, write_profile
@@ -118,12 +120,15 @@ def test_measured_examples_pass(folder, changed):
     check_contact(scene_of(changed, keys, **changes))
 
 
-def test_noise_of_the_counterface_is_refused_under_its_key(folder, changed):
+def test_noise_of_the_counterface_is_refused_under_its_key_by_whoever_runs_it(folder, changed):
     measured("rail.ban", 10e-6, 3, rail("60E1", 0.0, 1.435, 0.75))
-    with pytest.raises(
-        SceneError, match=r"write smooth_mm = \S+ in \[counterface\], which moves the profile"
-    ):
-        check_contact(scene_of(changed, **{"60E1": "rail.ban"}))
+    scene = scene_of(changed, **{"60E1": "rail.ban"})
+    cure = r"write smooth_mm = \S+ in \[counterface\], which moves the profile"
+    tables = tomllib.loads(Path("scene.toml").read_text())
+    for given, place in ((scene, r"scene\.toml:\d+: "), (tables, r"counterface\.profile: ")):
+        with pytest.raises(SceneError, match=f"^{place}.*{cure}"):
+            run_scene(given, "out")
+    assert not Path("out").exists()
 
 
 def test_part_of_a_roller_is_enough_where_the_contact_lies_inside(folder, changed):

@@ -168,7 +168,7 @@ def load_scene(
         faults = [at_its_source(fault) for fault in error.faults]
         if content is not None:
             lines = key_lines(content.decode())
-            faults = [_by_key(fault, lines) for fault in faults]
+            faults = [by_key(fault, lines) for fault in faults]
         raise SceneError(faults) from error
     return scene
 
@@ -183,8 +183,8 @@ def _scene_file(path: str | Path) -> Path:
     raise SceneError([Fault(message, str(path))])
 
 
-def _by_key(fault: Fault, lines: Lines) -> Fault:
-    """Fault of a dict with its key in place of a line, others as they are."""
+def by_key(fault: Fault, lines: Lines) -> Fault:
+    """Fault of a scene from a dict with its key in place of a line; of other files as they are."""
     if fault.file != str(_DICT):
         return fault
     path = max((path for path, line in lines.items() if line == fault.line), key=len, default=())
