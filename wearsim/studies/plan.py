@@ -15,7 +15,7 @@ from wearsim.damage import fatigue, wear
 from wearsim.damage.fatigue import FATIGUE_LAWS, FatigueSettings
 from wearsim.damage.wear import WEAR_LAWS
 from wearsim.errors import Fault, WearsimError
-from wearsim.quantities import duration
+from wearsim.quantities import QUANTITIES, duration
 from wearsim.results.checks import percent
 from wearsim.scene import CampaignSetup, FieldScene, RigScene, build
 from wearsim.studies.estimate import estimate
@@ -34,9 +34,9 @@ def plan(
     Returns
     -------
     dict
-        JSON values, SI units; `settings` holds every value that would act, defaults included. Steps and
-        their time are estimates for `threads`, by default those of `run_scene`; null where one of the first
-        steps fails, `trial_fault` states why.
+        JSON values, SI units; `settings` holds every value that would act, defaults included. Steps, their
+        time and the end, with the limit met there, are estimates for `threads`, by default those of
+        `run_scene`; null where one of the first steps fails, `trial_fault` states why.
     """
     setup = build(scene)
     points = setup.points
@@ -98,10 +98,11 @@ def _foreseen(setup: CampaignSetup, threads: int) -> tuple[dict[str, Any] | None
     try:
         one = estimate(setup, state, threads)
     except WearsimError as error:
-        return shown, {"steps": None, "seconds": None, "slowest": None, "trial_fault": str(error)}
+        none = dict.fromkeys(("steps", "seconds", "slowest", "end", "limit"))
+        return shown, {**none, "trial_fault": str(error)}
     slowest = {"name": one.slowest, "share": one.share, "held_by": one.held_by}
-    seconds = one.seconds + choosing
-    return shown, {"steps": one.steps, "seconds": seconds, "threads": threads, "slowest": slowest}
+    foreseen = {"steps": one.steps, "seconds": one.seconds + choosing, "threads": threads}
+    return shown, {**foreseen, "slowest": slowest, "end": one.end, "limit": one.limit}
 
 
 def _choice(setup: CampaignSetup, verdict: choose.Verdict) -> dict[str, Any]:
@@ -153,6 +154,9 @@ def _rows(item: dict[str, Any]) -> _Rows:
     if (slowest := item["slowest"]) is not None:
         share = f"{100.0 * slowest['share']:.0f} % of the time"
         yield "slowest", f"{slowest['name']}: {share}, steps held by {slowest['held_by']}"
+    if (met := item["limit"]) is not None:
+        about = float(f"{item['end'] / 1e3:.2g}")
+        yield "end", f"about {about:.12g} km: limit of {QUANTITIES[met].meaning} met"
     if (limits := campaign["limits"]) is not None:
         given = [f"{key} = {value:g}" for key, value in limits.items() if key != "end" and value is not None]
         ends, reported = (
