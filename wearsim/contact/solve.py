@@ -294,7 +294,7 @@ def _at_rest(
         if trial == _MOST_ROLLS - 1:
             moving &= np.abs(aim - roll[rows]) > _LARGEST_CHANGE
         turning[rows], load[rows] = balanced.speed, balanced.load
-        if not moving.all():
+        if rows.size == 0 or not moving.all():
             settled = ~moving[balanced.wheels.normal.patch.row]
             part: Wheels = patches_where(balanced.wheels, settled)
             patch = replace(part.normal.patch, row=rows[part.normal.patch.row])
