@@ -48,11 +48,11 @@ def check_contact(scene: CampaignScene) -> tuple[Fault, ...]:
     warnings: list[Fault] = []
     for part in scene.parts:
         setup = build(part)
-        if noise := noise_faults(part, setup):  # a contact that noise decides has no faults of the scene
-            faults += noise
-            continue
         places = [path for path, _, _, points in shift_ranges(part) for _ in range(points)]
         try:
+            if noise := noise_faults(part, setup):  # a contact that noise decides has no faults of the scene
+                faults += noise
+                continue
             failed, share = _failed(setup)
         except ContactError as error:  # of no point: the grid
             faults.append(part.fault(("contact",), str(error)))
