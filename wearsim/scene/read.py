@@ -40,7 +40,6 @@ from wearsim.toml_faults import (
     content_of,
     is_key,
     key_lines,
-    line_of,
     shown,
     text_of,
     toml_of,
@@ -57,15 +56,6 @@ _MODELS: dict[str, type[Scene]] = {
     "compare": CompareScene,
     "sweep": SweepScene,
 }
-_SCRIPTS = {
-    "published": "seed_tables.py",
-    "location": "seed_figure_2.py",
-    "accuracy": "contact_accuracy.py",
-    "robustness": "where_methods_fail.py",
-    "wear_steps": "wear_step_stability.py",
-}
-"""Kinds of scenes of before: the script in reports/ that writes their report now."""
-
 _DICT = Path("scene.toml")  # name of a scene from a dict in results and run directories
 _INPUTS = "inputs.json"
 _RESERVED = (_INPUTS, "manifest.json")
@@ -265,12 +255,6 @@ def _read(path: Path, role: str, overrides: Sequence[Override] = (), content: by
     header = data.get("scene")
     kind = header.get("kind") if isinstance(header, dict) else None
     named = kind if isinstance(kind, str) else ""
-    if named in _SCRIPTS:
-        message = (
-            f'kind = "{kind}" is no scene any more: `python reports/{_SCRIPTS[named]}` of the repository '
-            f"writes its report; a scene is one of {', '.join(_MODELS)}"
-        )
-        raise SceneError([Fault(message, file, line_of(lines, ("scene", "kind")))])
     own = _overrides_of(overrides, kind, role)
     if own:
         data = merge(data, own, lines)

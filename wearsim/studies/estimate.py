@@ -15,7 +15,7 @@ from wearsim.campaign.choose import models_of
 from wearsim.campaign.control import error_limit, present_block, reached
 from wearsim.campaign.evaluate import setup_of, solve_points
 from wearsim.campaign.evolution import WheelsetEvolution
-from wearsim.campaign.row import Evaluation
+from wearsim.campaign.row import NO_STEP, Evaluation
 from wearsim.campaign.state import State
 from wearsim.contact.patch import FloatArray
 from wearsim.results.limits import LIMITED, ending_limits, worst_of
@@ -37,7 +37,8 @@ class Estimate(NamedTuple):
     share: float  # of the time that it takes [-]
     held_by: str  # what holds most of its steps, one of `quantities.STEP_LIMITS`
     end: float  # distance of the campaign, or where a limit ends it [m]
-    limit: str | None = None  # measure whose limit ends it
+    limit: str | None  # measure whose limit ends it
+    bytes_per_step: int  # of a row of the result file
 
 
 @dataclass
@@ -99,6 +100,7 @@ def estimate(setup: CampaignSetup, start: State, threads: int = 1) -> Estimate:
     loop = float(lengths.sum())
     blocks = np.count_nonzero((lengths > 0.0) & (np.cumsum(lengths) - lengths < total))
     evaluation = evolution.evaluate(start)  # compiles most
+    row = evolution.row(start, evaluation, NO_STEP)
     limits, margin = _margins(setup, evaluation)
     ending = np.isin(limits, list(ending_limits(evolution.header.attributes)))
     state, legs, lathe = start, dict[bytes, _Leg](), [(0.0, margin)]
@@ -161,7 +163,8 @@ def estimate(setup: CampaignSetup, start: State, threads: int = 1) -> Estimate:
             held_by[name] = leg.reasons.most_common(1)[0][0]
     slowest, whole = max(seconds, key=seconds.__getitem__), sum(seconds.values())
     steps = sum(leg.reasons.total() for leg in legs.values())
-    return Estimate(steps, whole, slowest, seconds[slowest] / whole, held_by[slowest], end, limit)
+    size, share = sum(values.nbytes for values in row.values()), seconds[slowest] / whole
+    return Estimate(steps, whole, slowest, share, held_by[slowest], end, limit, size)
 
 
 def _margins(setup: CampaignSetup, evaluation: Evaluation) -> tuple[NDArray[np.str_], FloatArray]:

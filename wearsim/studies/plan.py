@@ -13,15 +13,11 @@ from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.run import available_cores
 from wearsim.damage import fatigue, wear
 from wearsim.damage.fatigue import FATIGUE_LAWS, FatigueSettings
-from wearsim.damage.wear import WEAR_LAWS
 from wearsim.errors import Fault, WearsimError
 from wearsim.quantities import QUANTITIES, duration
 from wearsim.results.checks import percent
 from wearsim.scene import CampaignSetup, FieldScene, RigScene, build
 from wearsim.studies.estimate import estimate
-
-_PATCH_VALUES = 25
-"""Values stored per patch slot: positions, forces, creepages, wear index and the like."""
 
 _Rows = Iterator[tuple[str, str]]
 
@@ -41,15 +37,6 @@ def plan(
     setup = build(scene)
     points = setup.points
     count = len(points.label)
-    vertices = len(setup.wheelset.right.y)
-    # two wheels: y, z, depth, work, depth by regime; eight patch slots per point
-    values = 2 * vertices * (4 + len(WEAR_LAWS[setup.wear.law].regimes)) + count * (8 * _PATCH_VALUES + 2)
-    laws = len(setup.fatigue)
-    values += 2 * vertices * (len(setup.also_evaluate) + (1 + 4 * laws if laws else 0))
-    # wear numbers and the index below the surface; of each law damage, place and index in three units
-    values += count * 8 * (3 + 5 * laws) if laws else 0
-    if setup.counterface_wear is not None:  # its y, z and depth
-        values += 2 * 3 * len(setup.counterface.profile.y)
     choice, foreseen = _foreseen(setup, threads or available_cores())
     return {
         "kind": setup.kind,
@@ -60,8 +47,7 @@ def plan(
         "monitoring_points": int((points.weight == 0).sum()),
         "environment": sorted({float(value) for value in points.environment[points.weight > 0]}),
         "wheels": 2,
-        "profile_points": vertices,
-        "bytes_per_step": 8 * values,
+        "profile_points": len(setup.wheelset.right.y),
         "inputs": [{"name": name, "sha256": digest} for name, digest in setup.input_hashes],
         "wear_coefficients": wear.coefficients_of(setup.wear).name,
         "wear_form": setup.wear.form,
@@ -95,14 +81,14 @@ def _foreseen(setup: CampaignSetup, threads: int) -> tuple[dict[str, Any] | None
         verdict = choose.choice(setup, state, threads=threads)
         choosing = (1 + len(choose.CHECKS)) * (time.perf_counter() - began)
         shown, state = _choice(setup, verdict), replace(state, choice=verdict.choice)
+    keys = ("steps", "seconds", "slowest", "end", "limit", "bytes_per_step")
     try:
         one = estimate(setup, state, threads)
     except WearsimError as error:
-        none = dict.fromkeys(("steps", "seconds", "slowest", "end", "limit"))
-        return shown, {**none, "trial_fault": str(error)}
+        return shown, {**dict.fromkeys(keys), "trial_fault": str(error)}
     slowest = {"name": one.slowest, "share": one.share, "held_by": one.held_by}
-    foreseen = {"steps": one.steps, "seconds": one.seconds + choosing, "threads": threads}
-    return shown, {**foreseen, "slowest": slowest, "end": one.end, "limit": one.limit}
+    values = (one.steps, one.seconds + choosing, slowest, one.end, one.limit, one.bytes_per_step)
+    return shown, {**dict(zip(keys, values, strict=True)), "threads": threads}
 
 
 def _choice(setup: CampaignSetup, verdict: choose.Verdict) -> dict[str, Any]:
@@ -176,7 +162,8 @@ def _rows(item: dict[str, Any]) -> _Rows:
         when += [f"{wear['redress_depth_um']:g} um deep"] if wear["redress_depth_um"] else []
         redressed = f"redressed to their new profile {' or '.join(when)}" if when else "never redressed"
         yield "rollers", f"wear {wear['factor']:g} times as deep per passage as the wheels; {redressed}"
-    yield "result file", f"about {item['bytes_per_step'] / 1e6:.2g} MB per step before compression"
+    if item["bytes_per_step"] is not None:
+        yield "result file", f"{item['bytes_per_step'] / 1e6:.2g} MB per step before compression"
 
 
 def steps_text(item: dict[str, Any]) -> str:
