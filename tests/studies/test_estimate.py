@@ -73,7 +73,7 @@ def test_a_few_steps_of_the_shipped_scenes_tell_how_they_end(scene, monkeypatch)
     setup = build(load_scene(f"workflows/{scene}.toml"))
     start, _ = WheelsetEvolution(setup).start()
     few, every = [], []
-    for result, effort in ((few, 10.0), (every, math.inf)):
+    for result, effort in ((few, 20.0), (every, math.inf)):
         monkeypatch.setattr(estimate, "_EFFORT", effort)
         result.append(estimate.estimate(setup, start))
     assert 0.5 < few[0].steps / every[0].steps < 2.0

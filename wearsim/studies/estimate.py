@@ -106,11 +106,13 @@ def estimate(setup: CampaignSetup, start: State, threads: int = 1) -> Estimate:
     state, legs, lathe = start, dict[bytes, _Leg](), [(0.0, margin)]
     block, until, began = -1, 0.0, time.perf_counter()
     now = began
-    while not reached(state.distance, total) and not (margin[ending] <= 0.0).any():
+    while not legs or not (reached(state.distance, total) or (margin[ending] <= 0.0).any()):
         here, rest = present_block(state.distance, lengths) if loop else (0, 0.0)
         entered, first = here != block, state.distance < loop * (1.0 - 1e-9)
-        if entered or not first:  # one share is left for whole loops
-            until = now + max(began + _EFFORT - now, 0.0) / (1 + blocks - len(legs) if first else 1)
+        if entered and first:  # one share is left for whole loops
+            until = now + max(began + _EFFORT - now, 0.0) / (blocks + (total > loop) - len(legs))
+        elif not first:
+            until = began + _EFFORT
         if now > began + 2.0 * _EFFORT or (now > until and not entered and not first):
             break
         if now > until and not entered:
@@ -147,9 +149,8 @@ def estimate(setup: CampaignSetup, start: State, threads: int = 1) -> Estimate:
         for key, leg in legs.items():
             passes = 1.0 if many else max(end / min(state.distance, loop), 1.0)
             if len(lathe) > 1:  # whole lives were tried
-                leg.reasons = Counter(
-                    {why: round(n * end / state.distance) for why, n in leg.reasons.items()}
-                )
+                more = end / state.distance
+                leg.reasons = Counter({why: round(n * more) for why, n in leg.reasons.items()})
             elif key in many:
                 leg.run = state.distance
                 leg.extend(end / lives, lives, lives)
@@ -171,13 +172,12 @@ def _margins(setup: CampaignSetup, evaluation: Evaluation) -> tuple[NDArray[np.s
     """Measures with a limit, by wheel where they have two values, and how far they are from it [SI]."""
     laws = [law.law for law in setup.fatigue]
     pairs = [
-        (name, math.inf if value == FILL_FLOAT else LIMITED[name] * (limit - value))
+        (name, math.nan if value == FILL_FLOAT else LIMITED[name] * (limit - value))
         for name, limit in setup.control.limits
         for value in worst_of(name, evaluation.measures[name], laws).tolist()
     ]
-    return np.array([name for name, _ in pairs], dtype=np.str_), np.array(
-        [left for _, left in pairs], dtype=float
-    )
+    names, left = [name for name, _ in pairs], [value for _, value in pairs]
+    return np.array(names, dtype=np.str_), np.array(left, dtype=np.float64)
 
 
 def _skipped(state: State, rest: float) -> State:
@@ -211,10 +211,8 @@ def _foreseen(
             loss = (spare - float(lathe[-1][1][k])) / lives if lives else 2.0 * rules.cut + worn
             before = max(math.ceil((spare - worn) / loss), 0)
             at[k] = life * (before + max(spare - before * loss, 0.0) / worn)
-    first = min(np.flatnonzero(ending), key=at.__getitem__, default=None)
-    end, limit = (
-        (total, None) if first is None or at[first] >= total else (float(at[first]), str(name[first]))
-    )
+    first = min(np.flatnonzero(ending & (at < total)), key=at.__getitem__, default=None)
+    end, limit = (total, None) if first is None else (float(at[first]), str(name[first]))
     redressed = 0.0 if setup.counterface_wear is None else end / setup.counterface_wear.redress_distance
     return end, limit, max(end / life, 1.0 + math.floor(redressed))
 
