@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.campaign.choose import models_of
 from wearsim.campaign.control import error_limit, present_block, reached
-from wearsim.campaign.evaluate import setup_of, solve_points
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.row import NO_STEP, Evaluation
 from wearsim.campaign.state import State
 from wearsim.contact.patch import FloatArray
+from wearsim.contact.problem import ContactPatches
+from wearsim.operation.points import OperatingPoints
 from wearsim.results.limits import LIMITED, ending_limits, worst_of
 from wearsim.results.schema import FILL_FLOAT
 
@@ -45,7 +45,7 @@ class Estimate(NamedTuple):
 class _Leg:
     """Steps with the same acting points."""
 
-    state: State  # at the end of the last one
+    contact: ContactPatches  # at the end of the last one
     run: float = 0.0  # by those tried [m]
     length: float = math.inf  # to which the next one is held, whatever its growth [m]
     later: str = ""  # what holds it
@@ -125,7 +125,7 @@ def estimate(setup: CampaignSetup, start: State, threads: int = 1) -> Estimate:
         if state.reprofiled == state.step:
             lathe.append((state.distance, margin))
             continue
-        leg = legs.setdefault(state.active_weight.tobytes(), _Leg(state))
+        leg = legs.setdefault(state.active_weight.tobytes(), _Leg(evaluation.passage.contact))
         depth = float((state.wear_depth - old.wear_depth).max())
         leg.length, leg.later = min(
             (error_limit(taken.length, taken.error or 0.0, setup.control), "error"),
@@ -134,7 +134,7 @@ def estimate(setup: CampaignSetup, start: State, threads: int = 1) -> Estimate:
             # of models without interpenetration by another measure
             (taken.length if taken.reason == "stability" else math.inf, "stability"),
         )
-        leg.state, leg.run = state, leg.run + taken.length
+        leg.contact, leg.run = evaluation.passage.contact, leg.run + taken.length
         leg.seconds.append(now - before)
         leg.changes.append((taken.length, margin - earlier))
         leg.reasons[taken.reason] += 1
@@ -158,8 +158,8 @@ def estimate(setup: CampaignSetup, start: State, threads: int = 1) -> Estimate:
                 leg.extend(passes * float(lengths @ weight[key]) / (1.0 if many else lives), lives, passes)
     seconds: dict[str, float] = defaultdict(float)
     held_by = {}
-    for leg in legs.values():
-        for name, share in _shares(evolution, leg.state).items():
+    for key, leg in legs.items():
+        for name, share in _shares(setup.points, leg.contact, np.frombuffer(key)).items():
             seconds[name] += share * leg.time()
             held_by[name] = leg.reasons.most_common(1)[0][0]
     slowest, whole = max(seconds, key=seconds.__getitem__), sum(seconds.values())
@@ -217,14 +217,10 @@ def _foreseen(
     return end, limit, max(end / life, 1.0 + math.floor(redressed))
 
 
-def _shares(evolution: WheelsetEvolution, state: State) -> dict[str, float]:
-    """Share of the time of a step by block or class of the acting points."""
-    points, setup = evolution.setup.points, setup_of(evolution.setup, evolution.threads)
-    setup = replace(setup, models=models_of(evolution.setup.models, state.choice))
-    names, acts = np.array(points.class_name or points.label), state.active_weight > 0.0
-    seconds: dict[str, float] = {}
-    for name in dict.fromkeys(names[acts].tolist()):
-        began = time.perf_counter()
-        solve_points(state, points, acts & (names == name), setup)
-        seconds[name] = time.perf_counter() - began
-    return {name: one / sum(seconds.values()) for name, one in seconds.items()}
+def _shares(points: OperatingPoints, contact: ContactPatches, weight: FloatArray) -> dict[str, float]:
+    """Share of the time of a step by block or class of the acting points: of the cells of their patches."""
+    names, patch = np.array(points.class_name or points.label), contact.patch
+    cells = np.bincount(contact.point, patch.strips * patch.cells, names.size) * (weight > 0.0)
+    return {
+        str(name): float(cells[names == name].sum() / cells.sum()) for name in np.unique(names[cells > 0.0])
+    }
