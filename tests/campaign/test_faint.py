@@ -5,6 +5,7 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
+from wearsim.campaign.comparison import ComparisonLaws
 from wearsim.campaign.control import half_space_depth_limit
 from wearsim.campaign.evaluate import Setup, accumulate, passage_of
 from wearsim.campaign.faint import lost_row, weight_of
@@ -87,6 +88,26 @@ def test_a_patch_stays_that_counts_in_one_way(wheels, wheelset, quantity, kept):
     passage = passage_of(wheels, setup_of(wheelset))
     assert np.all(passage.weight[2::3] == 1.0), kept
     assert passage.weight.size == 12
+
+
+def test_wear_by_a_comparison_law_counts_for_that_law_alone(wheels, made_points, state, wheelset):
+    """The third patch wears by the comparison law alone, three times as much as the first one."""
+    work = wheels.fields.work_density * np.tile([1.0, 1.0, 3e5], 4)[:, None, None]
+    wheels = replace(wheels, fields=replace(wheels.fields, work_density=work))
+    energy, alone = default_settings("energy"), setup_of(wheelset, "none")
+    both = replace(alone, comparison=ComparisonLaws((energy,)))
+    one, other = (passage_of(wheels, setup) for setup in (alone, both))
+    full, (depth,) = passage_of(wheels, setup_of(wheelset, "energy")), other.comparison.depth
+    assert (one.weight.size, other.weight.size) == (8, 12)
+    for of_regime, expected in zip(depth, full.depth, strict=True):
+        np.testing.assert_array_equal(of_regime[2::3], expected[2::3])
+    assert sum(each[2].sum() for each in depth) > 2.0 * sum(each[0].sum() for each in depth)
+    here = other.weight > 0.0
+    np.testing.assert_array_equal(other.contact.normal_force[here], one.contact.normal_force)
+    np.testing.assert_array_equal(other.lost[here], one.lost)
+    points, weight = made_points([0.5, 0.5]), np.full(2, 0.5)
+    work = [accumulate(each, points, weight, state, alone).friction_work for each in (one, other)]
+    np.testing.assert_array_equal(*work)
 
 
 def test_wheels_changed_over_fade_changed_over(wheels, made_points, state, wheelset):

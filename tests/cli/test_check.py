@@ -15,7 +15,7 @@ from wearsim.studies.estimate import Estimate
 @pytest.fixture(autouse=True)
 def untried(monkeypatch):
     """Scenes of which no steps are tried: tests/cli/test_commands.py does so."""
-    given = Estimate(steps=1234, seconds=100.0, slowest="left", share=0.6, held_by="error")
+    given = Estimate(1234, 100.0, "left", 0.6, "error", 20.4e6, "hollowing", 5678)
     monkeypatch.setattr("wearsim.studies.plan.estimate", lambda *_: given)
 
 
@@ -31,7 +31,14 @@ def test_check_tells_what_would_run(capsys):
     assert cli.main(["check", "workflows/rig_vs_field.toml"]) == 0
     output = capsys.readouterr().out
     assert "no faults (compare)" in output
-    for part in ("rig: ", "field: ", "operating points", "environment factor", "about 1200, 2 min on "):
+    for part in (
+        "rig: ",
+        "field: ",
+        "operating points",
+        "environment factor",
+        "about 1200, 2 min on ",
+        "about 20000 km: limit",
+    ):
         assert part in output
 
 
@@ -44,11 +51,12 @@ def test_check_as_json_holds_every_value_that_would_act(capsys):
         settings = plan["settings"]
         assert plan["distance"] == settings["campaign"]["distance_km"] * 1e3
         assert (plan["steps"], plan["seconds"]) == (1234, 100.0)
+        assert (plan["end"], plan["limit"]) == (20.4e6, "hollowing")
         assert plan["slowest"] == {"name": "left", "share": 0.6, "held_by": "error"}
         assert plan["monitoring_points"] == len(settings["operation"]["monitor"]["shifts_mm"])
         assert settings["contact"]["virtual_penetration_factor"] == 0.55  # a default
         assert settings["wear"]["density_kg_m3"] == 7850
-        assert plan["bytes_per_step"] > 8 * 4 * 2 * plan["profile_points"]
+        assert plan["bytes_per_step"] == 5678
         assert {entry["name"] for entry in plan["inputs"]} >= {"wheelset.profile S1002"}
     for plan, name in ((rig, "block"), (field, "class")):
         factors = [run["environment"] for run in plan["settings"]["operation"][name]]

@@ -16,7 +16,7 @@ from wearsim.studies.estimate import Estimate
 @pytest.fixture(autouse=True)
 def untried(monkeypatch):
     """Scenes of which no steps are tried: tests/cli/test_commands.py does so."""
-    given = Estimate(steps=1234, seconds=100.0, slowest="left", share=0.6, held_by="error")
+    given = Estimate(1234, 100.0, "left", 0.6, "error", 20.4e6, "hollowing", 5678)
     monkeypatch.setattr("wearsim.studies.plan.estimate", lambda *_: given)
 
 

@@ -57,14 +57,14 @@ def test_a_wheelset_that_finds_no_rest_is_refused(folder, changed, line_with, mo
     text = rig(changed)
     Path("scene.toml").write_text(text)
     monkeypatch.setattr(
-        "wearsim.scene.initial_contact.resting_roll", lambda *_: (np.zeros(1), np.zeros(1, bool))
+        "wearsim.contact.solve.resting_roll", lambda _, roll, *__: (roll, np.zeros(roll.size, bool))
     )
     with pytest.raises(SceneError) as error_of:
         check_contact(load_scene("scene.toml"))
     assert len(error_of.value.faults) == 5
     first = str(error_of.value).splitlines()[0]
     assert first.startswith(f"scene.toml:{line_with(text, 'shift_mm = -3')}: shift_mm: at a shift of -3 mm")
-    assert "the wheelset has no contact to solve: no roll of the wheelset lets both wheels carry" in first
+    assert "the wheelset cannot carry its load: no roll of the wheelset lets both wheels carry" in first
 
 
 @pytest.mark.parametrize("roll", ["given", "free"])

@@ -1,15 +1,17 @@
 """Measured profiles in scenes: smoothing, noise that would decide the contact, diameters of headers."""
 
 import re
+import tomllib
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from wearsim.campaign.run import run_scene
 from wearsim.contact.solve import solve
 from wearsim.errors import SceneError
-from wearsim.profile.files import read_profile, write_profile
+from wearsim.profile.files import load_profile, read_profile, write_profile
 from wearsim.profile.shape import resample, vertex_normals
 from wearsim.profile.smoothing import smoothed
 from wearsim.profile.standard import rail, wheel
@@ -118,12 +120,15 @@ def test_measured_examples_pass(folder, changed):
     check_contact(scene_of(changed, keys, **changes))
 
 
-def test_noise_of_the_counterface_is_refused_under_its_key(folder, changed):
+def test_noise_of_the_counterface_is_refused_under_its_key_by_whoever_runs_it(folder, changed):
     measured("rail.ban", 10e-6, 3, rail("60E1", 0.0, 1.435, 0.75))
-    with pytest.raises(
-        SceneError, match=r"write smooth_mm = \S+ in \[counterface\], which moves the profile"
-    ):
-        check_contact(scene_of(changed, **{"60E1": "rail.ban"}))
+    scene = scene_of(changed, **{"60E1": "rail.ban"})
+    cure = r"write smooth_mm = \S+ in \[counterface\], which moves the profile"
+    tables = tomllib.loads(Path("scene.toml").read_text())
+    for given, place in ((scene, r"scene\.toml:\d+: "), (tables, r"counterface\.profile: ")):
+        with pytest.raises(SceneError, match=f"^{place}.*{cure}"):
+            run_scene(given, "out")
+    assert not Path("out").exists()
 
 
 def test_part_of_a_roller_is_enough_where_the_contact_lies_inside(folder, changed):
@@ -160,3 +165,18 @@ def solve_scene(scene):
     """Solution of all operating points of a scene."""
     setup = build(scene)
     return solve(setup.points.conditions, setup.wheelset, setup.counterface, setup.models)
+
+
+def test_a_head_that_leans_as_measured_is_not_tilted_again(folder, changed):
+    """As for `wearsim contact` and in Python; one that stands upright is tilted."""
+    for inclination in (0.0, 1.0 / 40.0):
+        shape = rail("60E1", inclination, 1.435, 0.75)
+        write_profile(replace(shape, y=shape.y - shape.y.mean()), "head.csv", overwrite=True)
+        scene = scene_of(changed, **{"60E1": "head.csv"})
+        warnings = [str(warning) for warning in warnings_of(scene) if "inclination" in str(warning)]
+        assert len(warnings) == (inclination > 0.0)
+        ours = build(scene).counterface.profile
+        expected = load_profile("head.csv", "rail", inclination=1.0 / 40.0)
+        np.testing.assert_allclose(np.interp(ours.y, expected.y, expected.z), ours.z, rtol=0, atol=1e-9)
+    assert warnings[0].startswith("scene.toml:")
+    assert 'inclination = "1:40" is without effect: the head in head.csv leans' in warnings[0]

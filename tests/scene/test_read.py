@@ -264,23 +264,3 @@ def test_designations_and_measured_files_are_wheels_of_a_scene(profile, tmp_path
         (copied / name).write_bytes(content)
     again = build(load_scene(copied / "rig.toml", copied=True))
     assert again.wheelset.right.z.tolist() == setup.wheelset.right.z.tolist()
-
-
-@pytest.mark.parametrize(
-    ("kind", "script"),
-    [
-        ("published", "seed_tables"),
-        ("location", "seed_figure_2"),
-        ("accuracy", "contact_accuracy"),
-        ("robustness", "where_methods_fail"),
-        ("wear_steps", "wear_step_stability"),
-    ],
-)
-def test_kinds_of_before_name_the_script_that_writes_their_report(kind, script, tmp_path):
-    path = tmp_path / "old.toml"
-    path.write_text(f'[scene]\nkind = "{kind}"\n[published]\nsource = "a paper"\n')
-    with pytest.raises(SceneError) as caught:
-        load_scene(path)
-    (line,) = str(caught.value).splitlines()
-    assert line.startswith(f'{path}:2: kind = "{kind}" is no scene any more: `python reports/{script}.py`')
-    assert (Path(__file__).parents[2] / f"reports/{script}.py").is_file()

@@ -10,7 +10,8 @@ frictional power and the wear of its wheel at the operating point,
 smooth in each share, 0 where all of them are below a tenth of `FAINT`, 1 where one of them reaches it: by a
 law that jumps with the pressure a thousandth of the load can do much of the wear. Forces, power, work, depths
 and damage of each patch are multiplied by w and by the factor that keeps the sum of the normal forces of the
-wheel; patches of weight 0 are left out.
+wheel. Depths by a comparison law have a weight of their own, by the wear of that law: it counts where the
+active law does not wear, yet changes nothing else. Patches whose weights are all 0 are left out.
 """
 
 from __future__ import annotations
@@ -56,13 +57,32 @@ def _by_wheel(passage: Passage) -> tuple[IntArray, IntArray, FloatArray]:
     """Wheel (m,) of each patch; its first patch; load, power and worn area (3, m) of each patch."""
     contact = passage.contact
     _, first, of = np.unique(2 * contact.point + contact.side, return_index=True, return_inverse=True)
-    worn = sum((depth.sum(axis=1) for depth in passage.depth), np.zeros(of.size)) * contact.patch.width
+    worn = _worn(passage.depth, contact.patch.width)
     return of, first, np.stack([contact.normal_force, contact.power, worn])
+
+
+def _worn(depth: tuple[FloatArray, ...], width: FloatArray) -> FloatArray:
+    """Worn area (m,) of depths (m, ny) by regimes."""
+    area: FloatArray = sum((regime.sum(axis=1) for regime in depth), np.zeros(width.size)) * width
+    return area
 
 
 def _summed(of: IntArray, amount: FloatArray) -> FloatArray:
     """Add up amounts (k, m) of the patches of each wheel."""
     return np.stack([np.bincount(of, each) for each in amount])
+
+
+def _shares(of: IntArray, amount: FloatArray) -> FloatArray:
+    """Shares of amounts (k, m) of patches of those of their wheels [-]."""
+    whole = _summed(of, amount)
+    share: FloatArray = amount / np.where(whole > 0.0, whole, 1.0)[:, of]
+    return share
+
+
+def _factor(of: IntArray, weight: FloatArray, load: FloatArray) -> FloatArray:
+    """Factor (m,) of patches by their weights that keeps the load of each wheel."""
+    factor: FloatArray = weight * (np.bincount(of, load) / np.bincount(of, weight * load))[of]
+    return factor
 
 
 def faded(passage: Passage) -> Passage:
@@ -74,14 +94,18 @@ def faded(passage: Passage) -> Passage:
         With the weight of each patch left, and what its wheel lost.
     """
     of, _, amount = _by_wheel(passage)
-    whole = _summed(of, amount)
-    share = amount / np.where(whole > 0.0, whole, 1.0)[:, of]
+    share = _shares(of, amount)
     weight = weight_of(share)
     if (weight == 1.0).all():
         return passage
-    factor = weight * (whole[:1] / _summed(of, weight * amount[:1]))[0, of]
-    across = factor[:, None]
     contact, comparison = passage.contact, passage.comparison
+    factor, depths, kept = _factor(of, weight, amount[0]), [], weight > 0.0
+    for law in comparison.depth:
+        worn = _worn(law, contact.patch.width)
+        own = np.maximum(weight, weight_of(np.stack([*share[:2], *_shares(of, worn[None])])))
+        depths.append(tuple(_factor(of, own, amount[0])[:, None] * depth for depth in law))
+        kept |= own > 0.0
+    across = factor[:, None]
     smaller = replace(
         passage,
         contact=replace(contact, **{name: factor * getattr(contact, name) for name in _FORCES}),
@@ -89,15 +113,13 @@ def faded(passage: Passage) -> Passage:
         work_density_max=factor * passage.work_density_max,
         depth=tuple(across * depth for depth in passage.depth),
         comparison=replace(
-            comparison,
-            depth=tuple(tuple(across * depth for depth in law) for law in comparison.depth),
-            damage=tuple(across * damage for damage in comparison.damage),
+            comparison, depth=tuple(depths), damage=tuple(across * damage for damage in comparison.damage)
         ),
         weight=weight,
         lost=_summed(of, (1.0 - weight) * share).T[of],
     )
-    kept: Passage = joined([smaller], np.flatnonzero(weight > 0.0))
-    return kept
+    left: Passage = joined([smaller], np.flatnonzero(kept))
+    return left
 
 
 def lost_row(passage: Passage, points: OperatingPoints, weight: FloatArray) -> Mapping[str, FloatArray]:

@@ -56,7 +56,9 @@ from wearsim.scene import (
     files_to_copy,
     load_campaign,
 )
-from wearsim.scene.overrides import Override
+from wearsim.scene.initial_contact import check_contact
+from wearsim.scene.overrides import Override, at_its_source
+from wearsim.scene.read import by_key
 
 
 def run_scene(
@@ -67,6 +69,7 @@ def run_scene(
     observer: Observer | None = None,
     overrides: Sequence[Override] = (),
     threads: int | None = None,
+    warn: Callable[[Fault], None] | None = None,
 ) -> tuple[Path, ...]:
     """Run a scene in a run directory, or resume it if it was started there.
 
@@ -84,6 +87,8 @@ def run_scene(
         Values that replace those of a scene file or dict.
     threads : int, optional
         Threads of the contact solver, by default all available; their number does not change the bits.
+    warn : callable, optional
+        Called before the run with each warning of `scene.initial_contact.check_contact`.
 
     Returns
     -------
@@ -93,7 +98,8 @@ def run_scene(
     Raises
     ------
     SceneError
-        With all faults of the scene; nothing is written then.
+        With all faults of the scene, of the contact of its new wheels and of the noise of measured ones;
+        nothing is written then.
     ResultError
         If `out` cannot be used; nothing in it is changed then.
 
@@ -113,11 +119,19 @@ def run_scene(
     >>> [path.name for path in wearsim.run(scene, "rig")]
     ['rig.nc']
     """
-    out = Path(out)
+    out, given = Path(out), scene
     if not isinstance(scene, CampaignScene):
         scene = load_campaign(scene, overrides=overrides)
     elif overrides:
         raise SceneError([Fault("overrides act on a scene file or a dict, not on a loaded scene")])
+    lines = scene.origin.lines if isinstance(given, Mapping) else None
+    try:
+        for warning in check_contact(scene):
+            if warn is not None:
+                placed = at_its_source(warning)
+                warn(placed if lines is None else by_key(placed, lines))
+    except SceneError as error:
+        raise error if lines is None else SceneError([by_key(one, lines) for one in error.faults]) from None
     files = scene_files(scene)
     require_own_directory(out)
     with locked(out):

@@ -79,8 +79,6 @@ def execute(arguments: argparse.Namespace) -> int:
     from wearsim.errors import Fault, SceneError
     from wearsim.report.html import write_report
     from wearsim.scene import SweepScene
-    from wearsim.scene.initial_contact import check_contact
-    from wearsim.scene.overrides import at_its_source
 
     scene, overrides = load_overridden(arguments)
     out = Path(arguments.out or Path(arguments.scene).stem)
@@ -93,12 +91,11 @@ def execute(arguments: argparse.Namespace) -> int:
         from wearsim.studies.sweep import sweep_of
 
         return run_all(sweep_of(scene), out, None, arguments.command_line, False)
-    for warning in check_contact(scene):
-        print(f"warning: {at_its_source(warning)}", file=sys.stderr)
     with reported(out), observer() as observe:
         results = run_scene(
-            arguments.scene, out, command=arguments.command_line, observer=observe, overrides=overrides
-        )
+            arguments.scene, out, command=arguments.command_line, observer=observe, overrides=overrides,
+            warn=lambda warning: print(f"warning: {warning}", file=sys.stderr),
+        )  # fmt: skip
     print_warnings(results)
     if arguments.converge or arguments.against:
         _converge(arguments, out, overrides)

@@ -146,12 +146,6 @@ def equilibrium(
     return Equilibrium(whole, forces.contact, turning, load)
 
 
-def check_balance(task: Task, chunk: ContactConditions, sides: list[Side], speed: FloatArray | None) -> None:
-    """Raise the errors of `equilibrium` that coarse patches show: no contact, a wheel is lifted."""
-    for group, columns in _together(task, sides, speed):
-        _bracketed(task, chunk, group, columns, speed)
-
-
 def _together(task: Task, sides: list[Side], speed: FloatArray | None) -> list[tuple[list[Side], list[int]]]:
     """Sides that are balanced together, and the columns of their unknowns: speed, right and left load."""
     groups = [sides] if speed is None else [[side] for side in sides]

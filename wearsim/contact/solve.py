@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearsim.contact import geometry
-from wearsim.contact.balance import Equilibrium, check_balance, equilibrium
+from wearsim.contact.balance import Equilibrium, equilibrium
 from wearsim.contact.equilibrium import resting_roll, rotation_without_creepage
 from wearsim.contact.geometry import CounterfaceProfile
 from wearsim.contact.kernel import kernel
@@ -38,7 +38,6 @@ __all__ = [
     "ContactSolution",
     "Counterface",
     "Wheelset",
-    "check_loads",
     "solve",
     "solve_each",
 ]
@@ -148,20 +147,6 @@ def solve_each(
         with ThreadPoolExecutor(threads) as pool:
             return list(pool.map(part, starts))
     return [part(start) for start in starts]
-
-
-def check_loads(
-    conditions: ContactConditions, wheelset: Wheelset, counterface: Counterface, models: ContactModels
-) -> None:
-    """Raise a `ContactError` if a wheel has no contact or creep forces lift it, as coarse patches show.
-
-    `row` of the error is the first such point, `side` its wheel; the roll is that of the conditions.
-    """
-    task = _task(wheelset, counterface, models, (0, 1), vertical=True)
-    sides = [side_of(task, number, conditions) for number in task.sides]
-    balance = isinstance(conditions.rotation, str) and conditions.rotation == "free"
-    rows = np.arange(conditions.shift.size)
-    check_balance(task, conditions, sides, None if balance else _rotation_speed(task, conditions, rows))
 
 
 def _task(
@@ -294,7 +279,7 @@ def _at_rest(
         if trial == _MOST_ROLLS - 1:
             moving &= np.abs(aim - roll[rows]) > _LARGEST_CHANGE
         turning[rows], load[rows] = balanced.speed, balanced.load
-        if not moving.all():
+        if rows.size == 0 or not moving.all():
             settled = ~moving[balanced.wheels.normal.patch.row]
             part: Wheels = patches_where(balanced.wheels, settled)
             patch = replace(part.normal.patch, row=rows[part.normal.patch.row])

@@ -60,7 +60,7 @@ def first_met(
     cycles.
     """
     for name, limit in limits.items():
-        values = _worst(name, row[name], laws)
+        values = worst_of(name, row[name], laws)
         if (LIMITED[name] * (values[_known(values)] - limit) >= 0.0).any():
             return name
     return None
@@ -96,7 +96,7 @@ class LimitMet(NamedTuple):
 def limits_met(dataset: xr.Dataset) -> tuple[LimitMet, ...]:
     """Limits of a campaign, finished or not, and where they were met, in the order of `LIMITED`."""
     limits, laws = limits_of(dataset.attrs), laws_of(dataset)
-    worst = {name: np.stack([_worst(name, row, laws) for row in dataset[name].values]) for name in limits}
+    worst = {name: np.stack([worst_of(name, row, laws) for row in dataset[name].values]) for name in limits}
     return _met(dataset["distance"].values, worst, limits)
 
 
@@ -110,7 +110,7 @@ def met_attributes(
     """
     if not limits:
         return {}
-    kept = [(row["distance"], *(_worst(name, row[name], laws) for name in limits)) for row in rows]
+    kept = [(row["distance"], *(worst_of(name, row[name], laws) for name in limits)) for row in rows]
     distance, *worst = (np.stack(column) for column in zip(*kept, strict=True))
     met = _met(distance, dict(zip(limits, worst, strict=True)), limits)
     return {
@@ -135,8 +135,8 @@ def laws_of(dataset: xr.Dataset) -> tuple[str, ...]:
     return tuple(str(law) for law in dataset["fatigue_name"].values) if "fatigue_name" in dataset else ()
 
 
-def _worst(name: str, values: NDArray[np.float64], laws: Sequence[str]) -> NDArray[np.float64]:
-    """Value by wheel, or one of the wheelset; of what stands along the profile, and by law, the worst."""
+def worst_of(name: str, values: NDArray[np.float64], laws: Sequence[str]) -> NDArray[np.float64]:
+    """Return the value by wheel, or of the wheelset; of those along the profile, and by law, the worst."""
     values = np.atleast_1d(values)
     if name == "fatigue_damage":
         values = values[:, [k for k, law in enumerate(laws) if counts_cycles(law)]]

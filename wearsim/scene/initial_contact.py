@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from wearsim.contact import geometry
-from wearsim.contact.equilibrium import resting_roll
-from wearsim.contact.geometry import WheelsetPose
-from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.patch import FloatArray, IntArray
-from wearsim.contact.solve import ContactSolution, check_loads, solve_each
+from wearsim.contact.solve import ContactSolution, solve_each
 from wearsim.damage.wear import passage_depth
 from wearsim.errors import ContactError, Fault, NumericalError, SceneError
 from wearsim.operation.left_out import LARGEST_SHARE, carried_share, mask_of
@@ -25,15 +22,14 @@ from wearsim.scene.read import CampaignScene
 from wearsim.scene.setup import CampaignSetup, build, warnings_of
 from wearsim.toml_faults import KeyPath
 
-_BATCH = 64
-"""Points whose gaps are held in memory at a time."""
-
 LARGEST_TILT = 1e-3
 """Roll that a scene may leave out without a warning [rad]: contact angles change by as much."""
 
 
 def check_contact(scene: CampaignScene) -> tuple[Fault, ...]:
-    """Solve the normal contact of the new wheels at all operating points of a scene of `load_scene`.
+    """Solve the contact of the new wheels at all operating points of a scene of `load_scene`.
+
+    With FASTSIM, whatever the tangential model.
 
     Returns
     -------
@@ -53,208 +49,109 @@ def check_contact(scene: CampaignScene) -> tuple[Fault, ...]:
     for part in scene.parts:
         setup = build(part)
         places = [path for path, _, _, points in shift_ranges(part) for _ in range(points)]
-        if noise := noise_faults(part, setup):  # a contact that noise decides has no faults of the scene
-            faults += noise
+        try:
+            if noise := noise_faults(part, setup):  # a contact that noise decides has no faults of the scene
+                faults += noise
+                continue
+            failed, share = _failed(setup)
+        except ContactError as error:  # of no point: the grid
+            faults.append(part.fault(("contact",), str(error)))
             continue
-        own, tilt = _contact_faults(part, setup, places)
-        left_out = _left_out(own, setup)
-        if own and not left_out:
+        own = _faults(part, setup, places, failed)
+        if own and share > LARGEST_SHARE:
             faults += own
             continue
-        warnings += by_line(left_out + list(warnings_of(part)) + _roll_warnings(part, setup, places, tilt))
+        text = f"; such points are left out, together they carry {100.0 * share:.2g} % of the wear"
+        own = [replace(fault, message=f"{fault.message}{text}") for fault in own]
+        warnings += by_line([*own, *warnings_of(part), *_roll_warnings(part, setup, places, failed)])
     if faults:
         raise SceneError([at_its_source(fault) for fault in faults])
     return tuple(warnings)
 
 
-def _left_out(faults: list[Fault], setup: CampaignSetup) -> list[Fault]:
-    """Faults of points that a campaign leaves out, as warnings; none where those carry too much wear."""
-    if not faults:
-        return []
+def _failed(setup: CampaignSetup) -> tuple[dict[int, ContactError], float]:
+    """Errors of points without contact, and the share of the wear they carry; inf if one only watches."""
     points, failed = setup.points, dict[int, ContactError]()
 
     def worn(solution: ContactSolution) -> tuple[IntArray, FloatArray]:
         depth = np.sum(passage_depth(solution.fields, solution.area, setup.wear), axis=(0, 2))
         return solution.point, depth * solution.patch.width
 
-    models = replace(setup.models, tangential="fastsim")
-    try:
-        parts = solve_each(points.conditions, setup.wheelset, setup.counterface, models, worn, failed=failed)
-    except ContactError:  # of no point: the grid
-        return []
+    problem = (setup.wheelset, setup.counterface, replace(setup.models, tangential="fastsim"))
+    parts = solve_each(points.conditions, *problem, worn, failed=failed)
+    if not failed:
+        return failed, 0.0
     point, area = (np.concatenate(values) for values in zip(*parts, strict=True))
     out = mask_of(failed, len(points.label))
+    if (points.weight[out] == 0.0).any():
+        return failed, np.inf
     rate = np.where(out, np.nan, np.bincount(point, area, out.size))
-    share = carried_share(points.weight * points.environment, points.of_class, rate, out)
-    if not out.any() or share > LARGEST_SHARE or (points.weight[out] == 0.0).any():
-        return []
-    text = f"such points are left out, together they carry {100.0 * share:.2g} % of the wear"
-    return [replace(fault, message=f"{fault.message}; {text}") for fault in faults]
+    return failed, carried_share(points.weight * points.environment, points.of_class, rate, out)
 
 
-def _contact_faults(
-    scene: RigScene | FieldScene, setup: CampaignSetup, places: list[KeyPath]
-) -> tuple[list[Fault], FloatArray]:
-    """Faults of points without contact, and by how much the wheelset would roll further at each [rad]."""
+def _faults(
+    scene: RigScene | FieldScene,
+    setup: CampaignSetup,
+    places: list[KeyPath],
+    failed: Mapping[int, ContactError],
+) -> list[Fault]:
+    """One fault for each place with points that failed, of the first of them."""
     faults: dict[KeyPath, Fault] = {}
-    tilt = np.zeros(len(places))
-    if setup.points.conditions.free_roll:
-        for number, place in enumerate(places):
-            fault = None if place in faults else _without_rest(setup, number)
-            if fault is not None:
-                faults[place] = _fault(scene, setup, place, number, *fault)
-        _add_lifted(scene, setup, places, faults)
-        return by_line(list(faults.values())), tilt
-    for start in range(0, len(places), _BATCH):
-        rows = np.arange(start, min(start + _BATCH, len(places)))
-        for side in (0, 1):
-            displacement = _displacement(setup, side, rows)
-            if isinstance(displacement, str):
-                for row in rows:  # the error of a batch is that of its first row
-                    text = None if places[row] in faults else _displacement(setup, side, np.array([row]))
-                    if isinstance(text, str):
-                        faults[places[row]] = _fault(scene, setup, places[row], int(row), side, text)
-            elif displacement is not None:
-                tilt[rows] += (-1.0 if side else 1.0) * displacement / (2.0 * setup.wheelset.half_span)
-    _add_lifted(scene, setup, places, faults)
-    return by_line(list(faults.values())), tilt
-
-
-def _add_lifted(
-    scene: RigScene | FieldScene, setup: CampaignSetup, places: list[KeyPath], faults: dict[KeyPath, Fault]
-) -> None:
-    """Add faults of places without one, at which creep forces lift a wheel."""
-    rows = np.array([row for row, place in enumerate(places) if place not in faults], dtype=np.int64)
-    for start in range(0, rows.size, _BATCH):
-        part = rows[start : start + _BATCH]
-        if _lifted(setup, part) is None:
-            continue
-        for row in part:  # the error of a batch is that of its first row
-            error = None if places[row] in faults else _lifted(setup, part[part == row])
-            if error is not None and not isinstance(error, NumericalError):
-                place = places[row]
-                text = str(error).rpartition(" mrad: ")[2]  # the fault names shift and yaw itself
-                faults[place] = _fault(scene, setup, place, int(row), error.side, text, lifted=True)
-
-
-def _lifted(setup: CampaignSetup, rows: IntArray) -> ContactError | None:
-    """Error of loads that contact forces cannot balance at some points."""
-    conditions = select(setup.points, rows).conditions
     problem = (setup.wheelset, setup.counterface, replace(setup.models, tangential="fastsim"))
-    try:
-        if conditions.free_roll:  # the roll follows from the loads
-            solve_each(conditions, *problem, lambda _: None)
-        else:
-            check_loads(conditions, *problem)
-    except ContactError as error:
-        return error
-    return None
-
-
-def _displacement(
-    setup: CampaignSetup, side: int, rows: IntArray, roll: FloatArray | None = None
-) -> FloatArray | str | None:
-    """Vertical displacement of one wheel at some points [m], or its fault; None without either.
-
-    `roll` replaces that of the points [rad].
-    """
-    conditions, models, wheelset = setup.points.conditions, setup.models, setup.wheelset
-    roll = conditions.roll[rows] if roll is None else roll
-    sign = -1.0 if side else 1.0  # a left wheel is solved as the right wheel of the mirrored wheelset
-    pose = WheelsetPose(sign * conditions.shift[rows], sign * conditions.yaw[rows], sign * roll)
-    gap = geometry.gap(
-        geometry.wheel_surface(wheelset.left if side else wheelset.right, wheelset.radius),
-        geometry.counterface_profile(setup.counterface.profiles[side]),
-        pose,
-        half_span=wheelset.half_span,
-        nominal_radius=wheelset.radius,
-        curvature=setup.counterface.curvature,
-    )
-    try:
-        solution = NORMAL_MODELS[models.normal](
-            gap,
-            np.arange(rows.size),
-            conditions.wheel_load[rows],
-            vertical=True,
-            effective_modulus=models.effective_modulus,
-            resolution=models.resolution,
-            parameters=dict(models.parameters),
-        )
-    except NumericalError:
-        return None  # no fault of the scene; the run reports it
-    except ContactError as error:
-        return str(error)
-    return solution.vertical_displacement[np.searchsorted(solution.patch.row, np.arange(rows.size))]
-
-
-def _without_rest(setup: CampaignSetup, row: int) -> tuple[int | None, str] | None:
-    """Return the wheel, and why the wheelset cannot rest on both; None if it can."""
-    level = [_displacement(setup, side, np.array([row])) for side in (0, 1)]
-    if any(displacement is None for displacement in level) or _resting_roll(setup, row) is not None:
-        return None
-    side = next((side for side, text in enumerate(level) if isinstance(text, str)), None)
-    text = "no roll of the wheelset lets both wheels carry their loads" if side is None else str(level[side])
-    return side, text
+    for row, error in sorted(failed.items()):
+        place = places[row]
+        # a point that does not converge is no fault of the scene; the run reports it
+        if place in faults or isinstance(error, NumericalError):
+            continue
+        if error.row != row:  # several that failed together share the error of the first one
+            try:
+                solve_each(select(setup.points, np.array([row])).conditions, *problem, lambda _: None)
+            except ContactError as own:
+                error = own
+        conditions = setup.points.conditions
+        shift, yaw = 1e3 * conditions.shift[row], 1e3 * conditions.yaw[row]
+        who = "wheelset" if error.side is None else "left wheel" if error.side else "right wheel"
+        reach = f"check the shift, gauge_mm = {scene.counterface.gauge_mm:g} and how far both profiles reach"
+        text = str(error).rpartition(" mrad: ")[2].replace("check shift, gauge and profiles", reach)
+        where = f"{key_of(place)}: at a shift of {shift:.4g} mm and a yaw of {yaw:.4g} mrad"
+        faults[place] = scene.fault(place, f"{where} the {who} cannot carry its load: {text}")
+    return by_line(list(faults.values()))
 
 
 def _roll_warnings(
-    scene: RigScene | FieldScene, setup: CampaignSetup, places: list[KeyPath], tilt: FloatArray
-) -> list[Fault]:
-    """Largest difference of the roll of each block or class to that of resting on both wheels."""
-    worst: dict[KeyPath, tuple[float, int]] = {}
-    for row, place in enumerate(places):
-        if "monitor" in place or abs(tilt[row]) <= 0.5 * LARGEST_TILT:  # at rest it is seldom twice as much
-            continue
-        resting = _resting_roll(setup, row)
-        if resting is not None:
-            left_out = resting - float(setup.points.conditions.roll[row])
-            if abs(left_out) > max(LARGEST_TILT, abs(worst.get(place, (0.0, 0))[0])):
-                worst[place] = (left_out, row)
-    warnings = []
-    for place, (left_out, row) in worst.items():
-        given, shift = 1e3 * setup.points.conditions.roll[row], 1e3 * setup.points.conditions.shift[row]
-        text = (
-            f"roll_mrad = {given:.4g}: at a shift of {shift:.3g} mm the wheelset rests on both wheels at a "
-            f'roll of {given + 1e3 * left_out:.2g} mrad; give that roll, or roll = "free" in [contact], or '
-            "smaller shifts"
-        )
-        warnings.append(scene.fault((*place[:3], "roll_mrad"), text))
-    return warnings
-
-
-def _resting_roll(setup: CampaignSetup, row: int) -> float | None:
-    """Roll at which both wheels carry their loads [rad]; None where there is none."""
-    rows = np.array([row])
-
-    def displacements(angle: FloatArray, _: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
-        right, left = (_displacement(setup, side, rows, angle) for side in (0, 1))
-        if isinstance(right, np.ndarray) and isinstance(left, np.ndarray):
-            return right, left
-        raise ContactError("no contact at this roll")
-
-    try:
-        angle, converged = resting_roll(
-            displacements, setup.points.conditions.roll[rows], setup.wheelset.half_span
-        )
-    except ContactError:
-        return None
-    return float(angle[0]) if converged[0] else None
-
-
-def _fault(
     scene: RigScene | FieldScene,
     setup: CampaignSetup,
-    place: KeyPath,
-    row: int,
-    side: int | None,
-    text: str,
-    *,
-    lifted: bool = False,
-) -> Fault:
-    conditions = setup.points.conditions
-    shift, yaw = 1e3 * conditions.shift[row], 1e3 * conditions.yaw[row]
-    who = "wheelset" if side is None else "left wheel" if side else "right wheel"
-    reach = f"check the shift, gauge_mm = {scene.counterface.gauge_mm:g} and how far both profiles reach"
-    fault = f"cannot carry its load: {text}" if lifted else f"has no contact to solve: {text}; {reach}"
-    message = f"{key_of(place)}: at a shift of {shift:.4g} mm and a yaw of {yaw:.4g} mrad the {who} {fault}"
-    return scene.fault(place, message)
+    places: list[KeyPath],
+    failed: Mapping[int, ContactError],
+) -> list[Fault]:
+    """Where the wheelset would roll much further: the worst outermost point of each block or class."""
+    conditions, resting = setup.points.conditions, dict[int, float]()
+    if conditions.free_roll:
+        return []
+    shift, rows = conditions.shift, defaultdict[KeyPath, list[int]](list)
+    for row, place in enumerate(places):
+        if row not in failed and "monitor" not in place:
+            rows[place].append(row)
+    ends = {pick(some, key=shift.__getitem__) for some in rows.values() for pick in (min, max)}
+    # how far it rolls hardly depends on the models
+    models = replace(setup.models, normal="kik_piotrowski", tangential="fastsim", strips=16, cells=16)
+    index = np.array(sorted(ends), dtype=np.int64)
+    free = replace(select(setup.points, index).conditions, free_roll=True)
+
+    def roll(solution: ContactSolution) -> None:
+        resting.update(zip(index[solution.point].tolist(), solution.roll.tolist(), strict=True))
+
+    solve_each(free, setup.wheelset, setup.counterface, models, roll, failed={})
+    worst: dict[KeyPath, int] = {}
+    for row in sorted(resting, key=lambda row: -abs(resting[row] - conditions.roll[row])):
+        if abs(resting[row] - conditions.roll[row]) > LARGEST_TILT:
+            worst.setdefault(places[row], row)
+    return [
+        scene.fault(
+            (*place[:3], "roll_mrad"),
+            f"roll_mrad = {1e3 * conditions.roll[row]:.4g}: at a shift of {1e3 * shift[row]:.3g} mm the "
+            f"wheelset rests on both wheels at a roll of {1e3 * resting[row]:.2g} mrad; give that roll, or "
+            'roll = "free" in [contact], or smaller shifts',
+        )
+        for place, row in worst.items()
+    ]

@@ -13,16 +13,14 @@ References
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
-from wearsim.contact import geometry
-from wearsim.contact.gap import between_points
-from wearsim.contact.geometry import WheelsetPose
-from wearsim.contact.normal import NORMAL_MODELS, NormalSolution
 from wearsim.contact.patch import FloatArray, IntArray
-from wearsim.errors import ContactError, Fault
+from wearsim.contact.solve import ContactSolution, solve_each
+from wearsim.errors import Fault
 from wearsim.profile.shape import Profile, arc_length
 from wearsim.profile.smoothing import ROUGH_BELOW, change, longest_wavelength, roughness, smoothed
 from wearsim.scene.models import FieldScene, RigScene
@@ -63,12 +61,8 @@ def noise_faults(scene: RigScene | FieldScene, setup: CampaignSetup) -> list[Fau
     slope = [float(np.sqrt(np.mean(roughness(body.profile).slope ** 2))) for body in bodies]
     if not any(0.5 * modulus * each > DECIDES * _LEAST_PRESSURE for each in slope):
         return []
-    contacts = {side: list(_contacts(setup, side)) for side in {s for body in bodies for s in body.sides}}
-    verdicts = [
-        verdict
-        for body in bodies
-        if (verdict := _verdict(body, [one for side in body.sides for one in contacts[side]], modulus))
-    ]
+    contacts = _contacts(setup)
+    verdicts = [verdict for body in bodies if (verdict := _verdict(body, contacts, modulus))]
     longest: dict[str, float] = {}  # of both wheels
     for verdict in verdicts:
         section = verdict.body.section
@@ -105,80 +99,53 @@ def _bodies(scene: RigScene | FieldScene, setup: CampaignSetup) -> Iterator[_Bod
             yield _Body(section, key, file.name, profile, sides, section == "counterface")
 
 
-@dataclass(frozen=True)
-class _Contact:
-    """A patch between smoothed profiles: largest pressure, and its ends on wheel and counterface."""
+class _Contacts(NamedTuple):
+    """Patches between profiles without noise: largest pressure, and their ends on wheel and counterface."""
 
-    row: int
-    pressure: float
+    row: IntArray
+    side: IntArray
+    pressure: FloatArray
     wheel_y: FloatArray
     counterface_y: FloatArray
 
 
-def _contacts(setup: CampaignSetup, side: int) -> Iterator[_Contact]:
-    """Patches of one wheel at all points, between profiles without noise; none where that has no solution."""
-    wheel = (setup.wheelset.right, setup.wheelset.left)[side]
-    surface = geometry.wheel_surface(_calm(wheel), setup.wheelset.radius)
-    profile = geometry.counterface_profile(_calm(setup.counterface.profiles[side]))
-    conditions, sign = setup.points.conditions, -1.0 if side else 1.0
-    gap = geometry.gap(
-        surface,
-        profile,
-        WheelsetPose(*(sign * each for each in (conditions.shift, conditions.yaw, conditions.roll))),
-        half_span=setup.wheelset.half_span,
-        nominal_radius=setup.wheelset.radius,
-        curvature=setup.counterface.curvature,
-    )
+def _contacts(setup: CampaignSetup) -> _Contacts:
+    """Patches of all points that have a solution."""
+    wheelset, counterface = setup.wheelset, setup.counterface
+    wheelset = replace(wheelset, right=_calm(wheelset.right), left=_calm(wheelset.left))
+    counterface = replace(counterface, profile=_calm(counterface.profile))
 
-    def solved(rows: IntArray) -> Iterator[NormalSolution]:
-        try:
-            yield NORMAL_MODELS[setup.models.normal](
-                gap,
-                rows,
-                conditions.wheel_load[rows],
-                vertical=True,
-                effective_modulus=setup.models.effective_modulus,
-                resolution=setup.models.resolution,
-                parameters=dict(setup.models.parameters),
-                rough=True,
-            )
-        except ContactError:
-            if rows.size > 1:
-                for half in np.array_split(rows, 2):
-                    yield from solved(half)
+    def patches(solution: ContactSolution) -> _Contacts:
+        edges = solution.strip_edges_wheel_y, solution.strip_edges_rail_y
+        ends = [np.column_stack((each.min(axis=1), each.max(axis=1))) for each in edges]
+        return _Contacts(solution.point, solution.side, solution.max_pressure, *ends)
 
-    for solution in solved(np.arange(conditions.shift.size)):
-        ends = np.column_stack((solution.edge_y.min(axis=1), solution.edge_y.max(axis=1)))
-        on_wheel = between_points(gap, gap.wheel_y, solution.patch.row, ends)
-        for row, pressure, there, here in zip(
-            solution.patch.row.tolist(), solution.max_pressure.tolist(), on_wheel, ends, strict=True
-        ):
-            yield _Contact(row, pressure, there, here)
+    models = replace(setup.models, tangential="fastsim")
+    parts = solve_each(setup.points.conditions, wheelset, counterface, models, patches, failed={})
+    return _Contacts(*map(np.concatenate, zip(*parts, strict=True)))
 
 
 def _calm(profile: Profile) -> Profile:
     return smoothed(profile, min(_CALM, longest_wavelength(profile)))
 
 
-def _verdict(body: _Body, contacts: list[_Contact], modulus: float) -> _Verdict | None:
+def _verdict(body: _Body, contacts: _Contacts, modulus: float) -> _Verdict | None:
     """Where the noise of a profile changes the contact most, if it decides that contact."""
     profile, rough = body.profile, roughness(body.profile)
-    share, worst, where = 0.0, None, np.ones(profile.y.size, dtype=bool)
-    for contact in contacts:
-        low, high = contact.counterface_y if body.counterface else contact.wheel_y
-        arc = arc_length(profile.y, profile.z)
-        first, last = arc[
-            np.searchsorted(np.maximum.accumulate(profile.y), (low, high)).clip(0, profile.y.size - 1)
-        ]
+    arc, rising_y = arc_length(profile.y, profile.z), np.maximum.accumulate(profile.y)
+    ends = contacts.counterface_y if body.counterface else contacts.wheel_y
+    share, worst, where = 0.0, 0, np.ones(profile.y.size, dtype=bool)
+    for patch in np.flatnonzero(np.isin(contacts.side, body.sides)).tolist():
+        first, last = arc[np.searchsorted(rising_y, ends[patch]).clip(0, profile.y.size - 1)]
         inside = (arc >= first - _AROUND) & (arc <= last + _AROUND)
-        own = 0.5 * modulus * float(np.sqrt(np.mean(rough.slope[inside] ** 2))) / contact.pressure
+        own = 0.5 * modulus * float(np.sqrt(np.mean(rough.slope[inside] ** 2))) / contacts.pressure[patch]
         if own > share:
-            share, worst, where = own, contact, inside
-    if worst is None or share <= DECIDES:
+            share, worst, where = own, patch, inside
+    if share <= DECIDES:
         return None
-    needed = rough.wavelength(where, _CURED * 2.0 * worst.pressure / modulus)
+    needed = rough.wavelength(where, _CURED * 2.0 * float(contacts.pressure[worst]) / modulus)
     height = float(np.sqrt(np.mean(rough.height[where] ** 2)))
-    return _Verdict(body, worst.row, share, height, _STEP * float(np.ceil(needed / _STEP)))
+    return _Verdict(body, int(contacts.row[worst]), share, height, _STEP * float(np.ceil(needed / _STEP)))
 
 
 def _text(scene: RigScene | FieldScene, setup: CampaignSetup, verdict: _Verdict, wavelength: float) -> str:

@@ -18,8 +18,15 @@ from wearsim.damage.wear.table import WearTable
 from wearsim.errors import Fault, ProfileError, SceneError
 from wearsim.profile import standard
 from wearsim.profile.conicity import flange_clearance
-from wearsim.profile.files import read_profile
-from wearsim.profile.placement import RUNNING_CIRCLE, is_partial, place_rail, slope_of
+from wearsim.profile.files import ProfileReading, read_profile
+from wearsim.profile.placement import (
+    RUNNING_CIRCLE,
+    is_partial,
+    lean_words,
+    place_rail,
+    slope_of,
+    tilt_to_add,
+)
 from wearsim.profile.shape import Profile, resample
 from wearsim.profile.smoothing import smoothed
 from wearsim.scene.messages import (
@@ -40,7 +47,6 @@ from wearsim.toml_faults import (
     content_of,
     is_key,
     key_lines,
-    line_of,
     shown,
     text_of,
     toml_of,
@@ -57,15 +63,6 @@ _MODELS: dict[str, type[Scene]] = {
     "compare": CompareScene,
     "sweep": SweepScene,
 }
-_SCRIPTS = {
-    "published": "seed_tables.py",
-    "location": "seed_figure_2.py",
-    "accuracy": "contact_accuracy.py",
-    "robustness": "where_methods_fail.py",
-    "wear_steps": "wear_step_stability.py",
-}
-"""Kinds of scenes of before: the script in reports/ that writes their report now."""
-
 _DICT = Path("scene.toml")  # name of a scene from a dict in results and run directories
 _INPUTS = "inputs.json"
 _RESERVED = (_INPUTS, "manifest.json")
@@ -168,7 +165,7 @@ def load_scene(
         faults = [at_its_source(fault) for fault in error.faults]
         if content is not None:
             lines = key_lines(content.decode())
-            faults = [_by_key(fault, lines) for fault in faults]
+            faults = [by_key(fault, lines) for fault in faults]
         raise SceneError(faults) from error
     return scene
 
@@ -183,8 +180,8 @@ def _scene_file(path: str | Path) -> Path:
     raise SceneError([Fault(message, str(path))])
 
 
-def _by_key(fault: Fault, lines: Lines) -> Fault:
-    """Fault of a dict with its key in place of a line, others as they are."""
+def by_key(fault: Fault, lines: Lines) -> Fault:
+    """Fault of a scene from a dict with its key in place of a line; of other files as they are."""
     if fault.file != str(_DICT):
         return fault
     path = max((path for path, line in lines.items() if line == fault.line), key=len, default=())
@@ -265,12 +262,6 @@ def _read(path: Path, role: str, overrides: Sequence[Override] = (), content: by
     header = data.get("scene")
     kind = header.get("kind") if isinstance(header, dict) else None
     named = kind if isinstance(kind, str) else ""
-    if named in _SCRIPTS:
-        message = (
-            f'kind = "{kind}" is no scene any more: `python reports/{_SCRIPTS[named]}` of the repository '
-            f"writes its report; a scene is one of {', '.join(_MODELS)}"
-        )
-        raise SceneError([Fault(message, file, line_of(lines, ("scene", "kind")))])
     own = _overrides_of(overrides, kind, role)
     if own:
         data = merge(data, own, lines)
@@ -344,13 +335,22 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
     spacing = 1e-3 * scene.campaign.point_spacing_mm
     files = [InputFile("scene", origin.path.name, origin.path, origin.content)]
     faults: list[Fault] = []
+    leaning: list[Fault] = []
     diameters: dict[str, float] = {}
 
     def profile(name: str, *path: str) -> Profile | None:
         try:
-            shape, file, diameter = _read_profile(scene, ".".join(path), name, half_span, kept)
-            if diameter is not None and path[0] == "wheelset":
-                diameters[name] = 1e3 * diameter
+            shape, file, reading = _read_profile(scene, ".".join(path), name, half_span, kept)
+            if reading is not None and reading.diameter is not None and path[0] == "wheelset":
+                diameters[name] = 1e3 * reading.diameter
+            if path[0] == "counterface" and reading is not None:
+                slope = slope_of(scene.counterface.inclination)
+                if tilt_to_add(reading.lean, slope) != slope:
+                    text = (
+                        f"inclination = {shown(scene.counterface.inclination)} is without effect: the head "
+                    )
+                    text += f'in {name} {lean_words(reading.lean or 0.0)} already; write inclination = "none"'
+                    leaning.append(scene.fault(("counterface", "inclination"), text))
             if path[0] != "counterface" or scene.counterface.wear is not None:
                 shape = resample(shape, spacing)
         except ProfileError as error:
@@ -381,7 +381,7 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
     place = ("campaign", "reprofiling", "profile")
     template = None if named is None else profile(named, *place)
     table = _wear_table(scene, kept, files, faults)
-    noted = header_warnings(scene, diameters)
+    noted = [*header_warnings(scene, diameters), *leaning]
     if diameters and "radius_mm" not in wheelset.model_fields_set:
         radius = 0.5 * sum(diameters.values()) / len(diameters)
         scene = scene.model_copy(update={"wheelset": wheelset.model_copy(update={"radius_mm": radius})})
@@ -452,10 +452,10 @@ def _wear_table(
 
 def _read_profile(
     scene: RigScene | FieldScene, role: str, name: str, half_span: float, kept: Mapping[str, Path]
-) -> tuple[Profile, InputFile, float | None]:
-    """Profile of a key, smoothed and placed in the track, its file, and the diameter of its header [m]."""
+) -> tuple[Profile, InputFile, ProfileReading | None]:
+    """Profile of a key, smoothed and placed in the track, its file, and what that says besides."""
     is_rail = role.startswith("counterface")
-    placing = slope_of(scene.counterface.inclination), 1e-3 * scene.counterface.gauge_mm, half_span
+    slope, placing = slope_of(scene.counterface.inclination), (1e-3 * scene.counterface.gauge_mm, half_span)
     path = _place_of(scene, role, name, kept)
     if path is None or path.suffix == ".toml":
         looks_like_file = any(mark in name for mark in "/\\") or Path(name).suffix not in ("", ".toml")
@@ -464,16 +464,16 @@ def _read_profile(
                 "there is no such file as given, next to the scene file or among the shipped profiles"
             )
         short = name.removesuffix(".toml")
-        shape = standard.rail(short, *placing) if is_rail else standard.wheel(short)
+        shape = standard.rail(short, slope, *placing) if is_rail else standard.wheel(short)
         path = standard.find_shipped(short)
         return shape, InputFile(role, name, path, path.read_bytes(), shipped=True), None
     reading = read_profile(path, "rail" if is_rail else "wheel")
     path = reading.files[-1]  # of a list of slices, the slice
     smooth = {"wheelset": scene.wheelset.smooth_mm, "counterface": scene.counterface.smooth_mm}
     shape = smoothed(reading.profile, 1e-3 * (smooth.get(role.partition(".")[0]) or 0.0))
-    shape = place_rail(shape, *placing) if is_rail else shape
+    shape = place_rail(shape, tilt_to_add(reading.lean, slope), *placing) if is_rail else shape
     try:
-        return shape, InputFile(role, name, path, path.read_bytes()), reading.diameter
+        return shape, InputFile(role, name, path, path.read_bytes()), reading
     except OSError as error:
         raise ProfileError(f"{path} cannot be read: {error.strerror}") from error
 

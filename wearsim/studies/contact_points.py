@@ -293,7 +293,8 @@ def solve_batch(points: Sequence[Request], *, fields: bool = False) -> tuple[xr.
             threads=os.cpu_count() or 1,
         )
     except ContactError as error:  # the user does not know the index of the point in the batch
-        raise type(error)(str(error).removeprefix(f"point {error.row}, "), row=error.row) from None
+        text = str(error).removeprefix(f"point {error.row}, ")
+        raise type(error)(text, row=error.row, rows=error.rows) from None
     numbers = np.stack([contact[name].values for name in PATCH_NAMES], axis=1)
     roll, speed = contact["roll"].values, contact["rotation_speed"].values
     if not (np.isfinite(numbers).all() and np.isfinite(roll).all()):
@@ -327,11 +328,18 @@ def solve_points(points: Sequence[Request]) -> list[PointResult | ContactError]:
 
 
 def _together(points: list[Request]) -> list[PointResult | ContactError]:
-    """Solve a batch; if points have no solution, halves of it, down to single points."""
-    try:
-        return [*solve_batch(points)[1]]
-    except ContactError as error:
-        if len(points) == 1:
-            return [error]
-    half = len(points) // 2
-    return _together(points[:half]) + _together(points[half:])
+    """Solve a batch; points without solution leave it, and are solved alone for their own message."""
+    solved: dict[int, PointResult | ContactError] = {}
+    left = list(range(len(points)))
+    while left:
+        try:
+            solved |= zip(left, solve_batch([points[index] for index in left])[1], strict=True)
+            break
+        except ContactError as error:
+            failed = left if error.row is None else [left[row] for row in error.rows]
+            if len(left) == 1 or error.row is None:
+                solved |= dict.fromkeys(failed, error)
+            else:
+                solved |= {index: _together([points[index]])[0] for index in failed}
+        left = [index for index in left if index not in solved]
+    return [solved[index] for index in range(len(points))]

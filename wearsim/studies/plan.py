@@ -3,23 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from typing import Any
 
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.run import available_cores
 from wearsim.damage import fatigue, wear
 from wearsim.damage.fatigue import FATIGUE_LAWS, FatigueSettings
-from wearsim.damage.wear import WEAR_LAWS
 from wearsim.errors import Fault, WearsimError
-from wearsim.quantities import duration
+from wearsim.quantities import QUANTITIES, duration
 from wearsim.results.checks import percent
 from wearsim.scene import CampaignSetup, FieldScene, RigScene, build
 from wearsim.scene.setup import CHAINS
 from wearsim.studies.estimate import estimate
-
-_PATCH_VALUES = 25
-"""Values stored per patch slot: positions, forces, creepages, wear index and the like."""
 
 _Rows = Iterator[tuple[str, str]]
 
@@ -32,22 +27,13 @@ def plan(
     Returns
     -------
     dict
-        JSON values, SI units; `settings` holds every value that would act, defaults included. Steps and
-        their time are estimates for `threads`, by default those of `run_scene`; null where one of the first
-        steps fails, `trial_fault` states why.
+        JSON values, SI units; `settings` holds every value that would act, defaults included. Steps, their
+        time and the end, with the limit met there, are estimates for `threads`, by default those of
+        `run_scene`; null where one of the first steps fails, `trial_fault` states why.
     """
     setup = build(scene)
     points = setup.points
     count = len(points.label)
-    vertices = len(setup.wheelset.right.y)
-    # two wheels: y, z, depth, work, depth by regime; eight patch slots per point
-    values = 2 * vertices * (4 + len(WEAR_LAWS[setup.wear.law].regimes)) + count * (8 * _PATCH_VALUES + 2)
-    laws = len(setup.fatigue)
-    values += 2 * vertices * (len(setup.also_evaluate) + (1 + 4 * laws if laws else 0))
-    # wear numbers and the index below the surface; of each law damage, place and index in three units
-    values += count * 8 * (3 + 5 * laws) if laws else 0
-    if setup.counterface_wear is not None:  # its y, z and depth
-        values += 2 * 3 * len(setup.counterface.profile.y)
     foreseen = _foreseen(setup, threads or available_cores())
     return {
         "kind": setup.kind,
@@ -58,8 +44,7 @@ def plan(
         "monitoring_points": int((points.weight == 0).sum()),
         "environment": sorted({float(value) for value in points.environment[points.weight > 0]}),
         "wheels": 2,
-        "profile_points": vertices,
-        "bytes_per_step": 8 * values,
+        "profile_points": len(setup.wheelset.right.y),
         "inputs": [{"name": name, "sha256": digest} for name, digest in setup.input_hashes],
         "wear_coefficients": wear.coefficients_of(setup.wear).name,
         "wear_form": setup.wear.form,
@@ -87,13 +72,15 @@ def _fatigue(settings: FatigueSettings) -> dict[str, Any]:
 
 def _foreseen(setup: CampaignSetup, threads: int) -> dict[str, Any]:
     """Estimated steps and time."""
-    state, _ = WheelsetEvolution(replace(setup, tolerance=None)).start()
+    keys = ("steps", "seconds", "slowest", "end", "limit", "bytes_per_step")
     try:
+        state, _ = WheelsetEvolution(setup, threads=threads).start()
         one = estimate(setup, state, threads)
     except WearsimError as error:
-        return {"steps": None, "seconds": None, "slowest": None, "trial_fault": str(error)}
+        return {**dict.fromkeys(keys), "trial_fault": str(error)}
     slowest = {"name": one.slowest, "share": one.share, "held_by": one.held_by}
-    return {"steps": one.steps, "seconds": one.seconds, "threads": threads, "slowest": slowest}
+    values = (one.steps, one.seconds, slowest, one.end, one.limit, one.bytes_per_step)
+    return {**dict(zip(keys, values, strict=True)), "threads": threads}
 
 
 def plan_text(item: dict[str, Any]) -> str:
@@ -117,6 +104,9 @@ def _rows(item: dict[str, Any]) -> _Rows:
     if (slowest := item["slowest"]) is not None:
         share = f"{100.0 * slowest['share']:.0f} % of the time"
         yield "slowest", f"{slowest['name']}: {share}, steps held by {slowest['held_by']}"
+    if (met := item["limit"]) is not None:
+        about = float(f"{item['end'] / 1e3:.2g}")
+        yield "end", f"about {about:.12g} km: limit of {QUANTITIES[met].meaning} met"
     if (limits := campaign["limits"]) is not None:
         given = [f"{key} = {value:g}" for key, value in limits.items() if key != "end" and value is not None]
         ends, reported = (
@@ -136,7 +126,8 @@ def _rows(item: dict[str, Any]) -> _Rows:
         when += [f"{wear['redress_depth_um']:g} um deep"] if wear["redress_depth_um"] else []
         redressed = f"redressed to their new profile {' or '.join(when)}" if when else "never redressed"
         yield "rollers", f"wear {wear['factor']:g} times as deep per passage as the wheels; {redressed}"
-    yield "result file", f"about {item['bytes_per_step'] / 1e6:.2g} MB per step before compression"
+    if item["bytes_per_step"] is not None:
+        yield "result file", f"{item['bytes_per_step'] / 1e6:.2g} MB per step before compression"
 
 
 def steps_text(item: dict[str, Any]) -> str:
@@ -159,12 +150,11 @@ def _as_read(settings: dict[str, Any]) -> _Rows:
 def _models(item: dict[str, Any]) -> _Rows:
     """Lines on the contact models."""
     tolerance, contact = item["tolerance"], item["settings"]["contact"]
-    motion = f"rotation {contact['rotation']}, roll {contact['roll']}"
-    names = [f"{contact['normal']}, {contact['tangential']}"]
-    if tolerance is not None:
-        fast, *_, reference = (" + ".join(one) for one in CHAINS["auto"])
-        names = [f"{fast}, corrected by {reference} to {percent(tolerance)} of the wear depth"]
-    yield "contact models", f"{names[0]}; {motion}"
+    names = f"{contact['normal']}, {contact['tangential']}"
+    if contact["model"] is not None:
+        fast, *_, reference = (" + ".join(one) for one in 2 * CHAINS[contact["model"]])
+        names = reference if tolerance is None else f"{fast}, corrected by {reference} to {percent(tolerance)}"
+    yield "contact models", f"{names}; rotation {contact['rotation']}, roll {contact['roll']}"
     grid = f"{contact['strips']} strips x {contact['cells']} cells per patch, more if they would be larger"
     yield "cells", f"{grid} than {contact['cell_mm']:g} mm, {contact['most_cells']} at most"
 
