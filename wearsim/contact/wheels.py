@@ -250,6 +250,12 @@ def patches_where(part: Any, mask: NDArray[np.bool_]) -> Any:
     return part if mask.all() else joined([part], np.flatnonzero(mask))
 
 
+def renumbered(wheels: Wheels, row: IntArray) -> Wheels:
+    """Wheels whose points have other numbers: `row` (n,) of each."""
+    patch = replace(wheels.normal.patch, row=row[wheels.normal.patch.row])
+    return replace(wheels, normal=replace(wheels.normal, patch=patch))
+
+
 def stretched(wheels: Wheels, load: FloatArray) -> Wheels:
     """Patches similar to those of wheels, under loads (n, 2) nearby."""
     ratio = load.ravel()[wheels.place] / wheels.load
