@@ -10,10 +10,8 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.contact import geometry
 from wearsim.contact.balance import Equilibrium, check_balance, equilibrium
 from wearsim.contact.equilibrium import QUICK_ROLLS, resting_roll, rotation_without_creepage
-from wearsim.contact.geometry import CounterfaceProfile
 from wearsim.contact.kernel import kernel
 from wearsim.contact.patch import FloatArray, IntArray, SurfaceFields
 from wearsim.contact.problem import ContactConditions, ContactModels, ContactSolution, Counterface, Wheelset
@@ -173,19 +171,14 @@ def _task(
     vertical: bool,
 ) -> Task:
     return Task(
-        wheels=tuple(geometry.wheel_surface(one, wheelset.radius) for one in (wheelset.right, wheelset.left)),
-        counterfaces=_counterface_profiles(counterface),
+        wheels=wheelset.surfaces,
+        counterfaces=counterface.surfaces,
         wheelset=wheelset,
         curvature=counterface.curvature,
         models=models,
         sides=sides,
         vertical=vertical,
     )
-
-
-def _counterface_profiles(counterface: Counterface) -> tuple[CounterfaceProfile, CounterfaceProfile]:
-    right = geometry.counterface_profile(counterface.profile)
-    return right, right if counterface.left is None else geometry.counterface_profile(counterface.left)
 
 
 def _part(conditions: ContactConditions, part: IntArray) -> ContactConditions:
