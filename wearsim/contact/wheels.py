@@ -219,7 +219,7 @@ def joined(parts: Sequence[Any], order: IntArray | None = None, *, name: str = "
         return tuple(joined(each, order, name=name) for each in zip(*parts, strict=True))
     if isinstance(first, dict):
         return {key: joined([part[key] for part in parts], order, name=key) for key in first}
-    kind = type(first)
+    kind: Any = type(first)
     return kind(*[joined([getattr(one, name) for one in parts], order, name=name) for name in _names(kind)])
 
 
