@@ -88,6 +88,7 @@ def resting_roll(
     guess: FloatArray,
     half_span: float,
     tolerance: float = 1e-9,
+    fall: FloatArray | None = None,
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
     """Roll at which both loads push the axle down by the same height, by the secant method, bracketed.
 
@@ -103,6 +104,9 @@ def resting_roll(
         Half the distance of the wheels, for the second guess [m].
     tolerance : float
         Of the difference [m].
+    fall : (n,) array, optional
+        How fast the difference falls, over the distance of the wheels, to begin with; the last one seen is
+        left in it. 1 if not given [-].
 
     Returns
     -------
@@ -115,15 +119,17 @@ def resting_roll(
     roll, span, moving = guess.copy(), 2.0 * half_span, np.ones(guess.size, bool)
     low, high = np.full(guess.size, -np.inf), np.full(guess.size, np.inf)
     before, step = np.zeros(guess.size), np.ones(guess.size)
+    fall = np.ones(guess.size) if fall is None else fall
     for trial in range(_MOST_ROLLS):
         if trial == QUICK_ROLLS:
             low, high = np.full_like(roll, -np.inf), np.full_like(roll, np.inf)
         right, left = displacements(roll, moving)
         off = np.where(moving, right - left, 0.0)
         low, high = np.where(off > 0.0, roll, low), np.where(moving & (off <= 0.0), roll, high)
-        fall = (before - off) / (step * span)
-        known = (trial > 0) & (fall > 0.0)
-        aim = roll + off / (span * np.where(known, np.clip(fall, _LEAST_FALL, _LARGEST_FALL), 1.0))
+        if trial > 0:
+            seen = (before - off) / (step * span)
+            fall[moving] = np.where(seen > 0.0, np.clip(seen, _LEAST_FALL, _LARGEST_FALL), 1.0)[moving]
+        aim = roll + off / (span * fall)
         outside = moving & ~((low < aim) & (aim < high))
         aim[outside] = 0.5 * (low[outside] + high[outside])
         moving = np.abs(off) > tolerance

@@ -297,7 +297,8 @@ def _at_rest(
         both[:, rows] = _displacements(balanced.wheels, rows.size)
         return both[0], both[1]
 
-    roll, solved = resting_roll(displacements, _near_rest(task, chunk), task.wheelset.half_span)
+    near, fall = _near_rest(task, chunk)
+    roll, solved = resting_roll(displacements, near, task.wheelset.half_span, fall=fall)
     if not solved.all():
         raise NumericalError(
             "no roll of the wheelset lets normal and creep forces of both wheels carry their loads; lower "
@@ -311,8 +312,9 @@ def _at_rest(
     return Equilibrium(whole, contact, turning, load, []), replace(chunk, roll=roll)
 
 
-def _near_rest(task: Task, chunk: ContactConditions) -> FloatArray:
-    """Roll (n,) at which coarse patches without creep forces carry the wheel loads [rad]."""
+def _near_rest(task: Task, chunk: ContactConditions) -> tuple[FloatArray, FloatArray]:
+    """Roll (n,) at which coarse patches without creep forces carry the wheel loads [rad], and the fall there."""
+    fall = np.ones(chunk.shift.size)
 
     def displacements(angle: FloatArray, wanted: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
         rows = np.flatnonzero(wanted)
@@ -328,7 +330,7 @@ def _near_rest(task: Task, chunk: ContactConditions) -> FloatArray:
             both[number, rows[normal.patch.row]] = normal.vertical_displacement
         return both[0], both[1]
 
-    roll, solved = resting_roll(displacements, chunk.roll, task.wheelset.half_span, _NEAR_REST)
+    roll, solved = resting_roll(displacements, chunk.roll, task.wheelset.half_span, _NEAR_REST, fall)
     if not solved.all():
         raise ContactError(
             "no roll of the wheelset lets both wheels carry their loads; "
@@ -336,7 +338,7 @@ def _near_rest(task: Task, chunk: ContactConditions) -> FloatArray:
             int(np.argmin(solved)),
             rows=np.flatnonzero(~solved).tolist(),
         )
-    return roll
+    return roll, fall
 
 
 def _of_whole(error: ContactError, rows: IntArray) -> ContactError:
