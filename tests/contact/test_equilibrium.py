@@ -61,11 +61,13 @@ def test_roll_closes_the_difference_of_the_vertical_displacements(wheelset, coun
 
 
 def test_a_given_roll_that_is_free_gives_the_same_solution(wheelset, counterface, points, coarse):
+    """Up to the balance, 1e-6 of load and torque, ten times that in power: it begins elsewhere."""
     conditions = replace(points(shift=SHIFTS), free_roll=True)
     free = solve(conditions, wheelset, counterface(), coarse)
     given = replace(conditions, roll=roll_of(free, 7), free_roll=False)
     again = solve(given, wheelset, counterface(), coarse)
-    assert again.power.tolist() == free.power.tolist()
+    np.testing.assert_allclose(again.normal_force, free.normal_force, rtol=5e-6)
+    np.testing.assert_allclose(again.power, free.power, rtol=2e-5)
 
 
 def test_a_row_does_not_depend_on_its_batch(wheelset, counterface, points, coarse):

@@ -10,9 +10,9 @@ point are the rotation speed, and for each wheel the load L its normal forces wo
 are bracketed with coarse patches and FASTSIM, whatever the models; from there Broyden's method [1]_, with the
 zeros of the slopes kept [2]_, takes two or three evaluations of the true ones. Between evaluations patches
 are stretched by similarity (lengths and pressures with the cube root of the load, exact for a quadratic gap)
-as long as the load changes by at most `SIMILAR`; beyond they are solved anew. Where a model's load jumps past
-the balance, patches of one side of the jump are stretched by up to a tenth of the load, which `load_scale`
-states.
+as long as the load changes by at most `SIMILAR`, with several patches by a fiftieth of that; beyond they are
+solved anew. Where a model's load jumps past the balance, patches of one side of the jump are stretched by up
+to a tenth of the load, which `load_scale` states.
 
 References
 ----------
@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearsim.contact.equilibrium import balanced_rotation
-from wearsim.contact.patch import FloatArray
+from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import ContactConditions
 from wearsim.contact.tangential import TANGENTIAL_MODELS, TangentialModel, TangentialSolution, fastsim
 from wearsim.contact.wheels import (
@@ -44,6 +44,7 @@ from wearsim.contact.wheels import (
     joined,
     normal_of,
     patches_where,
+    renumbered,
     stretched,
     wheels_of,
 )
@@ -51,6 +52,7 @@ from wearsim.errors import ContactError, NumericalError
 
 SIMILAR = 1e-3
 """Change of the logarithm of a load up to which patches are stretched instead of solved anew."""
+_SEVERAL = 2e-5  # the same for a wheel on several patches: one takes more of a load than the other
 TOLERANCE = 1e-6
 """Of vertical forces over the wheel load; of the torque over friction coefficient x load x radius, or that of
 the tangential model if it is larger."""
@@ -74,17 +76,35 @@ class Equilibrium:
     """Wheels in equilibrium, ordered by point, side and falling normal force.
 
     `contact` has the fields of cells, `speed` (n,) is the rotation speed [rad/s], `load` (n, 2) the L of both
-    wheels [N].
+    wheels [N], `slopes` those of the residuals of sides that are balanced together.
     """
 
     wheels: Wheels
     contact: TangentialSolution
     speed: FloatArray
     load: FloatArray
+    slopes: list[FloatArray]
+
+    def take(self, rows: IntArray) -> Equilibrium:
+        """Equilibrium of some points, in rising order; what it says of others is lost."""
+        place = np.full(self.speed.size, -1)
+        place[rows] = np.arange(rows.size)
+        taken = place[self.wheels.normal.patch.row]
+        return Equilibrium(
+            renumbered(patches_where(self.wheels, taken >= 0), place),
+            contact_where(self.contact, taken >= 0),
+            self.speed[rows],
+            self.load[rows],
+            [slope[rows] for slope in self.slopes],
+        )
 
 
 def equilibrium(
-    task: Task, chunk: ContactConditions, sides: list[Side], speed: FloatArray | None
+    task: Task,
+    chunk: ContactConditions,
+    sides: list[Side],
+    speed: FloatArray | None,
+    nearby: Equilibrium | None = None,
 ) -> Equilibrium:
     """Balance loads, and torque if the rotation speed is not given, for every point of a chunk.
 
@@ -98,6 +118,8 @@ def equilibrium(
         Those that are balanced; both for free rotation.
     speed : (n,) array, optional
         Rotation speed, negative when rolling forwards [rad/s]; None: free.
+    nearby : Equilibrium, optional
+        Of the same points in another pose, to begin with instead of coarse patches.
 
     Returns
     -------
@@ -115,16 +137,24 @@ def equilibrium(
     """
     model = TANGENTIAL_MODELS[task.models.tangential]
     groups = _together(task, sides, speed)
-    nearby = [_bracketed(task, chunk, group, columns, speed) for group, columns in groups]
     every = np.ones(chunk.shift.size, bool)
     load = np.repeat(chunk.wheel_load[:, None], 2, axis=1)
     turning = -chunk.speed / task.wheelset.radius if speed is None else speed.copy()
+    if nearby is None:
+        begin = [_bracketed(task, chunk, group, columns, speed) for group, columns in groups]
+    else:
+        unknown = _unknowns(task, chunk, nearby.speed, nearby.load)
+        begin = [(unknown, slope, nearby.wheels) for slope in nearby.slopes]
+    slopes = [slope.copy() for _, slope, _ in begin]
     wheels: list[Wheels] = []
     contacts: list[TangentialSolution] = []
 
     def refine(wanted: NDArray[np.bool_], hasty: bool) -> None:
-        for (group, columns), near in zip(groups, nearby, strict=True):
-            parts, fields, turned, carried = _refined(task, chunk, group, columns, speed, near, wanted, hasty)
+        for (group, columns), near, slope in zip(groups, begin, slopes, strict=True):
+            parts, fields, turned, carried, steepness = _refined(
+                task, chunk, group, columns, speed, near, wanted, hasty
+            )
+            slope[wanted] = steepness[wanted]
             wheels.extend(parts)
             contacts.extend(fields)
             for side in group:
@@ -134,7 +164,7 @@ def equilibrium(
     refine(every, hasty=not model.warm)
     whole, order = by_point(wheels)
     if model.warm:
-        return Equilibrium(whole, contact_joined(contacts, order), turning, load)
+        return Equilibrium(whole, contact_joined(contacts, order), turning, load, slopes)
     forces = forces_of(task, whole, turning, model, fields=True)
     columns = [column for _, some in groups for column in some]
     missed = _missed(_residual(task, chunk, forces, columns), columns, model)
@@ -143,7 +173,7 @@ def equilibrium(
         refine(missed, hasty=False)
         whole, _ = by_point(wheels)
         forces = forces_of(task, whole, turning, model, fields=True)
-    return Equilibrium(whole, forces.contact, turning, load)
+    return Equilibrium(whole, forces.contact, turning, load, slopes)
 
 
 def _together(task: Task, sides: list[Side], speed: FloatArray | None) -> list[tuple[list[Side], list[int]]]:
@@ -272,11 +302,15 @@ def _bracketed(
         near = stretched(rough, tried)
         forces = forces_of(task, near, speed, fastsim.MODEL)
     slope = _slopes(task, chunk, near, forces, fastsim.MODEL, speed, columns)
-    unknown = np.column_stack(
-        [(speed * -task.wheelset.radius / chunk.speed - 1.0) / _SPEED_UNIT, np.log(tried / wheel_load)]
-    )
+    unknown = _unknowns(task, chunk, speed, tried)
     unknown[:, columns] += _step(slope, _residual(task, chunk, forces, columns), _LARGEST_STEP[columns])
     return unknown, slope, rough
+
+
+def _unknowns(task: Task, chunk: ContactConditions, speed: FloatArray, load: FloatArray) -> FloatArray:
+    """Rotation speeds (n,) and loads (n, 2) in units of like size (n, 3)."""
+    slower = speed * -task.wheelset.radius / chunk.speed - 1.0
+    return np.column_stack([slower / _SPEED_UNIT, np.log(load / chunk.wheel_load[:, None])])
 
 
 def _turning(
@@ -381,10 +415,11 @@ def _refined(
     near: tuple[FloatArray, FloatArray, Wheels],
     wanted: NDArray[np.bool_],
     hasty: bool,
-) -> tuple[list[Wheels], list[TangentialSolution], FloatArray, FloatArray]:
+) -> tuple[list[Wheels], list[TangentialSolution], FloatArray, FloatArray, FloatArray]:
     """Wheels in equilibrium in the order they got there, by Broyden's method, of the points `wanted` (n,).
 
-    And creep forces of a warm model, rotation speeds (n,) and loads (n, 2). `near` is of `_bracketed`.
+    And creep forces of a warm model, rotation speeds (n,), loads (n, 2) and slopes. `near` is as of
+    `_bracketed`.
     If `hasty`, a point whose residuals are `_PROMISING` takes one more step and is not looked at again.
     """
     unknown, slope, rough = near[0].copy(), near[1].copy(), near[2]
@@ -406,7 +441,9 @@ def _refined(
         if trial == 0:
             wheels: Wheels = joined(_solved(task, chunk, sides, load, here, start=rough))
         here &= open_rows[:, None]
-        again = here & (np.abs(np.log(load / _loads(wheels, count))) > SIMILAR)
+        several = np.bincount(wheels.place, minlength=2 * count).reshape(-1, 2) > 1
+        most = np.where(several, _SEVERAL, SIMILAR)
+        again = here & (np.abs(np.log(load / _loads(wheels, count))) > most)
         if 0 < trial <= _FROZEN and again.any():
             old = wheels
             wheels = _renewed(task, chunk, sides, wheels, load, again)
@@ -460,7 +497,7 @@ def _refined(
             row=row,
             rows=np.flatnonzero(open_rows).tolist(),
         )
-    return done, contacts, speed, load
+    return done, contacts, speed, load, slope
 
 
 def _frozen(near: Wheels, wheels: Wheels, count: int) -> tuple[Wheels, FloatArray]:

@@ -12,6 +12,11 @@ from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.errors import NumericalError
 
 _MOST_WIDENINGS, _MOST_STEPS = 12, 60
+_MOST_ROLLS = 20
+QUICK_ROLLS = 4
+"""Rolls after which a bracket is forgotten: displacements of these may hang on the roll before a little."""
+_LARGEST_CHANGE = 1e-4  # rad, of the roll in the end: where loads jump with the roll it does not come to rest
+_LEAST_FALL, _LARGEST_FALL = 0.1, 5.0  # of the difference with the roll, over the distance of the wheels
 
 
 def falling_root(
@@ -83,21 +88,25 @@ def resting_roll(
     guess: FloatArray,
     half_span: float,
     tolerance: float = 1e-9,
+    fall: FloatArray | None = None,
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Roll at which both loads push the axle down by the same height.
+    """Roll at which both loads push the axle down by the same height, by the secant method, bracketed.
 
     Parameters
     ----------
     displacements : callable
         For (n,) rolls [rad], the displacements of the right and the left wheel from the axle's design height
         under their loads [m], of the rows a mask (n,) asks for; roll takes each of them along, so that their
-        difference falls with it.
+        difference falls with it. Rows at rest are not asked for again.
     guess : (n,) array
         First guess [rad].
     half_span : float
         Half the distance of the wheels, for the second guess [m].
     tolerance : float
         Of the difference [m].
+    fall : (n,) array, optional
+        How fast the difference falls, over the distance of the wheels, to begin with; the last one seen is
+        left in it. 1 if not given [-].
 
     Returns
     -------
@@ -107,20 +116,30 @@ def resting_roll(
         False where no roll lets both wheels carry their loads: a wheel that climbs its flange rises faster
         by moving sideways than it sinks by rolling.
     """
-
-    def difference(roll: FloatArray, wanted: NDArray[np.bool_]) -> FloatArray:
-        right, left = displacements(roll, wanted)
-        return right - left
-
-    near = guess + difference(guess, np.ones(guess.size, bool)) / (2.0 * half_span)
-    return falling_root(
-        difference,
-        near,
-        np.maximum(0.05 * np.abs(near - guess), 1e-7),
-        goal=np.full(guess.size, tolerance),
-        narrow=np.full(guess.size, 1e-15),
-        done=np.zeros(guess.size, bool),
-    )
+    roll, span, moving = guess.copy(), 2.0 * half_span, np.ones(guess.size, bool)
+    low, high = np.full(guess.size, -np.inf), np.full(guess.size, np.inf)
+    before, step = np.zeros(guess.size), np.ones(guess.size)
+    fall = np.ones(guess.size) if fall is None else fall
+    for trial in range(_MOST_ROLLS):
+        if trial == QUICK_ROLLS:
+            low, high = np.full_like(roll, -np.inf), np.full_like(roll, np.inf)
+        right, left = displacements(roll, moving)
+        off = np.where(moving, right - left, 0.0)
+        low, high = np.where(off > 0.0, roll, low), np.where(moving & (off <= 0.0), roll, high)
+        if trial > 0:
+            seen = (before - off) / (step * span)
+            fall[moving] = np.where(seen > 0.0, np.clip(seen, _LEAST_FALL, _LARGEST_FALL), 1.0)[moving]
+        aim = roll + off / (span * fall)
+        outside = moving & ~((low < aim) & (aim < high))
+        aim[outside] = 0.5 * (low[outside] + high[outside])
+        moving = np.abs(off) > tolerance
+        if trial == _MOST_ROLLS - 1:
+            moving &= np.abs(aim - roll) > _LARGEST_CHANGE
+        if not moving.any():
+            break
+        before, step = off, np.where(moving, aim - roll, 1.0)
+        roll = np.where(moving, aim, roll)
+    return roll, ~moving
 
 
 RULES = ("free", "centred", "nominal")

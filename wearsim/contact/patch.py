@@ -42,7 +42,7 @@ class Resolution:
     def _count(self, size: FloatArray, fewest: int) -> IntArray:
         # A size that is a multiple of the cell must not get one more by rounding.
         needed = np.ceil(size / self.cell * (1.0 - 1e-9))
-        return np.clip(needed, fewest, max(self.most, fewest)).astype(np.int64)
+        return np.minimum(np.maximum(needed, fewest), max(self.most, fewest)).astype(np.int64)
 
 
 @dataclass(frozen=True)

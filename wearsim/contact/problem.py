@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from wearsim.contact.equilibrium import RULES
+from wearsim.contact.geometry import CounterfaceProfile, WheelSurface, counterface_profile, wheel_surface
 from wearsim.contact.patch import FloatArray, IntArray, Patch, Resolution, SurfaceFields
 from wearsim.errors import ContactError
 from wearsim.profile.shape import Profile
@@ -204,6 +206,11 @@ class Wheelset:
     radius: float
     half_span: float
 
+    @cached_property
+    def surfaces(self) -> tuple[WheelSurface, WheelSurface]:
+        """Circles of the right and the left wheel."""
+        return wheel_surface(self.right, self.radius), wheel_surface(self.left, self.radius)
+
 
 @dataclass(frozen=True)
 class Counterface:
@@ -227,6 +234,12 @@ class Counterface:
     def profiles(self) -> tuple[Profile, Profile]:
         """Of the right and the left side."""
         return self.profile, self.profile if self.left is None else self.left
+
+    @cached_property
+    def surfaces(self) -> tuple[CounterfaceProfile, CounterfaceProfile]:
+        """Profiles of the right and the left side on the grid of the contact search."""
+        right = counterface_profile(self.profile)
+        return right, right if self.left is None else counterface_profile(self.left)
 
 
 @dataclass(frozen=True)

@@ -10,10 +10,8 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.contact import geometry
 from wearsim.contact.balance import Equilibrium, equilibrium
-from wearsim.contact.equilibrium import resting_roll, rotation_without_creepage
-from wearsim.contact.geometry import CounterfaceProfile
+from wearsim.contact.equilibrium import QUICK_ROLLS, resting_roll, rotation_without_creepage
 from wearsim.contact.kernel import kernel
 from wearsim.contact.patch import FloatArray, IntArray, SurfaceFields
 from wearsim.contact.problem import ContactConditions, ContactModels, ContactSolution, Counterface, Wheelset
@@ -27,6 +25,7 @@ from wearsim.contact.wheels import (
     joined,
     normal_of,
     patches_where,
+    renumbered,
     side_of,
 )
 from wearsim.errors import ContactError, NumericalError
@@ -157,19 +156,14 @@ def _task(
     vertical: bool,
 ) -> Task:
     return Task(
-        wheels=tuple(geometry.wheel_surface(one, wheelset.radius) for one in (wheelset.right, wheelset.left)),
-        counterfaces=_counterface_profiles(counterface),
+        wheels=wheelset.surfaces,
+        counterfaces=counterface.surfaces,
         wheelset=wheelset,
         curvature=counterface.curvature,
         models=models,
         sides=sides,
         vertical=vertical,
     )
-
-
-def _counterface_profiles(counterface: Counterface) -> tuple[CounterfaceProfile, CounterfaceProfile]:
-    right = geometry.counterface_profile(counterface.profile)
-    return right, right if counterface.left is None else geometry.counterface_profile(counterface.left)
 
 
 def _part(conditions: ContactConditions, part: IntArray) -> ContactConditions:
@@ -234,11 +228,7 @@ def _rotation_speed(task: Task, chunk: ContactConditions, index: IntArray) -> Fl
     return nominal
 
 
-_MOST_ROLLS = 20
 _NEAR_REST = 1e-6  # m, between the wheels' displacements with coarse patches and without creep forces
-_AT_REST = 1e-9  # m, between those in equilibrium
-_LARGEST_CHANGE = 1e-4  # rad, of the roll in the end: where loads jump with the roll it does not come to rest
-_LEAST_FALL, _LARGEST_FALL = 0.1, 5.0  # of the difference with the roll, over the distance of the wheels
 
 
 def _at_rest(
@@ -246,61 +236,70 @@ def _at_rest(
 ) -> tuple[Equilibrium, ContactConditions]:
     """Equilibrium of a wheelset that rests on both wheels, and the conditions with its roll.
 
-    From the roll at which coarse patches carry the wheel loads the secant method, bracketed, leads to the one
-    at which both wheels in equilibrium are displaced alike. A row that rests is not solved again.
+    The search begins at the roll at which coarse patches carry the wheel loads. A row that rests is not
+    solved again.
     """
-    roll, span = _near_rest(task, chunk), 2.0 * task.wheelset.half_span
-    count = roll.size
-    low, high = np.full(count, -np.inf), np.full(count, np.inf)
-    before, moved = np.zeros(count), np.zeros(count)
-    rows = np.arange(count)
+    count = chunk.shift.size
     turning, load = np.zeros(count), np.zeros((count, 2))
     wheels: list[Wheels] = []
     contacts: list[TangentialSolution] = []
-    for trial in range(_MOST_ROLLS):
-        tilted = _part(replace(chunk, roll=roll), rows)
+    rolls: list[FloatArray] = []
+    latest: list[tuple[IntArray, Equilibrium]] = []
+
+    def keep(moving: NDArray[np.bool_]) -> Equilibrium | None:
+        """Put those that rest aside; the equilibrium of the others."""
+        if not latest:
+            return None
+        rows, balanced = latest.pop()
+        turning[rows], load[rows] = balanced.speed, balanced.load
+        resting = np.flatnonzero(~moving[rows])
+        if resting.size > 0:
+            part = balanced.take(resting)
+            wheels.append(renumbered(part.wheels, rows[resting]))
+            contacts.append(part.contact)
+        return balanced.take(np.flatnonzero(moving[rows]))
+
+    def displacements(angle: FloatArray, wanted: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
+        nearby = keep(wanted)
+        rolls.append(angle)
+        if len(rolls) > QUICK_ROLLS:  # where loads jump, equilibria hang on where they began
+            nearby = None
+        rows = np.flatnonzero(wanted)
+        tilted = _part(replace(chunk, roll=angle), rows)
+        given = None if speed is None else speed[rows]
         try:
             sides = [side_of(task, number, tilted) for number in (0, 1)]
-            balanced = equilibrium(task, tilted, sides, None if speed is None else speed[rows])
+            try:
+                balanced = equilibrium(task, tilted, sides, given, nearby)
+            except ContactError:
+                if nearby is None:
+                    raise
+                balanced = equilibrium(task, tilted, sides, given)
         except ContactError as error:
             raise _of_whole(error, rows) from None
-        right, left = _displacements(balanced.wheels, rows.size)
-        off = right - left
-        low[rows] = np.where(off > 0.0, roll[rows], low[rows])
-        high[rows] = np.where(off > 0.0, high[rows], roll[rows])
-        step = off / span
-        if trial > 0:
-            fall = (before - off) / (moved * span)
-            step /= np.where(fall > 0.0, np.clip(fall, _LEAST_FALL, _LARGEST_FALL), 1.0)
-        aim = roll[rows] + step
-        outside = ~((low[rows] < aim) & (aim < high[rows]))
-        aim[outside] = 0.5 * (low[rows] + high[rows])[outside]
-        moving = np.abs(off) > _AT_REST
-        if trial == _MOST_ROLLS - 1:
-            moving &= np.abs(aim - roll[rows]) > _LARGEST_CHANGE
-        turning[rows], load[rows] = balanced.speed, balanced.load
-        if rows.size == 0 or not moving.all():
-            settled = ~moving[balanced.wheels.normal.patch.row]
-            part: Wheels = patches_where(balanced.wheels, settled)
-            patch = replace(part.normal.patch, row=rows[part.normal.patch.row])
-            wheels.append(replace(part, normal=replace(part.normal, patch=patch)))
-            contacts.append(contact_where(balanced.contact, settled))
-        if not moving.any():
-            whole, order = by_point(wheels)
-            contact = contact_joined(contacts, order)
-            return Equilibrium(whole, contact, turning, load), replace(chunk, roll=roll)
-        before, moved, rows = off[moving], (aim - roll[rows])[moving], rows[moving]
-        roll[rows] = aim[moving]
-    raise NumericalError(
-        "no roll of the wheelset lets normal and creep forces of both wheels carry their loads; lower "
-        "friction, yaw or shift, or give the roll",
-        row=int(rows[0]),
-        rows=rows.tolist(),
-    )
+        latest.append((rows, balanced))
+        both = np.zeros((2, count))
+        both[:, rows] = _displacements(balanced.wheels, rows.size)
+        return both[0], both[1]
+
+    near, fall = _near_rest(task, chunk)
+    roll, solved = resting_roll(displacements, near, task.wheelset.half_span, fall=fall)
+    if not solved.all():
+        raise NumericalError(
+            "no roll of the wheelset lets normal and creep forces of both wheels carry their loads; lower "
+            "friction, yaw or shift, or give the roll",
+            row=int(np.argmin(solved)),
+            rows=np.flatnonzero(~solved).tolist(),
+        )
+    keep(~solved)
+    whole, order = by_point(wheels)
+    contact = contact_joined(contacts, order)
+    return Equilibrium(whole, contact, turning, load, []), replace(chunk, roll=roll)
 
 
-def _near_rest(task: Task, chunk: ContactConditions) -> FloatArray:
-    """Roll (n,) at which coarse patches without creep forces carry the wheel loads [rad]."""
+def _near_rest(task: Task, chunk: ContactConditions) -> tuple[FloatArray, FloatArray]:
+    """Roll (n,) at which coarse patches without creep forces carry the wheel loads [rad], and the fall there."""
+    fall = np.ones(chunk.shift.size)
 
     def displacements(angle: FloatArray, wanted: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
         rows = np.flatnonzero(wanted)
@@ -316,7 +315,7 @@ def _near_rest(task: Task, chunk: ContactConditions) -> FloatArray:
             both[number, rows[normal.patch.row]] = normal.vertical_displacement
         return both[0], both[1]
 
-    roll, solved = resting_roll(displacements, chunk.roll, task.wheelset.half_span, _NEAR_REST)
+    roll, solved = resting_roll(displacements, chunk.roll, task.wheelset.half_span, _NEAR_REST, fall)
     if not solved.all():
         raise ContactError(
             "no roll of the wheelset lets both wheels carry their loads; "
@@ -324,7 +323,7 @@ def _near_rest(task: Task, chunk: ContactConditions) -> FloatArray:
             int(np.argmin(solved)),
             rows=np.flatnonzero(~solved).tolist(),
         )
-    return roll
+    return roll, fall
 
 
 def _of_whole(error: ContactError, rows: IntArray) -> ContactError:

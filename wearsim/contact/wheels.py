@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 from wearsim.contact.creepage import ContactPoint, Kinematics, kinematics, moved
 from wearsim.contact.gap import between_points
 from wearsim.contact.geometry import CounterfaceProfile, Gap, WheelsetPose, WheelSurface, gap
+from wearsim.contact.kernel import kernel, plain
 from wearsim.contact.normal import NORMAL_MODELS, NormalSolution
 from wearsim.contact.patch import FloatArray, IntArray, Resolution
 from wearsim.contact.problem import ContactConditions, ContactModels, Wheelset
@@ -217,9 +219,13 @@ def joined(parts: Sequence[Any], order: IntArray | None = None, *, name: str = "
         return tuple(joined(each, order, name=name) for each in zip(*parts, strict=True))
     if isinstance(first, dict):
         return {key: joined([part[key] for part in parts], order, name=key) for key in first}
-    names = [f.name for f in fields(first)]
-    values = {name: joined([getattr(part, name) for part in parts], order, name=name) for name in names}
-    return type(first)(**values)
+    kind: Any = type(first)
+    return kind(*[joined([getattr(one, name) for one in parts], order, name=name) for name in _names(kind)])
+
+
+@cache
+def _names(kind: Any) -> tuple[str, ...]:
+    return tuple(one.name for one in fields(kind))
 
 
 def _stacked(name: str, parts: Sequence[FloatArray]) -> FloatArray:
@@ -248,6 +254,12 @@ def by_point(parts: list[Wheels]) -> tuple[Wheels, IntArray]:
 def patches_where(part: Any, mask: NDArray[np.bool_]) -> Any:
     """Patches of a dataclass of arrays where a mask (m,) is true."""
     return part if mask.all() else joined([part], np.flatnonzero(mask))
+
+
+def renumbered(wheels: Wheels, row: IntArray) -> Wheels:
+    """Wheels whose points have other numbers: `row` (n,) of each."""
+    patch = replace(wheels.normal.patch, row=row[wheels.normal.patch.row])
+    return replace(wheels, normal=replace(wheels.normal, patch=patch))
 
 
 def stretched(wheels: Wheels, load: FloatArray) -> Wheels:
@@ -314,19 +326,30 @@ def forces_of(
         fields=fields,
         start=start,
     )
-    torque = (contact.force * motion.per_speed).sum(axis=1) * wheels.speed
-    along, across, deep = motion.down.T
-    vertical = normal.normal_force * deep - contact.force[:, 0] * along - contact.force[:, 1] * across
+    torque, vertical = np.zeros((2, 2 * speed.size))
+    _add_up(
+        contact.force, motion.per_speed, motion.down, plain(normal.normal_force), wheels.speed, wheels.place,
+        torque, vertical,
+    )  # fmt: skip
+    return Forces(contact, torque.reshape(-1, 2), vertical.reshape(-1, 2))
 
-    def summed(value: FloatArray) -> FloatArray:
-        total: FloatArray = np.bincount(wheels.place, value, 2 * speed.size).astype(float).reshape(-1, 2)
-        return total
 
-    return Forces(contact, summed(torque), summed(vertical))
+@kernel
+def _add_up(
+    force: FloatArray, per_speed: FloatArray, down: FloatArray, normal: FloatArray, speed: FloatArray,
+    place: IntArray, torque: FloatArray, vertical: FloatArray,
+) -> None:  # fmt: skip
+    """Torque about the axle and vertical force of patches, summed by wheel."""
+    for m in range(place.size):
+        x, y, moment = force[m]
+        torque[place[m]] += (x * per_speed[m, 0] + y * per_speed[m, 1] + moment * per_speed[m, 2]) * speed[m]
+        vertical[place[m]] += normal[m] * down[m, 2] - x * down[m, 0] - y * down[m, 1]
 
 
 def contact_where(contact: TangentialSolution, which: NDArray[np.bool_] | IntArray) -> TangentialSolution:
     """Patches of a tangential solution of a mask (m,) or in an order; cells have them on the second axis."""
+    if which.dtype == bool and which.all():
+        return contact
     cells = None if contact.cells is None else contact.cells[:, which]
     order = np.arange(len(contact.force))[which]
     part: TangentialSolution = joined([replace(contact, cells=None)], order)

@@ -153,7 +153,8 @@ def _models(item: dict[str, Any]) -> _Rows:
     names = f"{contact['normal']}, {contact['tangential']}"
     if contact["model"] is not None:
         fast, *_, reference = (" + ".join(one) for one in 2 * CHAINS[contact["model"]])
-        names = reference if tolerance is None else f"{fast}, corrected by {reference} to {percent(tolerance)}"
+        aim = "" if tolerance is None else f", corrected by {reference} to {percent(tolerance)}"
+        names = fast + aim
     yield "contact models", f"{names}; rotation {contact['rotation']}, roll {contact['roll']}"
     grid = f"{contact['strips']} strips x {contact['cells']} cells per patch, more if they would be larger"
     yield "cells", f"{grid} than {contact['cell_mm']:g} mm, {contact['most_cells']} at most"

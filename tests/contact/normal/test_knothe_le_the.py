@@ -9,6 +9,7 @@ import pytest
 
 from wearsim.contact import geometry
 from wearsim.contact.geometry import CounterfaceProfile, Gap, WheelsetPose
+from wearsim.contact.normal import half_space
 from wearsim.contact.normal.knothe_le_the import solve
 from wearsim.contact.normal.knothe_le_the.equations import averages, in_the_middle, influence_table
 from wearsim.contact.patch import Resolution
@@ -266,3 +267,15 @@ def test_each_patch_has_the_strips_of_its_size(gap_of):
     np.testing.assert_array_equal(alone.max_pressure, both.max_pressure[patch.row == 2])
     count = alone.patch.y.shape[1]
     np.testing.assert_array_equal(alone.patch.x_lead, patch.x_lead[patch.row == 2][:, :count])
+
+
+def test_soft_bodies_start_from_patches_of_less_load(gap_of):
+    """E = 1 GPa is 210 times the load: 3 % of the half-space in area, 5 % in pressure; other rows stay."""
+    gap, load = gap_of(np.full(2, 3e-3)), np.array([80e3, 210 * 80e3])
+    got, alone = solved(gap, load), solved(gap, load[:1])
+    soft = got.patch.row == 1
+    options = {"vertical": True, "effective_modulus": E_STAR, "parameters": {}}
+    exact = half_space.solve(gap, np.array([1]), load[1:], resolution=Resolution(1.0, 30, 30, 30), **options)
+    assert got.patch.area[soft].sum() == pytest.approx(exact.patch.area.sum(), rel=0.03)
+    assert got.max_pressure[soft].max() == pytest.approx(exact.max_pressure.max(), rel=0.05)
+    np.testing.assert_array_equal(alone.max_pressure, got.max_pressure[~soft])

@@ -7,7 +7,7 @@ has to be edited to add one. Whoever calls a record gets input and solution vali
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
@@ -209,9 +209,9 @@ class NormalModel:
             if getattr(resolution, key) < FEWEST:
                 raise ContactError(f"{key} = {getattr(resolution, key)} must be at least {FEWEST}; take more")
         check_grid(self.name, resolution.strips, resolution.cells, self.fewest, self.most_strips)
-        wrong = np.flatnonzero(~((load > 0.0) & (load < np.inf)))
-        if wrong.size > 0:
-            first = int(wrong[0])
+        right = (load > 0.0) & (load < np.inf)
+        if not right.all():
+            first = int(np.argmin(right))
             raise ContactError(
                 f"wheel load = {load[first]:g} N must be above 0 N and finite", row=int(row[first])
             )
@@ -231,14 +231,20 @@ class NormalModel:
         return solution
 
 
+_REAL = (
+    "centre_y", "contact_angle", "approach", "normal_force", "max_pressure", "edge_y", "load_scale",
+    "vertical_displacement",
+)  # fmt: skip
+_REAL_OF_PATCH = "y", "width", "x_lead", "x_trail", "pressure_slope", "interpenetration"
+
+
 def _check_solution(gap: Gap, solution: NormalSolution, effective_modulus: float) -> None:
     """Finite numbers, and patches and pressures within an elastic half-space where there is load."""
     patch = solution.patch
     row = patch.row
     loaded = ~(solution.normal_force < FAINT * np.bincount(row, solution.normal_force)[row])
-    arrays = [getattr(owner, one.name) for owner in (solution, patch) for one in fields(owner)]
-    arrays = [values for values in arrays if isinstance(values, np.ndarray)]
-    if not np.isfinite(sum(float(values.sum()) for values in arrays)):
+    arrays = [getattr(solution, name) for name in _REAL] + [getattr(patch, name) for name in _REAL_OF_PATCH]
+    if not np.isfinite(np.concatenate(arrays, axis=None)).all():
         fine = np.all([np.isfinite(values.reshape(row.size, -1)).all(axis=1) for values in arrays], axis=0)
         raise NumericalError(
             "the normal contact has no finite solution; check profiles, radii and load, or take another "
@@ -248,32 +254,32 @@ def _check_solution(gap: Gap, solution: NormalSolution, effective_modulus: float
         )
     half = 0.5 * (patch.x_lead - patch.x_trail).max(axis=1)
     radius = _smallest_radius(gap, solution)
-    long = np.flatnonzero(loaded & (half > LONGEST_PATCH * radius))
-    if long.size > 0:
-        m = int(long[0])
+    beyond = loaded & (half > LONGEST_PATCH * radius)
+    if beyond.any():
+        m = int(np.argmax(beyond))
         raise ContactError(
             f"the contact patch is {2e3 * half[m]:.3g} mm long on a rolling radius of {1e3 * radius[m]:.3g} "
             f"mm, more than {2.0 * LONGEST_PATCH:g} of it: no half-space; lower the load, or take a larger "
             "radius or a stiffer material",
             row=int(row[m]),
-            rows=np.unique(row[long]).tolist(),
+            rows=np.unique(row[beyond]).tolist(),
         )
-    strong = np.flatnonzero(loaded & (solution.max_pressure > LARGEST_STRAIN * effective_modulus))
-    if strong.size > 0:
-        m = int(strong[0])
+    beyond = loaded & (solution.max_pressure > LARGEST_STRAIN * effective_modulus)
+    if beyond.any():
+        m = int(np.argmax(beyond))
         raise ContactError(
             f"the contact pressure would be {1e-6 * solution.max_pressure[m]:.0f} MPa, more than "
             f"{LARGEST_STRAIN:g} of E / (2 (1 - nu^2)): not elastic; lower the load, smooth a measured "
             "profile or take a larger radius",
             row=int(row[m]),
-            rows=np.unique(row[strong]).tolist(),
+            rows=np.unique(row[beyond]).tolist(),
         )
 
 
 def _smallest_radius(gap: Gap, solution: NormalSolution) -> FloatArray:
     """Smaller one of the rolling radii of wheel and counterface at each patch [m]."""
     grid = gap.counterface
-    at = np.clip(np.searchsorted(grid.y, solution.centre_y), 0, grid.y.size - 1)
+    at = np.minimum(np.searchsorted(grid.y, solution.centre_y), grid.y.size - 1)
     wheel: FloatArray = gap.wheel_radius[solution.patch.row, at]
     if gap.curvature <= 0.0:
         return wheel

@@ -61,13 +61,11 @@ def flexibilities(patch: Patch, shear_modulus: float, poisson_ratio: float) -> F
     ratio = longest / (patch.width * patch.strips)
     a = np.sqrt(total * patch.width / np.pi * ratio)
     c11, c22, c23, _ = coefficients(ratio, poisson_ratio)
-    return np.array(
-        [
-            8.0 * a / (3.0 * shear_modulus * c11),
-            8.0 * a / (3.0 * shear_modulus * c22),
-            np.pi * a * np.sqrt(ratio) / (4.0 * shear_modulus * c23),
-        ]
-    )
+    result = np.empty((3, ratio.size))
+    result[0] = 8.0 * a / (3.0 * shear_modulus * c11)
+    result[1] = 8.0 * a / (3.0 * shear_modulus * c22)
+    result[2] = np.pi * a * np.sqrt(ratio) / (4.0 * shear_modulus * c23)
+    return result
 
 
 @kernel

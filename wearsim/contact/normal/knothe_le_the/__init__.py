@@ -52,12 +52,14 @@ from wearsim.contact.normal.model import (
     raise_first,
 )
 from wearsim.contact.patch import FloatArray, IntArray, Patch, Resolution, cells_of
+from wearsim.errors import ContactError
 
 DEFAULTS = {"solved_strips": 20.0}
 
 _FEWEST, _MOST = 10, 60
 _PARTS = 6, 12, 24, 48  # of the profile with strips, for which room is made one after the other
 _COARSE = Resolution(1.0, 20, 20, 20)  # of the patches it starts from
+_TRIALS = np.array([1.0, 0.03, 0.06, 0.12, 0.25, 0.5])  # of the load they carry: less where all of it fails
 
 
 def solve(
@@ -78,31 +80,40 @@ def solve(
     the strips of the solution are interpolated from them. Rough solutions are those of
     `kik_piotrowski`.
     """
-    if rough or start is None:
-        start = kik_piotrowski.solve(
-            gap, row, load, vertical=vertical, effective_modulus=effective_modulus,
-            resolution=resolution if rough else _COARSE, parameters=parameters, rough=True,
-        )  # fmt: skip
     if rough:
-        return start
+        return _nearby(gap, row, load, vertical, effective_modulus, resolution, parameters)
     solved = int(min(max({**DEFAULTS, **parameters}["solved_strips"], _FEWEST), _MOST))
     rows = load.size
     surface, lowest = gap.counterface, gap.gap.min(axis=1)
     profile = (surface.y, surface.z, surface.slope, surface.angle)
-    begin = _begin(start, row, effective_modulus)
-    given = int(np.diff(begin.first).max(initial=1))
-    for parts in [room for room in _PARTS if room >= given] or [given]:
-        most = 4 * solved * parts // _PARTS[0]
-        number, fault = np.zeros(rows, np.int64), np.zeros(gap.gap.shape[0], np.int64)
-        patches = np.zeros((rows, parts), PATCH)
-        nodes = np.empty((3, rows, parts, most + 2))
-        work = _work(most, parts, given * start.patch.y.shape[1])
-        solve_wheels(
-            row, plain(load), begin, vertical, effective_modulus, solved, profile, gap.gap, lowest,
-            gap.wheel_radius, gap.x, gap.curvature, influence_table(), work, number, fault, patches, nodes,
-        )  # fmt: skip
-        if not (fault == NO_ROOM).any():
+    trial = np.zeros(rows, np.int64)
+    while True:
+        carried, last = _TRIALS[trial] * load, start is not None or trial.max(initial=0) == _TRIALS.size - 1
+        try:
+            near = start or _nearby(gap, row, carried, vertical, effective_modulus, _COARSE, parameters)
+        except ContactError as error:
+            if last or not error.rows:
+                raise
+            trial += np.isin(row, error.rows)
+            continue
+        begin = _begin(near, row, effective_modulus)
+        given = int(np.diff(begin.first).max(initial=1))
+        for parts in [room for room in _PARTS if room >= given] or [given]:
+            most = 4 * solved * parts // _PARTS[0]
+            number, fault = np.zeros(rows, np.int64), np.zeros(gap.gap.shape[0], np.int64)
+            patches = np.zeros((rows, parts), PATCH)
+            nodes = np.empty((3, rows, parts, most + 2))
+            work = _work(most, parts, given * near.patch.y.shape[1])
+            solve_wheels(
+                row, plain(load), begin, vertical, effective_modulus, solved, profile, gap.gap, lowest,
+                gap.wheel_radius, gap.x, gap.curvature, influence_table(), work, number, fault, patches,
+                nodes,
+            )  # fmt: skip
+            if not (fault == NO_ROOM).any():
+                break
+        if last or not fault.any():
             break
+        trial += fault[row] > 0
     raise_first(np.where(fault == NO_ROOM, NO_BALANCE, fault))
     used = np.arange(parts) < number[:, None]
     place, rank = np.nonzero(used)
@@ -145,6 +156,17 @@ def solve(
             patches["along"].copy(),
         ),
     )
+
+
+def _nearby(
+    gap: Gap, row: IntArray, load: FloatArray, vertical: bool, modulus: float, resolution: Resolution,
+    parameters: dict[str, float],
+) -> NormalSolution:  # fmt: skip
+    """Patches of virtual penetration."""
+    return kik_piotrowski.solve(
+        gap, row, load, vertical=vertical, effective_modulus=modulus, resolution=resolution,
+        parameters=parameters, rough=True,
+    )  # fmt: skip
 
 
 def _begin(start: NormalSolution, row: IntArray, modulus: float) -> Start:
