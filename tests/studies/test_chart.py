@@ -40,7 +40,7 @@ def few_repeats():
 
 @pytest.fixture(scope="module")
 def dataset():
-    return speed_and_accuracy([build(load_scene("workflows/rig.toml"))], [12], 16, points=4)
+    return speed_and_accuracy([build(load_scene("workflows/rig.toml"))], [8], 10, points=4)
 
 
 def test_every_combination_has_a_time_and_errors_or_a_refusal(dataset):
@@ -56,8 +56,8 @@ def test_every_combination_has_a_time_and_errors_or_a_refusal(dataset):
 
 def test_report_holds_what_has_an_answer_and_what_has_not(dataset, tmp_path):
     text = markdown(dataset, "wearsim chart", ("chart.svg", "Chart"))
-    assert "| kik_piotrowski | fastsim | 12 |" in text
-    assert "- hertz + fastsim, 12: " in text
+    assert "| kik_piotrowski | fastsim | 8 |" in text
+    assert "- hertz + fastsim, 8: " in text
     path = write_chart(dataset, tmp_path / "new", "chart", "wearsim chart")
     assert (tmp_path / "new" / "chart.svg").is_file()
     assert path.read_text().startswith("# Speed against accuracy")
@@ -69,9 +69,18 @@ def test_peers_have_times_and_errors():
         assert row["power_error"] == "" or 0.0 <= float(row["power_error"]) < 1.0
 
 
-def test_json_of_the_command(capsys):
-    flags = ["--grids", "8", "--reference-grid", "10", "--points", "1", "--json"]
+def test_json_of_the_command(dataset, monkeypatch, capsys):
+    """Of what was computed above; the flags reach the computation."""
+    asked = []
+
+    def computed(setups, *numbers, points, report):
+        asked.extend([[setup.title for setup in setups], *numbers, points])
+        return dataset
+
+    monkeypatch.setattr(chart, "speed_and_accuracy", computed)
+    flags = ["--grids", "8,6", "--reference-grid", "11", "--points", "3", "--json"]
     assert main(["chart", "workflows/rig.toml", *flags]) == 0
+    assert asked == [dataset["scene"].values.tolist(), [6, 8], 11, 3]
     message = json.loads(capsys.readouterr().out)
     assert message["reference"] == "half_space + half_space, 10 x 10"
     assert {model["grid"] for model in message["models"]} == {8}
