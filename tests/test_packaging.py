@@ -160,7 +160,7 @@ sys.exit(main(["check", "workflows/sweep_rig.toml"]))
 
 @pytest.mark.slow
 def test_an_installed_wheel_runs_in_a_fresh_environment_from_any_directory(tmp_path):
-    """With the dependencies it declares and the files it ships; kernels compiled or loaded give the same bits."""
+    """With its declared dependencies and its shipped files; kernels compiled or loaded: the same bits."""
     environment, elsewhere, cache = (tmp_path / name for name in ("environment", "elsewhere", "cache"))
     elsewhere.mkdir()
     variables = {key: value for key, value in os.environ.items() if key not in ("PYTHONPATH", "VIRTUAL_ENV")}
