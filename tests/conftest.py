@@ -24,25 +24,46 @@ settings.load_profile("wearsim")
 gc.set_threshold(50_000, 20, 20)
 
 
-# Pairs of models that together call every kernel, in two processes of about equal length.
+# What two processes import before workers start, each half of it first: in a fresh environment modules are
+# compiled on import, which each worker would do for itself.  Then pairs of models that together call every
+# kernel, to be compiled in about equal time.
+IMPORTED = (
+    "numba",
+    "scipy.interpolate",
+    "scipy.optimize",
+    "xarray",
+    "netCDF4",
+    "matplotlib.figure",
+    "hypothesis",
+)
 COMPILED = (
     (("half_space", "half_space"), ("kik_piotrowski", "half_space")),
     (("knothe_le_the", "fastsim"),),
 )
+# Looking for garbage among the compiler's millions of objects, which all live on, takes a sixth of its time.
+PROGRAM = """
+import gc, importlib, os, sys
+gc.disable()
+for name in {names}:
+    importlib.import_module(name)
+print("imported", flush=True)
+sys.stdout = open(os.devnull, "w")
+from wearsim.cli import main
+for normal, tangential in {pairs}:
+    main(["contact", "--yaw-mrad", "1", "--json", "--normal", normal, "--tangential", tangential])
+"""
 compiling = []
 
 
 def pytest_configure(config):
-    """Compile the kernels once while workers start and collect, each of which would do it for itself."""
+    """Import modules and compile kernels once, the latter while workers start and collect."""
     if hasattr(config, "workerinput") or not getattr(config.option, "numprocesses", None):
         return
-    for pairs in COMPILED:
-        words = [
-            ["contact", "--yaw-mrad", "1", "--json", "--normal", normal, "--tangential", tangential]
-            for normal, tangential in pairs
-        ]
-        program = f"from wearsim.cli import main\nfor words in {words}:\n    main(words)"
-        compiling.append(subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.DEVNULL))
+    for names, pairs in zip((IMPORTED, IMPORTED[::-1]), COMPILED, strict=True):
+        program = PROGRAM.format(names=names, pairs=pairs)
+        compiling.append(subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE))
+    for process in compiling:
+        process.stdout.readline()
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -56,7 +77,7 @@ def pytest_unconfigure():
     """Leave no process behind when there was nothing to wait for."""
     for process in compiling:
         process.kill()
-        process.wait()
+        process.communicate()
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -1,9 +1,7 @@
 """Results hang neither on what was compiled when nor on what was called before."""
 
 import importlib
-import os
 import pkgutil
-import subprocess
 import sys
 
 import numba
@@ -106,16 +104,3 @@ def test_plain_arrays_are_contiguous_and_writeable():
     assert array.dtype == np.float64
     np.testing.assert_array_equal(array, given)
     assert plain(array) is array
-
-
-@pytest.mark.slow
-def test_a_first_run_that_compiles_gives_the_bits_of_a_second_one(tmp_path):
-    scene = "--wheel S1002 --rail 60E1 --shift-mm 3 --yaw-mrad 5 --wheel-load-kN 80"
-    command = [sys.executable, "-m", "wearsim", "contact", *scene.split(), "--json"]
-    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
-    first, second = (
-        subprocess.run(command, capture_output=True, text=True, check=True, env=environment).stdout
-        for _ in range(2)
-    )
-    assert list(tmp_path.rglob("*.nbc"))
-    assert first == second

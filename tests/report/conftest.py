@@ -1,3 +1,5 @@
+import shutil
+
 import pytest
 
 from wearsim.campaign.run import run_scene
@@ -12,11 +14,19 @@ def without_figures(monkeypatch):
 
 
 @pytest.fixture(scope="session")
-def run_directory(tmp_path_factory, write_campaign, drawing):
-    """A rig and a field campaign of different depth and band, and their report with whole figures."""
+def run_directory(tmp_path_factory, write_campaign):
+    """A rig and a field campaign of different depth and band, and their report."""
     folder = tmp_path_factory.mktemp("run")
     write_campaign(folder / "rig.nc", "rig", 6, 20e-9)
     write_campaign(folder / "field.nc", "field", 9, 8e-9)
+    write_report(folder)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def drawn_directory(tmp_path_factory, run_directory, drawing):
+    """The same with whole figures."""
+    folder = shutil.copytree(run_directory, tmp_path_factory.mktemp("drawn") / "run")
     with drawing():
         write_report(folder)
     return folder

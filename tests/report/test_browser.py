@@ -20,7 +20,7 @@ def browser():
 
 
 @pytest.mark.parametrize("width", [1200, 390])
-def test_report_opens_without_a_fault(browser, run_directory, width):
+def test_report_opens_without_a_fault(browser, drawn_directory, width):
     page = browser.new_page(viewport={"width": width, "height": 900})
     faults = []
     page.on(
@@ -31,7 +31,7 @@ def test_report_opens_without_a_fault(browser, run_directory, width):
     page.on("requestfailed", lambda request: faults.append(f"failed: {request.url}"))
     asked = []
     page.on("request", lambda request: asked.append(request.url))
-    page.goto((run_directory / "report.html").as_uri())
+    page.goto((drawn_directory / "report.html").as_uri())
     page.wait_for_load_state("networkidle")
     assert faults == []
     assert [url for url in asked if not url.startswith(("file:", "data:"))] == []
@@ -68,9 +68,9 @@ def test_report_opens_without_a_fault(browser, run_directory, width):
     page.close()
 
 
-def test_links_of_the_contents_lead_somewhere(browser, run_directory):
+def test_links_of_the_contents_lead_somewhere(browser, drawn_directory):
     page = browser.new_page()
-    page.goto((run_directory / "report.html").as_uri())
+    page.goto((drawn_directory / "report.html").as_uri())
     dead = page.evaluate(
         "() => [...document.querySelectorAll('a[href^=\"#\"]')]"
         ".filter(a => !document.querySelector(a.getAttribute('href'))).map(a => a.textContent)"

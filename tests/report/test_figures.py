@@ -1,11 +1,9 @@
-import matplotlib as mpl
 import numpy as np
 import pytest
 
 from wearsim.quantities import QUANTITIES
 from wearsim.report.figures import campaign as figures
 from wearsim.report.figures import translation as figures_translation
-from wearsim.report.sections import Campaigns, all_figures
 from wearsim.report.style import COLOURS, grid, plain, to_svg
 from wearsim.translation.translate import translate
 
@@ -86,13 +84,6 @@ def test_factor_lines_are_the_translation(translation):
     ax = figures_translation.plot_equivalent_distance(translation)
     expected = 1e-3 * translation["equivalent_distance_max_wear_depth"].values[:, 2]
     np.testing.assert_array_equal(ax.lines[0].get_ydata(), expected)
-
-
-def test_figures_change_no_global_setting(rig):
-    before = dict(mpl.rcParams)
-    for plate in all_figures(Campaigns([rig])):
-        to_svg(plate.figure, plate.name)
-    assert dict(mpl.rcParams) == before
 
 
 def test_svg_has_own_ids_and_no_links():

@@ -1,5 +1,6 @@
 import json
 
+import matplotlib as mpl
 import numpy as np
 import pytest
 
@@ -57,11 +58,13 @@ def test_the_report_lists_what_faint_patches_lost(rig, field):
         assert rows[text].tolist() == ["0.02, 0.02", "none"]
 
 
-def test_figures_are_written(run_directory, tmp_path):
+def test_figures_are_written_and_change_no_global_setting(run_directory, tmp_path):
+    before = dict(mpl.rcParams)
     files = write_figures(run_directory / "rig.nc", tmp_path / "figures")
     assert {file.name for file in files} >= {"rig_profiles.svg", "rig_wear_depth.svg", "rig_contact.svg"}
     for file in files:
         assert "<path" in file.read_text(encoding="utf-8")
+    assert dict(mpl.rcParams) == before
 
 
 def test_faults_are_one_line(run_directory, tmp_path):

@@ -44,6 +44,7 @@ AT_3MM = slice(3, 6)  # rail, 1 m and 0.5 m roller: a single, nearly elliptic pa
 FIRST = "60E1_benchmark"
 
 
+@pytest.mark.slow
 def test_the_script_writes_the_committed_report(written, reports, same_numbers):
     names = {"seed_tables.md", "seed_tables.csv", "seed_tables_patches.svg", "seed_tables_stress.svg"}
     assert {path.name for path in written.iterdir()} == names
@@ -62,6 +63,7 @@ def test_the_cases_are_those_of_the_paper():
         np.testing.assert_array_equal(place, PAPER[["shift_mm", "roller_radius_mm"]].to_numpy())
 
 
+@pytest.mark.slow
 def test_creepages_from_the_motion_are_those_of_table_2(ours):
     """5 % in longitudinal creepage and 3 % in spin: the paper's rail profile is not known exactly."""
     motion = ours.loc[(FIRST, "motion")][AT_3MM]
@@ -79,6 +81,7 @@ def test_there_is_no_lateral_creepage_without_yaw():
         np.testing.assert_allclose(contact["creepage_y"], 0.0, atol=1e-15)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rail", seed_tables.RAILS)
 @pytest.mark.parametrize("column", ["area_mm2", "max_pressure_MPa"])
 def test_normal_contact_is_that_of_table_3(ours, column, rail):
@@ -86,6 +89,7 @@ def test_normal_contact_is_that_of_table_3(ours, column, rail):
     np.testing.assert_allclose(ours.loc[(rail, "centre"), column], PAPER[column], rtol=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("column", "limit"), [("force_x_kN", 0.05), ("force_y_kN", 0.10)])
 def test_creep_forces_are_those_of_table_4(ours, column, limit):
     """At 3 mm; the paper's equivalent ellipse and slip definitions are not all given."""
@@ -93,6 +97,7 @@ def test_creep_forces_are_those_of_table_4(ours, column, limit):
     np.testing.assert_allclose(values[AT_3MM], PAPER[column][AT_3MM], rtol=limit)
 
 
+@pytest.mark.slow
 def test_ratios_of_power_are_those_of_table_5(ours):
     """8 %: power depends on the definition of slip, its ratio much less."""
     values, theirs = (
@@ -102,6 +107,7 @@ def test_ratios_of_power_are_those_of_table_5(ours):
     np.testing.assert_allclose(values[4:], theirs[4:], rtol=0.08)
 
 
+@pytest.mark.slow
 def test_power_and_the_half_space_solution(ours, half_space):
     """Same creepages, centre and rail: FASTSIM within 6 % at 3 mm, which is what is left in partial slip.
 
@@ -112,6 +118,7 @@ def test_power_and_the_half_space_solution(ours, half_space):
     assert np.all((ratio[:3] > 1.0) & (ratio[:3] < 1.3))
 
 
+@pytest.mark.slow
 def test_half_space_solutions_have_converged(written, half_space):
     """The finest cells change no pressure by 0.5 % and no power by 1 %, and are next to CONTACT's.
 
@@ -135,6 +142,7 @@ def test_half_space_solutions_have_converged(written, half_space):
     np.testing.assert_allclose(ratio["power_W"][AT_3MM], 1.0, atol=0.04)
 
 
+@pytest.mark.slow
 def test_the_flat_contact_and_its_creepage_reference_point(ours, half_space):
     """At zero shift: initial contact millimetres off the centre, angle at the centre within 3 % of theirs.
 
@@ -151,6 +159,7 @@ def test_the_flat_contact_and_its_creepage_reference_point(ours, half_space):
     assert np.all(np.abs(centre.force_x_kN.to_numpy()) < 0.2 * np.abs(force))
 
 
+@pytest.mark.slow
 def test_the_paper_is_far_from_the_half_space_solution_where_the_contact_is_flat(ours, half_space):
     """A third in pressure, which is the model's and not the paper's fault: ours is equally far.
 

@@ -25,7 +25,7 @@ ROWS = ["step", "grid", "smoothing-half", "smoothing-double", "points", "togethe
 @pytest.fixture(scope="module")
 def rig_text(scene_text):
     """Scene of a few steps on a rig, coarse."""
-    campaign = "distance_km = 8\npoint_spacing_mm = 0.5\nmax_step_km = 2"
+    campaign = "distance_km = 4\npoint_spacing_mm = 0.5\nmax_step_km = 2"
     return scene_text({"shift_mm": 3, "distance_km": 2}, campaign=campaign)
 
 
@@ -252,7 +252,7 @@ def test_rollers_that_wear_have_columns_of_their_own(tmp_path, converged, rig_te
     """Depth and area as the results tell them; no such columns where the rollers do not wear."""
     scene = tmp_path / "rig.toml"
     worn = rig_text.replace("[contact]", "[counterface.wear]\nfactor = 0.5\n[contact]")
-    scene.write_text(worn.replace("distance_km = 8", "distance_km = 2"))
+    scene.write_text(worn.replace("distance_km = 4", "distance_km = 2"))
     table = json.loads(converge(scene, tmp_path / "out").read_text())
     given = table["given"]["rig"]
     names = ("counterface_max_wear_depth", "counterface_worn_area")
@@ -293,7 +293,7 @@ def test_a_campaign_that_is_cut_short_before_a_turning_is_compared_all_the_same(
     """At 20 km a limit ended it, or the user; the turnings at 20 and 30 km are not reached."""
     scene = tmp_path / "scene.toml"
     turned = "[campaign.limits]\ndepth_mm = 1\nend = true\n[campaign.reprofiling]\nat_km = [20, 30]\n"
-    scene.write_text(rig_text.replace("distance_km = 8", "distance_km = 40") + turned)
+    scene.write_text(rig_text.replace("distance_km = 4", "distance_km = 40") + turned)
     table = json.loads(converge(scene, tmp_path / "out", distance=distance).read_text())
     message = {row["name"]: row["reason"] for row in table["rows"]}
     assert message["together"] == message["smoothing-half"] == ""
