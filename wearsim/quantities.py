@@ -127,7 +127,7 @@ _SHOWN = {
     "m m-1": ("µm/1000 km", 1e12), "m-1": ("1/m", 1.0), "rad": ("mrad", 1e3), "rad s-1": ("rad/s", 1.0),
     "N": ("kN", 1e-3), "N m": ("N m", 1.0), "Pa": ("MPa", 1e-6), "W": ("W", 1.0), "kg": ("kg", 1.0),
     "J m-3": ("kJ/m³", 1e-3), "J m-2": ("J/m²", 1.0), "m s-1": ("km/h", 3.6), "kg m-3": ("kg/m³", 1.0),
-    "m3 J-1": ("mm³/kJ", 1e12),
+    "m3 J-1": ("mm³/kJ", 1e12), "N m-1": ("N/m", 1.0), "s": ("s", 1.0),
 }  # fmt: skip
 _KM, _MICRON, _METRE = ("km", 1e-3), ("µm", 1e6), ("m", 1.0)
 _PER_MILLE, _INDEX, _NEWTON, _GIGA = ("10⁻³", 1e3), ("N/mm²", 1e-6), ("N", 1.0), ("GPa", 1e-9)
@@ -162,7 +162,7 @@ _PER_MATERIAL = "of both bodies"
 # place in result files: type if it is not the usual one, dimensions, ? where values may be missing
 _OP, _WHEEL, _ALONG = "operating_point", "step wheel", "step wheel point"
 _PATCH, _PATCH_LAW = "step operating_point patch ?", "step operating_point patch fatigue ?"
-_BELOW = "step wheel counterface_point"
+_BELOW, _STATE = "step wheel counterface_point", "step operating_point"
 
 
 def _q(
@@ -403,6 +403,28 @@ _REPROFILING = _group("reprofiling",
        allowed=(200, 3000)),
 )
 
+_RUNNING = _group("running",
+    _q("flange_friction", "μ", "1", "friction coefficient on the flange",
+       "from a contact angle of 40 degrees on, linear from that of the tread at 20 degrees", _OP),
+    _q("lateral_position", "y", "m", "lateral position of the wheelset",
+       "positive to the right; found where a force is controlled, else the shift", _STATE),
+    _q("wheel_loads", "Q", "N", "vertical load of the wheel",
+       "found where the axle load is controlled, else as given", f"{_STATE} wheel"),
+    _q("lateral_stiffness", "dH/dy", "N m-1", "lateral force over the lateral position where it runs",
+       "0 where the shift is given", _STATE, shown=("kN/mm", 1e-6)),
+    _q("lateral_force", "H", "N", "lateral force on the wheelset at axle height",
+       f"{_TRACK}; what holds it against the contact forces, missing where they are not known",
+       f"{_STATE} ?", allowed=(-600, 600)),
+    _q("derailment_quotient", "Y/Q", "1", "lateral over vertical force of the wheel on the rail",
+       "positive towards the field side", f"{_STATE} wheel ?"),
+    _q("steering_moment", "M", "N m", "moment of the contact forces about the vertical axis",
+       "turns x (rolling direction) towards y (right)", f"{_STATE} ?", shown=("kN m", 1e-3)),
+    _q("axle_wear_number", "Tγ", "N", "frictional work of both wheels per distance", "with spin",
+       f"{_STATE} ?", shown=_NEWTON),
+    _q("wear_share", "", "1", "share of the operating point in the wear of both wheels",
+       "by cross-section, of the points of this row, with their shares of the distance", _STATE),
+)
+
 _CHOICE = _group("choice",
     _q("contact_candidate", "", "", "contact models that may be chosen", "by rising cost", "candidate"),
     _q("contact_candidate_cost", "C", "1", "cost of one solution by the contact models, over that of the "
@@ -491,6 +513,18 @@ _INPUT = (
     _q("curve_radius", "R", "m", "curve radius", "positive to the right; the range is that of its magnitude",
        shown=_METRE, allowed=(10, 1e6)),
     _q("axle_torque", "", "N m", "torque on the axle", "driving forward", allowed=(-50_000, 50_000)),
+    _q("duration", "t", "s", "time", shown=("h", 1 / 3600.0), above=(0, 1e6)),
+    _q("revolutions", "n", "1", "revolutions of the wheels", above=(0, 1e10)),
+    _q("ramp_positions", "n", "1", "points of a ramp", allowed=(2, 200)),
+    _q("wheelset_mass", "m", "kg", "mass of the wheelset", allowed=(1, 10_000)),
+    _q("axle_box_distance", "2b", "m", "distance of the forces on both axle boxes", allowed=(100, 4000)),
+    _q("axle_load", "W", "N", "vertical load of both wheels", allowed=(0.2, 600)),
+    _q("friction_flange", "μ", "1", "friction coefficient on the flange",
+       "from a contact angle of 40 degrees on, linear from that of the tread at 20 degrees", allowed=(0, 1)),
+    _q("drift", "y'", "1", "lateral velocity of the wheelset over V", "positive to the right; the contact "
+       "sees the yaw less the drift", allowed=(-0.1, 0.1)),
+    _q("speed_difference", "ΔV/V", "1", "speed of the left roller less that of the right one",
+       "over their mean; imitates a curve to the right to first order", shown=("%", 1e2), allowed=(-20, 20)),
     _q("youngs_modulus", "E", "Pa", "Young's modulus", _PER_MATERIAL, shown=_GIGA, allowed=(1, 1000)),
     _q("poisson_ratio", "ν", "1", "Poisson's ratio", _PER_MATERIAL, allowed=(0, 0.5)),
     _q("strips", "", "1", "smallest number of strips across a patch", allowed=(5, 512)),
@@ -530,7 +564,7 @@ _INPUT = (
 # fmt: on
 
 _ROWS = (
-    *_CAMPAIGN, *_CONTACT, *_COMPARISON, *_FATIGUE, *_COUNTERFACE, *_REPROFILING, *_CHOICE,
+    *_CAMPAIGN, *_CONTACT, *_COMPARISON, *_FATIGUE, *_COUNTERFACE, *_REPROFILING, *_RUNNING, *_CHOICE,
     *_LEFT_OUT, *_FIELDS, *_PROFILE, *_INPUT,
 )  # fmt: skip
 

@@ -18,10 +18,12 @@ from wearsim.campaign.evaluate import Setup, Solved, accumulate, rate, setup_of,
 from wearsim.campaign.left_out import Failed, new_history, with_failed
 from wearsim.campaign.reprofiling import reprofile, reprofiling_due, to_next_reprofiling
 from wearsim.campaign.row import NO_STEP, Evaluation, StepTaken, build_row, header_of, recorded_measures
+from wearsim.campaign.running import new_running, settled_state
 from wearsim.campaign.state import State, WearRate
 from wearsim.contact.patch import FloatArray
 from wearsim.damage.wear import WEAR_LAWS
 from wearsim.errors import ContactError, NumericalError
+from wearsim.operation.points import where_it_runs
 from wearsim.profile.shape import arc_length
 from wearsim.results import Header
 from wearsim.results.schema import CHANGES
@@ -90,7 +92,7 @@ class WheelsetEvolution:
         regime_depth = np.zeros((2, len(regimes), y.shape[1]))
         state = State(0, 0.0, y, z, unworn, regime_depth, worn_area=nothing, worn_mass=nothing)
         state = start_comparison(state, comparison_laws(self.setup))
-        state = replace(state, points=new_history(self.setup.points))
+        state = replace(state, points=new_history(self.setup.points), running=new_running(self.setup))
         if self.setup.counterface_wear is not None:
             state = replace(state, counterface=new_counterface(self.setup.counterface))
         nowhere = np.zeros(len(self.setup.points.label))
@@ -103,7 +105,17 @@ class WheelsetEvolution:
         """Return the state with contact models chosen for it."""
         if self.setup.tolerance is None:
             return state
-        return replace(state, choice=choose.choice(self._in_force(state), state, threads=self.threads).choice)
+        here = self._where(state)
+        return replace(state, choice=choose.choice(here, state, threads=self.threads).choice)
+
+    def _where(self, state: State) -> CampaignSetup:
+        """Return the setup in force with the operating points where the wheelset runs in a state."""
+        setup = self._in_force(state)
+        return replace(setup, points=where_it_runs(setup.points, state.running))
+
+    def _settled(self, state: State) -> State:
+        """Return the state with the shifts and loads that balance what is controlled."""
+        return settled_state(state, self.setup.points, self._setup(state))
 
     def _setup(self, state: State) -> Setup:
         """Return the setup with the contact models chosen in a state."""
@@ -116,7 +128,7 @@ class WheelsetEvolution:
         At all operating points where nothing acted or the distance is reached, else at those of the last
         step and the monitoring points.
         """
-        setup, points = self._setup(state), self.setup.points
+        setup, points = self._setup(state), self._where(state).points
         weight, end = state.active_weight, None if taken is None else taken.end
         ends = control.reached(state.distance, self.target)
         if ends or not weight.any():
@@ -134,14 +146,15 @@ class WheelsetEvolution:
 
     def row(self, state: State, evaluation: Evaluation, taken: StepTaken) -> dict[str, np.ndarray]:
         """Return the row of the result file for a state."""
-        return build_row(state, evaluation, taken, self.setup)
+        return build_row(state, evaluation, taken, self._where(state))
 
     def advance(self, state: State, evaluation: Evaluation) -> tuple[State, StepTaken]:
         """Take the next wear step, or reprofile the wheels where that is due."""
-        setup, points = self._in_force(state), self.setup.points
+        setup = self._where(state)
+        points = setup.points
         state = replace(state, points=evaluation.points)
         if reprofiling_due(state, setup, evaluation.measures):
-            return self._chosen(reprofile(state, setup)), NO_STEP
+            return self._chosen(self._settled(reprofile(state, setup))), NO_STEP
         here = self._setup(state)
         ahead_of = to_next_reprofiling(state, setup.control)
         wave = setup.control.smoothing_wavelength
@@ -214,6 +227,8 @@ class WheelsetEvolution:
         changed = after
         if setup.counterface_wear is not None and not control.reached(after.distance, self.target):
             changed = redressed(after, setup.counterface, setup.counterface_wear)
+        if changed is not after:
+            changed = self._settled(changed)
         passed = [share * setup.control.distance for share in choose.CHECKS]
         if any(state.distance < place <= after.distance for place in passed):
             changed = self._chosen(changed)
@@ -223,7 +238,7 @@ class WheelsetEvolution:
         self, state: State, now: WearRate, choice: control.StepChoice, rule: step.StepRule, here: Setup
     ) -> tuple[step.Step, float, float, Solved]:
         """Take a step: its end, its error [m], its stiffness [1/m], and the contact at its end."""
-        points, weight, limit = self.setup.points, choice.weight, choice.limit
+        points, weight, limit = self._where(state).points, choice.weight, choice.limit
         length, wave = limit.step_length, rule.smoothing_wavelength
         failed: Failed = {}
 
@@ -236,6 +251,9 @@ class WheelsetEvolution:
         if tried.state.points is not None:
             history = with_failed(tried.state.points, points, failed)
             tried = tried._replace(state=replace(tried.state, points=history))
+        # where the wheelset runs after the step: what the shift changed in it is part of the error
+        tried = tried._replace(state=self._settled(tried.state))
+        points = self._where(tried.state).points
         # with the history that is stored: a resumed campaign solves the same batches, to the last bit
         end = solved(tried.state, points, weight, here, among=self._followed(weight))
         error = step.error_of(state, tried.state, now, end.rate, wave)

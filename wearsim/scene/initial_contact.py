@@ -174,7 +174,7 @@ def _displacement(
         solution = NORMAL_MODELS[models.normal](
             gap,
             np.arange(rows.size),
-            conditions.wheel_load[rows],
+            conditions.loads[rows, side],
             vertical=True,
             effective_modulus=models.effective_modulus,
             resolution=models.resolution,

@@ -135,7 +135,7 @@ def _contacts(setup: CampaignSetup, side: int) -> Iterator[_Contact]:
             yield NORMAL_MODELS[setup.models.normal](
                 gap,
                 rows,
-                conditions.wheel_load[rows],
+                conditions.loads[rows, side],
                 vertical=True,
                 effective_modulus=setup.models.effective_modulus,
                 resolution=setup.models.resolution,

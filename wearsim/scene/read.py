@@ -22,6 +22,7 @@ from wearsim.profile.files import read_profile
 from wearsim.profile.placement import RUNNING_CIRCLE, is_partial, place_rail, slope_of
 from wearsim.profile.shape import Profile, resample
 from wearsim.profile.smoothing import smoothed
+from wearsim.profile.standard import shipped_path
 from wearsim.scene.messages import (
     beyond_clearance,
     by_line,
@@ -33,6 +34,7 @@ from wearsim.scene.messages import (
 )
 from wearsim.scene.models import AnyScene, CompareScene, FieldScene, Origin, RigScene, find_file
 from wearsim.scene.overrides import Override, at_its_source, merge, overridden_text, toml_text
+from wearsim.scene.rig import with_programme, with_rig
 from wearsim.scene.sweep import SweepScene, read_sweep
 from wearsim.scene.wear_table import read_wear_table
 from wearsim.toml_faults import (
@@ -339,10 +341,18 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
 
     The scene returned has the contents of the files, and the wheel radius of their headers if it gave none.
     """
+    named: dict[str, tuple[str, Path]] = {}
+    if isinstance(scene, RigScene):
+        scene = _with_rig(scene, kept, named)
     origin, wheelset, rules = scene.origin, scene.wheelset, scene.campaign.reprofiling
     half_span = 0.5e-3 * wheelset.back_to_back_mm + RUNNING_CIRCLE
     spacing = 1e-3 * scene.campaign.point_spacing_mm
     files = [InputFile("scene", origin.path.name, origin.path, origin.content)]
+    rigs = shipped_path("profiles", "rigs")
+    files += [
+        InputFile(role, name, path, content_of(path, "another file"), shipped=path.parent == rigs)
+        for role, (name, path) in named.items()
+    ]
     faults: list[Fault] = []
     diameters: dict[str, float] = {}
 
@@ -377,16 +387,16 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
     if wheelset.profile_left is not None:
         left = profile(wheelset.profile_left, "wheelset", "profile_left")
     counterface = profile(scene.counterface.profile, "counterface", "profile")
-    named = None if rules is None else rules.profile
+    shape_name = None if rules is None else rules.profile
     place = ("campaign", "reprofiling", "profile")
-    template = None if named is None else profile(named, *place)
+    template = None if shape_name is None else profile(shape_name, *place)
     table = _wear_table(scene, kept, files, faults)
     noted = header_warnings(scene, diameters)
     if diameters and "radius_mm" not in wheelset.model_fields_set:
         radius = 0.5 * sum(diameters.values()) / len(diameters)
         scene = scene.model_copy(update={"wheelset": wheelset.model_copy(update={"radius_mm": radius})})
     faults += cross_faults(scene)
-    if right is None or left is None or counterface is None or (named is not None and template is None):
+    if right is None or left is None or counterface is None or (shape_name is not None and template is None):
         raise SceneError(by_line(faults))
     wheels = right, matched(left, len(right.y), wheelset.profile_left, "wheelset", "profile_left")
     unfit = fit_faults(scene, wheels, counterface)
@@ -394,7 +404,7 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
         raise SceneError(by_line(faults + unfit))
     templates = None if rules is None else wheels
     if template is not None:
-        templates = (matched(template, len(right.y), named, *place),) * 2
+        templates = (matched(template, len(right.y), shape_name, *place),) * 2
     if templates is not None:
         faults += template_faults(scene, templates, counterface)
     free = flange_clearance(right, counterface)
@@ -420,6 +430,29 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
     scene._inputs = Inputs(
         *wheels, counterface, half_span, clearance, tuple(files), table, templates, tuple(noted)
     )
+    return scene
+
+
+def _with_rig(scene: RigScene, kept: Mapping[str, Path], named: dict[str, tuple[str, Path]]) -> RigScene:
+    """Scene with its programme and its rig, whose files are noted in `named` by role."""
+
+    def place(role: str, name: str) -> Path | None:
+        return _place_of(scene, role, name, kept)
+
+    faults: list[Fault] = []
+    for role, key, step in (
+        ("operation.programme", scene.operation.programme, with_programme),
+        ("counterface.rig", scene.counterface.rig, with_rig),
+    ):
+        try:
+            scene, path = step(scene, place)
+        except SceneError as error:
+            faults += error.faults
+            continue
+        if path is not None and key is not None:
+            named[role] = key, path
+    if faults:
+        raise SceneError(by_line(faults))
     return scene
 
 
