@@ -184,3 +184,20 @@ def test_check_tells_limits_turnings_and_worn_rails(capsys):
     assert f"{limits}; the first that is met ends the campaign" in output
     assert "each loses 0.5 mm2 per 1000 km where the wheels wear" in output
     assert "S1002: hollowing_mm" in output
+
+
+def test_check_shows_the_states_and_marks_what_deserves_a_second_look(climbing_rig, capsys):
+    assert cli.main(["check", "rig.toml"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    start = next(k for k, line in enumerate(lines) if line.startswith("  state "))
+    table = {line.split()[0]: line for line in lines[start + 1 : start + 5]}
+    assert list(table) == ["left", "centred", "right", "curving"]
+    assert "right flange" in table["curving"]
+    assert "flange" not in table["centred"]
+    assert cli.main(["check", "rig.toml", "--json"]) == 0
+    (campaign,) = json.loads(capsys.readouterr().out)["campaigns"]
+    left, _, right, curving = campaign["states"]
+    assert left["wear_number"] == pytest.approx(right["wear_number"], rel=1e-6)
+    assert left["lateral_force"] == pytest.approx(-right["lateral_force"], rel=1e-6)
+    assert curving["shift"] == 7e-3
+    assert curving["load_right"] == pytest.approx(80e3, rel=1e-5)

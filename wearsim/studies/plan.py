@@ -19,6 +19,7 @@ from wearsim.quantities import duration
 from wearsim.results.checks import percent
 from wearsim.scene import CampaignSetup, FieldScene, RigScene, build
 from wearsim.studies.estimate import estimate
+from wearsim.studies.states import states, states_text
 
 _PATCH_VALUES = 25
 """Values stored per patch slot: positions, forces, creepages, wear index and the like."""
@@ -71,6 +72,8 @@ def plan(
         ],
         "fatigue": [_fatigue(one) for one in setup.fatigue],
         "settings": scene.model_dump(by_alias=True, mode="json"),
+        "free_roll": points.conditions.free_roll,
+        "states": states(setup),
         "choice": choice,
         **foreseen,
         "warnings": [str(warning) for warning in warnings],
@@ -135,6 +138,7 @@ def _choice(setup: CampaignSetup, verdict: choose.Verdict) -> dict[str, Any]:
 def plan_text(item: dict[str, Any]) -> str:
     """Lines for people from what `plan` returns."""
     lines = [f"{item['kind']}: {item['title']}", *(f"  {name:<20}{value}" for name, value in _rows(item))]
+    lines += states_text(item["states"])
     return "\n".join(lines + [f"  warning: {warning}" for warning in item["warnings"]])
 
 
@@ -195,7 +199,7 @@ def _as_read(settings: dict[str, Any]) -> _Rows:
 def _models(item: dict[str, Any]) -> _Rows:
     """Lines on the contact models: as given, or the choice and why."""
     choice, contact = item["choice"], item["settings"]["contact"]
-    motion = f"rotation {contact['rotation']}, roll {contact['roll']}"
+    motion = f"rotation {contact['rotation']}, roll {'free' if item['free_roll'] else 'given'}"
     if choice is None:
         yield "contact models", f"{contact['normal']}, {contact['tangential']}; {motion}"
         grid = (
