@@ -513,6 +513,8 @@ _INPUT = (
     _q("curve_radius", "R", "m", "curve radius", "positive to the right; the range is that of its magnitude",
        shown=_METRE, allowed=(10, 1e6)),
     _q("axle_torque", "", "N m", "torque on the axle", "driving forward", allowed=(-50_000, 50_000)),
+    _q("binning_error", "ε", "1", "largest difference of the wear of operating points and samples, over the "
+       "largest depth", above=(0, 1)),
     _q("duration", "t", "s", "time", shown=("h", 1 / 3600.0), above=(0, 1e6)),
     _q("revolutions", "n", "1", "revolutions of the wheels", above=(0, 1e10)),
     _q("ramp_positions", "n", "1", "points of a ramp", allowed=(2, 200)),

@@ -32,6 +32,7 @@ from wearsim.campaign.state import PatchWear, PointHistory, State, WearRate, wor
 from wearsim.contact.patch import FloatArray
 from wearsim.damage.wear import WEAR_LAWS, WearSettings, coefficients_of
 from wearsim.errors import ProfileError
+from wearsim.operation.recorded import Reduction
 from wearsim.profile import measures
 from wearsim.profile.conicity import equivalent_conicity
 from wearsim.profile.shape import arc_length
@@ -307,6 +308,7 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         "integrator": limits.integrator,
         "error_tolerance": limits.error_tolerance if limits.error_tolerance < math.inf else "",
         "target_distance": limits.distance,
+        **_record_attributes(setup.reduction),
         **attributes_of(dict(limits.limits), limits.end_at_limit),
         **_reprofiling_attributes(limits.reprofiling),
         "counterface_curvature": setup.counterface.curvature,
@@ -334,6 +336,12 @@ def _wear_attributes(wear: WearSettings) -> dict[str, str]:
         "wear_form": wear.form,
         "seizure_cap": wear.seizure_cap if "seizure_cap" in law.parameters else "",
     }
+
+
+def _record_attributes(reduction: Reduction | None) -> dict[str, str | float]:
+    if reduction is None:
+        return {}
+    return {"recorded_samples": float(reduction.samples), "binning_error": reduction.error}
 
 
 def _reprofiling_attributes(rules: ReprofilingRules | None) -> dict[str, str | float]:

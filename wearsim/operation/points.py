@@ -54,6 +54,15 @@ class OperatingPoints:
         return np.unique(np.array(self.class_name or self.label, dtype=str), return_inverse=True)[1]
 
 
+def recorded_points(
+    values: Mapping[str, FloatArray], distance: FloatArray, group: Sequence[str], **rules: Any
+) -> OperatingPoints:
+    """Operating points of a record: set-points (n,) by name, the distance and the group of each."""
+    runs = [{name: float(value[k]) for name, value in values.items()} for k in range(distance.size)]
+    label = tuple(f"{name} {k + 1}" for k, name in enumerate(group))
+    return _points(runs, rules, distance / distance.sum(), label, tuple(group))
+
+
 def select(points: OperatingPoints, index: IntArray) -> OperatingPoints:
     """Return the operating points at `index`, in that order; weights are not rescaled."""
 

@@ -12,6 +12,7 @@ from wearsim.damage.fatigue import FATIGUE_LAWS, counts_cycles
 from wearsim.damage.wear import WEAR_LAWS
 from wearsim.errors import Fault, ProfileError
 from wearsim.operation.points import REACH
+from wearsim.operation.recorded import Reduction
 from wearsim.profile import measures
 from wearsim.profile.conicity import equivalent_conicity
 from wearsim.profile.shape import Profile
@@ -96,7 +97,7 @@ def header_warnings(scene: Campaign, diameters: Mapping[str, float]) -> list[Fau
 
 def _warnings(scene: Campaign) -> _Messages:
     runs, contact, campaign = scene.operation.runs, scene.contact, scene.campaign
-    if all(run.friction == 0 for run in runs.values()) and WEAR_LAWS[scene.wear.law].needs_friction:
+    if runs and all(run.friction == 0 for run in runs.values()) and WEAR_LAWS[scene.wear.law].needs_friction:
         yield (*next(iter(runs)), "friction"), "friction = 0 everywhere: nothing will wear"
     if contact.torque_Nm != 0 and contact.rotation != "free":
         yield (
@@ -191,7 +192,10 @@ def _contact_faults(scene: Campaign) -> _Messages:
             states.append(
                 ("[operation.monitor]", common, contact.torque_Nm, monitor.friction * monitor.load_kN)
             )
-        place, path, torque, force = max(states, key=lambda state: abs(state[2]) / max(state[3], 1e-300))
+        nothing: tuple[str, KeyPath, float, float] = ("", common, 0.0, math.inf)
+        place, path, torque, force = max(
+            [*states, nothing], key=lambda state: abs(state[2]) / max(state[3], 1e-300)
+        )
         weakest = 2.0 * force * scene.wheelset.radius_mm  # kN mm = N m
         if abs(torque) > weakest:
             yield (
@@ -361,6 +365,9 @@ def shift_ranges(scene: Campaign) -> Iterator[tuple[KeyPath, float, float, int]]
                 following = blocks[(int(path[2]) + 1) % len(blocks)]
                 shifts.append(getattr(following, "shift_mm", None) or 0.0)
             yield (*path, key), min(shifts), max(shifts), run.positions or 1
+    if isinstance(scene, FieldScene) and scene.recorded is not None:
+        found = scene._reduction
+        yield ("recorded", "file"), 0.0, 0.0, len(found.group) if isinstance(found, Reduction) else 1
     if scene.operation.monitor is not None:
         for index, shift in enumerate(scene.operation.monitor.shifts_mm):
             yield ("operation", "monitor", "shifts_mm", index), shift, shift, 1

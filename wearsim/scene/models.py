@@ -287,6 +287,35 @@ class MonitorSection(Section):
     friction: float = number("friction", "Coulomb's coefficient of friction")
 
 
+class RecordedSection(Section):
+    """[recorded]: samples of a simulated or measured run, in place of classes."""
+
+    file: Text = words("the CSV or netCDF file of the samples")
+    columns: dict[str, str] = Field(
+        description="the columns by quantity with its unit, such as shift_mm = 'y_ws1'; others are constant"
+    )
+    shift_positive: Literal["right", "left"] = Field(description="to which side shifts count positive")
+    yaw_positive: Literal["right", "left"] | None = Field(
+        None, description="to which side the yaw counts positive"
+    )
+    curve_positive: Literal["right", "left"] | None = Field(None, description="which curves count positive")
+    load_kN: float | None = number("wheel_load", "the vertical load of each wheel, if no column has it", None)
+    speed_km_h: float | None = number("speed", "the speed, if no column has it", None)
+    yaw_mrad: float = number("yaw", "the yaw of the wheelset, if no column has it", 0.0)
+    friction: float | None = number("friction", "Coulomb's coefficient, if no column has it", None)
+    friction_flange: float | None = number(
+        "friction_flange", "the coefficient of friction on the flange, by default that of the tread", None
+    )
+    environment: float = number(
+        "environment", "the factor on the wear depth, 1 for dry laboratory coefficients", 1.0
+    )
+    binning_tolerance: float = number(
+        "binning_error",
+        "the largest error of the wear of the operating points that stand for all samples",
+        0.02,
+    )
+
+
 class RigOperation(Section):
     """[operation] of a rig: a programme of blocks, looped until the distance is run."""
 
@@ -312,7 +341,7 @@ class FieldOperation(Section):
         "block": 'blocks belong to a rig scene; write [[operation.class]], or kind = "rig" in [scene]'
     }
     classes: Annotated[tuple[ClassSection, ...], Strict(False)] = Field(
-        alias="class", min_length=1, max_length=1000, description="the classes of track"
+        (), alias="class", max_length=1000, description="the classes of track"
     )
     monitor: MonitorSection | None = None
 
@@ -409,7 +438,10 @@ class FieldScene(_Campaign):
 
     scene: FieldHeader
     counterface: RailSection
-    operation: FieldOperation
+    operation: FieldOperation = Field(default_factory=lambda: FieldOperation.model_validate({}))
+    recorded: RecordedSection | None = None
+    _samples: object = PrivateAttr(None)  # set once the record was read
+    _reduction: object = PrivateAttr(None)  # set once it is reduced to operating points
 
 
 _ELSEWHERE = "a compare scene holds [scene] and [compare] only; move it into the two scenes it names"

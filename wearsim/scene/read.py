@@ -34,6 +34,7 @@ from wearsim.scene.messages import (
 )
 from wearsim.scene.models import AnyScene, CompareScene, FieldScene, Origin, RigScene, find_file
 from wearsim.scene.overrides import Override, at_its_source, merge, overridden_text, toml_text
+from wearsim.scene.recorded import read_record
 from wearsim.scene.rig import with_programme, with_rig
 from wearsim.scene.sweep import SweepScene, read_sweep
 from wearsim.scene.wear_table import read_wear_table
@@ -410,6 +411,11 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
     free = flange_clearance(right, counterface)
     clearance = (free, free if left is right else flange_clearance(wheels[1], counterface))
     faults += limit_faults(scene, wheels, counterface, end=True)
+    if isinstance(scene, FieldScene):
+        try:
+            noted += _recorded(scene, kept, clearance, files)
+        except SceneError as error:
+            faults += error.faults
     lines = {fault.line for fault in faults}
     faults += [fault for fault in beyond_clearance(scene, clearance)[0] if fault.line not in lines]
     if faults:
@@ -431,6 +437,34 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
         *wheels, counterface, half_span, clearance, tuple(files), table, templates, tuple(noted)
     )
     return scene
+
+
+def _recorded(
+    scene: FieldScene,
+    kept: Mapping[str, Path],
+    clearance: tuple[float | None, float | None],
+    files: list[InputFile],
+) -> list[Fault]:
+    """Read the record of a scene, if it has one, and note its file; warnings."""
+    section, classes = scene.recorded, scene.operation.classes
+    if section is None and not classes:
+        text = "no operation: write [[operation.class]], or [recorded] with a record of a run"
+        raise SceneError([scene.fault(("operation",), text)])
+    if section is None:
+        return []
+    if classes:
+        text = "[recorded] and [[operation.class]] exclude each other; delete one of them"
+        raise SceneError([scene.fault(("recorded",), text)])
+    role = "recorded.file"
+    path = _place_of(scene, role, section.file, kept)
+    path = path or find_file(section.file, (), "workflows")
+    if path is None:
+        text = f"file = {shown(section.file)} does not exist as given or next to the scene file"
+        raise SceneError([scene.fault(("recorded", "file"), f"{text}; give a CSV or netCDF file")])
+    samples, notes = read_record(scene, path, clearance)
+    scene._samples = samples
+    files.append(InputFile(role, section.file, path, path.read_bytes()))
+    return notes
 
 
 def _with_rig(scene: RigScene, kept: Mapping[str, Path], named: dict[str, tuple[str, Path]]) -> RigScene:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, fields, replace
 from typing import Any, Literal
 
@@ -11,7 +12,15 @@ from wearsim.contact.solve import ContactModels, Counterface, Wheelset
 from wearsim.damage.fatigue import FatigueSettings
 from wearsim.damage.wear import WearSettings
 from wearsim.errors import Fault, SceneError
-from wearsim.operation.points import OperatingPoints, collective, programme, where_it_runs, with_monitors
+from wearsim.operation.points import (
+    OperatingPoints,
+    collective,
+    programme,
+    recorded_points,
+    where_it_runs,
+    with_monitors,
+)
+from wearsim.operation.recorded import Reducer, Reduction, Samples, reduce_samples
 from wearsim.operation.states import Running, StateError, settle
 from wearsim.profile.shape import Profile
 from wearsim.scene.campaign import (
@@ -53,6 +62,7 @@ class CampaignSetup:
     tolerance: float | None = None  # of the wear increment, if `campaign.choose` chooses the models [-]
     counterface_wear: CounterfaceWear | None = None  # None: rails or rollers stay as they are
     templates: tuple[Profile, Profile] | None = None  # that right and left wheel are reprofiled to
+    reduction: Reduction | None = None  # of a record to the operating points
     running: Running | None = None  # state of the new wheelset under controlled forces; None: nothing is
 
 
@@ -68,7 +78,10 @@ def build(scene: RigScene | FieldScene) -> CampaignSetup:
         tolerance = 0.05 if contact.tolerance is None else contact.tolerance
     wheelset = Wheelset(inputs.right, inputs.left, 1e-3 * scene.wheelset.radius_mm, inputs.half_span)
     counterface = Counterface(inputs.counterface, curvature)
-    points = _points(scene)
+    reduction = None
+    if isinstance(scene, FieldScene) and scene.recorded is not None:
+        reduction = _reduced(scene, (wheelset, counterface), wear)
+    points = _points(scene, reduction)
     running = _settled(scene, points, (wheelset, counterface))
     return CampaignSetup(
         tolerance=tolerance,
@@ -79,6 +92,7 @@ def build(scene: RigScene | FieldScene) -> CampaignSetup:
         wear=wear,
         points=where_it_runs(points, running),
         running=running,
+        reduction=reduction,
         control=_control_settings(scene.campaign),
         scene_text=scene.origin.content.decode("utf-8-sig"),
         title=scene.scene.title or scene.origin.path.stem,
@@ -99,6 +113,11 @@ def warnings_of(scene: RigScene | FieldScene) -> tuple[Fault, ...]:
     """Warnings of a loaded scene, in the order of the file, without those of `check_contact`."""
     inputs = inputs_of(scene)
     own = scene_warnings(scene, (inputs.right, inputs.left), inputs.counterface, inputs.clearance)
+    if isinstance(scene, FieldScene) and scene.recorded is not None:
+        found, tolerance = scene._reduction, scene.recorded.binning_tolerance
+        if isinstance(found, Reduction) and found.error > tolerance:
+            text = f"binning_tolerance = {tolerance:g}: {len(found.group)} operating points leave an error of"
+            own.append(scene.fault(("recorded", "binning_tolerance"), f"{text} {found.error:.2g}"))
     return tuple(by_line([*inputs.warnings, *own]))
 
 
@@ -149,16 +168,43 @@ def _counterface_wear(scene: RigScene | FieldScene) -> CounterfaceWear | None:
     return CounterfaceWear(radius=1.0 / counterface.curvature, **values)
 
 
-def _points(scene: RigScene | FieldScene) -> OperatingPoints:
+def _reduced(scene: FieldScene, bodies: tuple[Wheelset, Counterface], wear: WearSettings) -> Reduction:
+    """Reduce the record of a scene to operating points, once."""
+    samples, section = scene._samples, scene.recorded
+    assert isinstance(samples, Samples)
+    assert section is not None
+    if scene._reduction is None:
+        fast = ContactModels(strips=12, cells=12, cell_size=1e-3)  # the same for all samples and the points
+        models = replace(
+            fast,
+            youngs_modulus=1e9 * scene.contact.youngs_GPa,
+            poisson_ratio=scene.contact.poisson,
+        )
+        wavelength = 1e-3 * scene.campaign.smoothing_wavelength_mm
+        reducer = Reducer(*bodies, models, wear, wavelength, threads=os.cpu_count() or 1)
+        scene._reduction = reduce_samples(samples, reducer, section.binning_tolerance)
+    reduction = scene._reduction
+    assert isinstance(reduction, Reduction)
+    return reduction
+
+
+def _points(scene: RigScene | FieldScene, reduction: Reduction | None) -> OperatingPoints:
     contact, monitor = scene.contact, scene.operation.monitor
     runs = [_run(scene, section) for section in scene.operation.runs.values()]
     balanced = any("axle_load" in run or "lateral_force" in run for run in runs)
     motion: dict[str, Any] = {
         "rotation": contact.rotation,
         "torque": contact.torque_Nm,
-        "free_roll": contact.roll == "free" or balanced,
+        "free_roll": contact.roll == "free" or balanced or reduction is not None,
     }
-    points = programme(runs, **motion) if isinstance(scene, RigScene) else collective(runs, **motion)
+    if reduction is not None:
+        assert isinstance(scene, FieldScene)
+        assert scene.recorded is not None
+        found, common = reduction.points, np.full(reduction.points.distance.size, scene.recorded.environment)
+        set_points = {**found.values, "environment": common}
+        points = recorded_points(set_points, found.distance, reduction.group, **motion)
+    else:
+        points = programme(runs, **motion) if isinstance(scene, RigScene) else collective(runs, **motion)
     if monitor is None:
         return points
     values = monitor.si()

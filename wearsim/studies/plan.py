@@ -72,6 +72,9 @@ def plan(
         ],
         "fatigue": [_fatigue(one) for one in setup.fatigue],
         "settings": scene.model_dump(by_alias=True, mode="json"),
+        "recorded": None
+        if setup.reduction is None
+        else {"samples": setup.reduction.samples, "binning_error": setup.reduction.error},
         "free_roll": points.conditions.free_roll,
         "states": states(setup),
         "choice": choice,
@@ -150,6 +153,9 @@ def _rows(item: dict[str, Any]) -> _Rows:
     yield "wheel, counterface", ", ".join(shapes)
     yield from _as_read(item["settings"])
     yield "operating points", f"{item['points']}, of which {item['monitoring_points']} only monitor"
+    if (record := item["recorded"]) is not None:
+        stand = f"stand for {record['samples']} samples, binning error {percent(record['binning_error'])}"
+        yield "", f"{item['points'] - item['monitoring_points']} {stand}"
     yield "environment factor", ", ".join(f"{value:g}" for value in item["environment"])
     yield from _models(item)
     yield from _laws(item)
