@@ -83,7 +83,7 @@ def test_a_closer_tolerance_takes_more_points():
 
 @pytest.fixture(scope="module")
 def rig():
-    return build(load_scene("workflows/rig.toml"))
+    return build(load_scene("workflows/rig_by_shift.toml"))
 
 
 def test_evidence_is_zero_against_itself_and_the_size_of_the_difference_otherwise(rig):
@@ -199,7 +199,7 @@ def test_the_work_of_points_is_looked_for_with_the_first_model_that_answers(twel
 @pytest.mark.slow
 def test_a_campaign_with_chosen_models_runs_resumes_and_keeps_its_choice(tmp_path, monkeypatch):
     """A short rig campaign; the choice is in the result file, and a resumed run has the same bits."""
-    text = Path("workflows/rig.toml").read_text()
+    text = Path("workflows/rig_by_shift.toml").read_text()
     start, stop = text.index("[contact]"), text.index("[wear]")
     text = text[:start] + '[contact]\nmodel = "auto"\ntolerance = 0.5\n\n' + text[stop:]
     scene = tmp_path / "auto.toml"
@@ -249,7 +249,9 @@ def test_a_campaign_with_chosen_models_runs_resumes_and_keeps_its_choice(tmp_pat
 
 
 def test_choice_and_given_models_exclude_each_other(tmp_path):
-    text = Path("workflows/rig.toml").read_text().replace("[contact]\n", '[contact]\nmodel = "auto"\n')
+    text = (
+        Path("workflows/rig_by_shift.toml").read_text().replace("[contact]\n", '[contact]\nmodel = "auto"\n')
+    )
     (tmp_path / "both.toml").write_text(text)
     with pytest.raises(SceneError) as caught:
         load_scene(tmp_path / "both.toml")

@@ -29,7 +29,7 @@ COEFFICIENTS = {
 @pytest.fixture(scope="module")
 def rig(tmp_path_factory):
     """The shipped rig with a fatigue law."""
-    text = Path("workflows/rig.toml").read_text()
+    text = Path("workflows/rig_by_shift.toml").read_text()
     scene = tmp_path_factory.mktemp("by_point") / "rig.toml"
     scene.write_text(
         re.sub(r"\n\[campaign\]", '\n[fatigue]\nlaws = ["surface_fatigue_index"]\n\n[campaign]', text)

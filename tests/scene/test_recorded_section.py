@@ -58,7 +58,7 @@ def test_a_record_becomes_points_with_the_stated_signs_and_constants(run):
 @pytest.mark.parametrize(
     ("old", "new", "fault"),
     [
-        ('shift_mm = "y"', 'shift_inch = "y"', "is no quantity of a record with its unit; did you mean"),
+        ('shift_mm = "y"', 'shift_inch = "y"', "unknown key shift_inch in [recorded.columns]; did you mean"),
         ('shift_mm = "y"', 'shift_mm = "z"', '"z" is no column of run.csv'),
         ('time_s = "t"\n', "", "no distance: name a column for time_s or distance_m"),
         ('yaw_positive = "right"\n', "", "signs are not guessed"),

@@ -40,7 +40,7 @@ def few_repeats():
 
 @pytest.fixture(scope="module")
 def dataset():
-    return speed_and_accuracy([build(load_scene("workflows/rig.toml"))], [12], 16, points=4)
+    return speed_and_accuracy([build(load_scene("workflows/rig_by_shift.toml"))], [12], 16, points=4)
 
 
 def test_every_combination_has_a_time_and_errors_or_a_refusal(dataset):
@@ -71,7 +71,7 @@ def test_peers_have_times_and_errors():
 
 def test_json_of_the_command(capsys):
     flags = ["--grids", "8", "--reference-grid", "10", "--points", "1", "--json"]
-    assert main(["chart", "workflows/rig.toml", *flags]) == 0
+    assert main(["chart", "workflows/rig_by_shift.toml", *flags]) == 0
     message = json.loads(capsys.readouterr().out)
     assert message["reference"] == "half_space + half_space, 10 x 10"
     assert {model["grid"] for model in message["models"]} == {8}
@@ -123,7 +123,7 @@ def test_errors_of_the_committed_chart_are_found_again():
     """Fast combinations on the rig: iterations of the half-space, and a wear law that magnifies them where it
     has steps."""
     message = pd.read_csv(REPOSITORY / "reports/speed_accuracy.csv")
-    rig = build(load_scene("workflows/rig.toml"))
+    rig = build(load_scene("workflows/rig_by_shift.toml"))
     state, _ = WheelsetEvolution(rig).start()
     grid = {"strips": 60, "cells": 60, "most_cells": 60}
     truth = replace(rig.models, normal="half_space", tangential="half_space", **grid)

@@ -186,6 +186,14 @@ def wear_depth(datasets: Datasets) -> Plate:
     return Plate("wear_depth", figure, f"{text} {environment_note(datasets)}")
 
 
+def positions(datasets: Datasets) -> Plate | None:
+    """Lateral position of the operating points over the distance, where results hold it."""
+    if not all("lateral_position" in data for data in datasets):
+        return None
+    text = "Where the wheelset runs: its lateral position in the operating points that wear most"
+    return Plate("positions", _by_campaign(datasets, campaign.plot_positions, sharey=False), f"{text}.")
+
+
 def wear_over_distance(datasets: Datasets) -> Plate:
     """Largest depth and worn area over the distance."""
     names = ("max_wear_depth", "worn_area")

@@ -127,13 +127,30 @@ def operating_points(dataset: xr.Dataset) -> Table:
     return Table("", "", head, rows, "numbers", f"{role_title(dataset)}: all {len(rows)} operating points")
 
 
+def running(dataset: xr.Dataset) -> list[Table]:
+    """Where the wheelset ran at the end, and the forces on it; nothing of results that do not hold it."""
+    if "lateral_position" not in dataset:
+        return []
+    row = last_worn_row(dataset)
+    acting = dataset["weight"].values > 0.0
+    names = ["lateral_position", "lateral_force", "steering_moment", "axle_wear_number", "wear_share"]
+    columns = [values_of(dataset, name, row) for name in names]
+    quotient = values_of(dataset, "derailment_quotient", row)
+    head = ["Operating point", *(label(dataset, name) for name in names), "Y/Q right", "left"]
+    values = np.column_stack([*columns, quotient])[acting]
+    points = dataset["operating_point_name"].values[acting]
+    rows = [cells(name, *numbers, digits=3) for name, numbers in zip(points, values, strict=True)]
+    caption = "Lateral position, forces and wear number of the operating points at the end"
+    return [Table("running", "", head, rows, "numbers", caption)]
+
+
 _SETTINGS = (
     "wheel_profile_right", "wheel_profile_left", "counterface_profile", "counterface_wear_factor",
     "redress_distance", "redress_depth", "counterface_area_rate", "wheel_radius", "half_span",
     "rotation_rule", "roll_rule", "contact_normal", "contact_tangential", "contact_parameters", "strips",
     "cells", "cell_size", "most_cells", "axle_torque", "youngs_modulus", "poisson_ratio", "wheel_density",
     "wear_law", "wear_form", "wear_coefficients", "seizure_cap", "integrator", "depth_cap", "first_depth",
-    "stability_limit", "error_tolerance", "smoothing_wavelength",
+    "stability_limit", "error_tolerance", "smoothing_wavelength", "recorded_samples", "binning_error",
 )  # fmt: skip
 """Attributes of a result file, in order; texts and units are those of the quantity of that name."""
 

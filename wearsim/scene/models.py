@@ -131,7 +131,7 @@ class RailSection(CounterfaceSection):
 class RollerSection(CounterfaceSection):
     """[counterface] on a rig: rollers with a rail's profile."""
 
-    rig: Text | None = words("the name of a rig, such as full_scale, or its file", None)
+    rig: Text | None = words("the name of a rig that wearsim ships, or its file", None)
     roller_radius_mm: float | None = number(
         "roller_radius", "the radius of the rollers at the profile's top, by default that of the rig", None
     )
@@ -287,13 +287,41 @@ class MonitorSection(Section):
     friction: float = number("friction", "Coulomb's coefficient of friction")
 
 
+class RecordColumns(Section):
+    """[recorded.columns]: the column of the file by quantity, with its unit; what has none is constant."""
+
+    time_s: Text | None = words("the time", None)
+    time_h: Text | None = words("the time", None)
+    distance_m: Text | None = words("the distance run", None)
+    distance_km: Text | None = words("the distance run", None)
+    speed_km_h: Text | None = words("the speed", None)
+    speed_m_s: Text | None = words("the speed", None)
+    shift_mm: Text | None = words("the lateral shift", None)
+    shift_m: Text | None = words("the lateral shift", None)
+    yaw_mrad: Text | None = words("the yaw", None)
+    yaw_rad: Text | None = words("the yaw", None)
+    curve_radius_m: Text | None = words("the curve radius, 0 on straight track, too", None)
+    track_curvature_per_m: Text | None = words("the track curvature", None)
+    track_curvature_per_km: Text | None = words("the track curvature", None)
+    friction: Text | None = words("the coefficient of friction", None)
+    wheel_load_right_kN: Text | None = words("the vertical load of the right wheel", None)
+    wheel_load_right_N: Text | None = words("the vertical load of the right wheel", None)
+    wheel_load_left_kN: Text | None = words("the vertical load of the left wheel", None)
+    wheel_load_left_N: Text | None = words("the vertical load of the left wheel", None)
+    axle_torque_kN_m: Text | None = words("the torque on the axle", None)
+    axle_torque_N_m: Text | None = words("the torque on the axle", None)
+
+    @property
+    def given(self) -> dict[str, str]:
+        """Columns by key, of those that are given."""
+        return {key: name for key in type(self).model_fields if (name := getattr(self, key)) is not None}
+
+
 class RecordedSection(Section):
     """[recorded]: samples of a simulated or measured run, in place of classes."""
 
     file: Text = words("the CSV or netCDF file of the samples")
-    columns: dict[str, str] = Field(
-        description="the columns by quantity with its unit, such as shift_mm = 'y_ws1'; others are constant"
-    )
+    columns: RecordColumns
     shift_positive: Literal["right", "left"] = Field(description="to which side shifts count positive")
     yaw_positive: Literal["right", "left"] | None = Field(
         None, description="to which side the yaw counts positive"

@@ -58,11 +58,8 @@ def read_record(
     assert section is not None
     where = ("recorded", "columns")
     faults = []
-    for key in section.columns:
-        if key not in _UNITS:
-            text = f"{shown(key)} is no quantity of a record with its unit; {suggestion(key, list(_UNITS))}"
-            faults.append(scene.fault((*where, key), text))
-    named = {_UNITS[key][0]: key for key in section.columns if key in _UNITS}
+    columns_of = section.columns.given
+    named = {_UNITS[key][0]: key for key in columns_of}
     for quantity, sign in _SIGNS.items():
         if quantity in named and getattr(section, sign) is None:
             text = f'{named[quantity]} needs {sign} = "right" or "left" in [recorded]: signs are not guessed'
@@ -82,13 +79,13 @@ def read_record(
     if faults:
         raise SceneError(faults)
     columns = _columns(path)
-    for key, name in section.columns.items():
+    for key, name in columns_of.items():
         if name not in columns:
             text = f"{key} = {shown(name)} is no column of {section.file}; {suggestion(name, list(columns))}"
             faults.append(scene.fault((*where, key), text))
     if faults:
         raise SceneError(faults)
-    values = {_UNITS[key][0]: columns[name] * _UNITS[key][1] for key, name in section.columns.items()}
+    values = {_UNITS[key][0]: columns[name] * _UNITS[key][1] for key, name in columns_of.items()}
     if "curve_radius" in values:  # 0 stands for straight track, too
         radius = values.pop("curve_radius")
         values["track_curvature"] = np.divide(1.0, radius, out=np.zeros(radius.size), where=radius != 0.0)

@@ -149,7 +149,7 @@ def _rows(item: dict[str, Any]) -> _Rows:
     campaign, wear = item["settings"]["campaign"], item["settings"]["counterface"]["wear"]
     yield "distance", f"{item['distance'] / 1e3:g} km"
     named = [entry["name"].split(" ", 1) for entry in item["inputs"][1:]]
-    shapes = [name for role, name in named if role.startswith(("wheelset.", "counterface."))]
+    shapes = [name for role, name in named if ".profile" in role and "campaign" not in role]
     yield "wheel, counterface", ", ".join(shapes)
     yield from _as_read(item["settings"])
     yield "operating points", f"{item['points']}, of which {item['monitoring_points']} only monitor"
