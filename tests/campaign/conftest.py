@@ -87,7 +87,7 @@ def solution_of(point, side, centre, half_width, peak_work, *, ny=40, nx=20, gap
         cells=np.full(m, nx),
     )
     names = (
-        "rail_y x contact_angle length width approach creepage_x creepage_y spin force_x "
+        "rail_y x z contact_angle length width approach creepage_x creepage_y spin force_x "
         "force_y spin_moment slip_area power power_balance roll rotation_speed"
     )
     return ContactSolution(

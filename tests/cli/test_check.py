@@ -22,7 +22,7 @@ def untried(monkeypatch):
 @pytest.fixture
 def bad_rig(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    text = shipped_path("workflows", "rig.toml").read_text()
+    text = shipped_path("workflows", "rig_by_shift.toml").read_text()
     Path("rig.toml").write_text(text.replace("load_kN = 80", "load_kN = 0").replace("strips", "stripes"))
     return tmp_path
 
@@ -77,7 +77,7 @@ def test_check_tells_all_faults_and_returns_2(bad_rig, capsys):
 def climbing_rig(tmp_path, monkeypatch):
     """A short rig scene whose last block lies 0.4 mm beyond the flange clearance."""
     monkeypatch.chdir(tmp_path)
-    text = shipped_path("workflows", "rig.toml").read_text()
+    text = shipped_path("workflows", "rig_by_shift.toml").read_text()
     text = text.replace("shift_mm = 5", "shift_mm = 7").replace("distance_km = 1260", "distance_km = 0.01")
     Path("rig.toml").write_text(
         text.replace("cells = 30", "cells = 10").replace("strips = 30", "strips = 10")
@@ -146,7 +146,7 @@ def test_a_line_of_status_holds_distance_depth_and_time_left():
 
 def test_check_tells_the_limits_and_which_the_new_wheel_meets(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    text = shipped_path("workflows", "rig.toml").read_text()
+    text = shipped_path("workflows", "rig_by_shift.toml").read_text()
     Path("rig.toml").write_text(f"{text}\n[campaign.limits]\nhollowing_mm = 2\nconicity = 0.1\n")
     assert cli.main(["check", "rig.toml"]) == 0
     output = capsys.readouterr().out
@@ -192,3 +192,20 @@ def test_check_tells_limits_turnings_and_worn_rails(capsys):
     assert f"{limits}; the first that is met ends the campaign" in output
     assert "each loses 0.5 mm2 per 1000 km where the wheels wear" in output
     assert "S1002: hollowing_mm" in output
+
+
+def test_check_shows_the_states_and_marks_what_deserves_a_second_look(climbing_rig, capsys):
+    assert cli.main(["check", "rig.toml"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    start = next(k for k, line in enumerate(lines) if line.startswith("  state "))
+    table = {line.split()[0]: line for line in lines[start + 1 : start + 5]}
+    assert list(table) == ["left", "centred", "right", "curving"]
+    assert "right flange" in table["curving"]
+    assert "flange" not in table["centred"]
+    assert cli.main(["check", "rig.toml", "--json"]) == 0
+    (campaign,) = json.loads(capsys.readouterr().out)["campaigns"]
+    left, _, right, curving = campaign["states"]
+    assert left["wear_number"] == pytest.approx(right["wear_number"], rel=1e-6)
+    assert left["lateral_force"] == pytest.approx(-right["lateral_force"], rel=1e-6)
+    assert curving["shift"] == 7e-3
+    assert curving["load_right"] == pytest.approx(80e3, rel=1e-5)

@@ -340,3 +340,40 @@ def test_a_measured_rail_tells_how_it_stands(tmp_path, capsys):
     ):
         assert main(["contact", "--rail", str(path), *stated]) == 0
         assert f"note: {path}: in the track {output}" in capsys.readouterr().err
+
+
+def test_a_state_by_force_is_that_of_a_reference(capsys):
+    """`tests/data/operation_rig.csv`: 10 kN, no yaw, a roller of 1 m gives 5.0764 mm."""
+    force = ["--lateral-force-kN", "10", "--axle-load-kN", "160", "--roller-radius-mm", "1000"]
+    assert main(["contact", *force, "--side", "both", "--cell-mm", "1000", "--json"]) == 0
+    (point,) = json.loads(capsys.readouterr().out)["points"]
+    assert point["shift"] == pytest.approx(5.0764e-3, abs=1e-6)
+    forces = point["wheelset"]
+    assert forces["lateral_force"] == pytest.approx(10e3, abs=5.0)
+    assert forces["wheel_load_right"] == pytest.approx(84.97e3, abs=10.0)
+    assert forces["steering_moment"] == pytest.approx(-29.87e3, abs=10.0)
+    assert forces["axle_wear_number"] == pytest.approx(173.8, rel=1e-3)
+
+
+def test_loads_and_friction_by_side_and_zone_act(capsys):
+    loads = ["--wheel-load-right-kN", "90", "--wheel-load-left-kN", "70", "--left-wheel", "EPS"]
+    assert main(["contact", *loads, "--side", "both", "--friction-flange", "0.1", "--json"]) == 0
+    (point,) = json.loads(capsys.readouterr().out)["points"]
+    assert point["wheelset"]["wheel_load_right"] == pytest.approx(90e3, rel=1e-5)
+    assert point["wheelset"]["wheel_load_left"] == pytest.approx(70e3, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("flags", "fault"),
+    [
+        (["--lateral-force-kN", "300", "--axle-load-kN", "160"], "unloads the left wheel"),
+        (["--wheel-load-right-kN", "80"], "give those of both"),
+        (["--wheel-load-kN", "80", "--axle-load-kN", "160"], "exclude each other"),
+        (["--shift-mm", "1", "--lateral-force-kN", "5"], "exclude each other"),
+        (["--axle-load-kN", "160", "--roll", "1"], "leave out the roll"),
+    ],
+)
+def test_forces_that_do_not_fit_are_told(flags, fault, capsys):
+    assert main(["contact", *flags]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert fault in line

@@ -1,4 +1,4 @@
-"""Fast models corrected by a half-space over campaigns: the committed report, five of its rows computed again."""
+"""Campaigns of corrected fast models: the committed report, five of its rows computed again."""
 
 import corrected_campaigns
 import pandas as pd

@@ -162,7 +162,7 @@ def test_a_torque_beyond_friction_is_told_with_the_state_that_carries_least(fold
     assert fault.startswith(
         f"scene.toml:{RIG.count(chr(10)) + 2}: torque_Nm = {torque} is more than friction"
     )
-    assert 'in block "right": 2 x friction x load_kN x radius_mm = 2.484e+04 N m; lower' in fault
+    assert 'in block "right": 2 x friction x wheel load x radius_mm = 2.484e+04 N m; lower' in fault
 
 
 @pytest.mark.parametrize("place", ["friction = 0.3\n", "friction = 0.35\n[campaign]"])

@@ -150,11 +150,11 @@ def test_the_schema_knows_every_key_limit_and_name():
     kinds = {item["then"]["$ref"].rsplit("/", 1)[1] for item in schema["allOf"]}
     assert kinds == {"RigScene", "FieldScene", "CompareScene", "SweepScene"}
     parts = schema["$defs"]
-    assert parts["BlockSection"]["properties"]["load_kN"]["minimum"] == 0.1
+    assert parts["BlockSection"]["properties"]["speed_km_h"]["minimum"] == 0.1
     assert parts["BlockSection"]["properties"]["load_kN"]["unit"] == "kN"
     assert "kik_piotrowski" in parts["ContactSection"]["properties"]["normal"]["enum"]
     assert "usfd" in parts["WearSection"]["properties"]["law"]["enum"]
-    assert set(parts["RigOperation"]["properties"]) == {"block", "monitor"}
+    assert set(parts["RigOperation"]["properties"]) == {"block", "programme", "monitor"}
     assert set(parts["FieldOperation"]["properties"]) == {"class", "monitor"}
     for name, part in parts.items():
         assert part["additionalProperties"] is False, name
@@ -206,7 +206,7 @@ def schema_faults(value, schema, root, path=()):
         ("rig", (), []),
         ("field", (), []),
         ("compare", (), []),
-        ("rig", (("load_kN = 80", "load_kN = 0"),), [(("operation", "block", 0, "load_kN"), "range")]),
+        ("rig", (("friction = 0.35", "friction = 2"),), [(("operation", "block", 0, "friction"), "range")]),
         ("rig", (("inclination", "incline"),), [(("counterface", "incline"), "additionalProperties")]),
         ("field", (('kind = "field"', 'kind = "filed"'),), [(("scene", "kind"), "enum")]),
     ],
@@ -220,7 +220,7 @@ def test_an_editor_sees_the_faults_of_the_kind_only(folder, changed, name, chang
 
 
 @pytest.mark.parametrize(
-    "name", ["rig.toml", "field.toml", "rig_vs_field.toml", "fatigue.toml", "limits.toml"]
+    "name", ["rig.toml", "field.toml", "rig_vs_field.toml", "fatigue.toml", "limits.toml", "recorded.toml"]
 )
 def test_shipped_workflows_have_no_faults_and_no_warnings(name):
     scene = load_scene(standard.shipped_path("workflows", name))

@@ -113,8 +113,8 @@ def test_loads_and_speeds_have_the_same_limits_everywhere(
             "distance_km = 100",
             "key distance_km is missing in [campaign]; give the distance of the campaign, above 0",
         ),
-        ("roller_radius_mm = 1000", "key roller_radius_mm is missing in [counterface]; give the radius"),
-        ("shift_mm = 4", "key shift_mm is missing in [[operation.block]]; give the lateral shift"),
+        ("roller_radius_mm = 1000", "[counterface] needs roller_radius_mm, or rig = the name"),
+        ("shift_mm = 4", "needs shift_mm or lateral_force_kN; give exactly one"),
     ],
 )
 def test_a_missing_key_is_told_at_its_table(folder, key, output, changed, faults_of):

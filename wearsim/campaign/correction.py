@@ -310,7 +310,7 @@ def corrected_step(
         left=left, added=old.added + float(np.abs(added).max()),
     )  # fmt: skip
     longer = 1.0 / math.sqrt(excess) if excess > (0.0 if every else _MUCH) else math.inf
-    return replace(state, points=after.points, correction=new), longer
+    return replace(state, points=after.points, running=after.running, correction=new), longer
 
 
 def smooth_sides_signed(body: State, depth: FloatArray, wavelength: float) -> FloatArray:

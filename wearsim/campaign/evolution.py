@@ -18,10 +18,12 @@ from wearsim.campaign.evaluate import Setup, Solved, accumulate, rate, setup_of,
 from wearsim.campaign.left_out import Failed, new_history, with_failed
 from wearsim.campaign.reprofiling import reprofile, reprofiling_due, to_next_reprofiling
 from wearsim.campaign.row import NO_STEP, Evaluation, StepTaken, build_row, header_of, recorded_measures
+from wearsim.campaign.running import new_running, settled_state
 from wearsim.campaign.state import State, WearRate
 from wearsim.contact.patch import FloatArray
 from wearsim.damage.wear import WEAR_LAWS
 from wearsim.errors import ContactError, NumericalError
+from wearsim.operation.points import where_it_runs
 from wearsim.profile.shape import arc_length
 from wearsim.results import Header
 from wearsim.results.schema import CHANGES
@@ -93,7 +95,7 @@ class WheelsetEvolution:
         regime_depth = np.zeros((2, len(regimes), y.shape[1]))
         state = State(0, 0.0, y, z, unworn, regime_depth, worn_area=nothing, worn_mass=nothing)
         state = start_comparison(state, comparison_laws(self.setup))
-        state = replace(state, points=new_history(self.setup.points))
+        state = replace(state, points=new_history(self.setup.points), running=new_running(self.setup))
         if self.setup.counterface_wear is not None:
             state = replace(state, counterface=new_counterface(self.setup.counterface))
         nowhere = np.zeros(len(self.setup.points.label))
@@ -104,15 +106,22 @@ class WheelsetEvolution:
             state = replace(state, correction=correction.new_correction(state, self.setup.points))
         return self._solved_with_reference(state, self.setup.points.weight), NO_STEP
 
+    def _where(self, state: State) -> CampaignSetup:
+        """Return the setup in force with the operating points where the wheelset runs in a state."""
+        setup = self._in_force(state)
+        return replace(setup, points=where_it_runs(setup.points, state.running))
+
+    def _settled(self, state: State) -> State:
+        """Return the state with the shifts and loads that balance what is controlled."""
+        return settled_state(state, self.setup.points, setup_of(self.setup, self.threads))
+
     def _solved_with_reference(self, state: State, weight: FloatArray) -> State:
         """Return the state with what the reference says of the points that act and need it."""
         stale = correction.stale(state, weight)
         if not stale.any():
             return state
-        setup = setup_of(self.setup, self.threads)
-        return replace(
-            state, correction=correction.refreshed(state, self.setup.points, stale, setup).correction
-        )
+        setup, points = setup_of(self.setup, self.threads), self._where(state).points
+        return replace(state, correction=correction.refreshed(state, points, stale, setup).correction)
 
     def evaluate(self, state: State, taken: StepTaken | None = None) -> Evaluation:
         """Solve the contact of a state, if the step that led to it has not left it.
@@ -120,7 +129,7 @@ class WheelsetEvolution:
         At all operating points where nothing acted or the distance is reached, else at those of the last
         step and the monitoring points.
         """
-        setup, points = setup_of(self.setup, self.threads), self.setup.points
+        setup, points = setup_of(self.setup, self.threads), self._where(state).points
         weight, end = state.active_weight, None if taken is None else taken.end
         ends = control.reached(state.distance, self.target)
         if ends or not weight.any():
@@ -138,14 +147,15 @@ class WheelsetEvolution:
 
     def row(self, state: State, evaluation: Evaluation, taken: StepTaken) -> dict[str, np.ndarray]:
         """Return the row of the result file for a state."""
-        return build_row(state, evaluation, taken, self.setup)
+        return build_row(state, evaluation, taken, self._where(state))
 
     def advance(self, state: State, evaluation: Evaluation) -> tuple[State, StepTaken]:
         """Take the next wear step, or reprofile the wheels where that is due."""
-        setup, points = self._in_force(state), self.setup.points
+        setup = self._where(state)
+        points = setup.points
         state = replace(state, points=evaluation.points)
         if reprofiling_due(state, setup, evaluation.measures):
-            fresh = correction.forgotten(reprofile(state, setup))
+            fresh = correction.forgotten(self._settled(reprofile(state, setup)))
             return self._solved_with_reference(fresh, points.weight), NO_STEP
         here = setup_of(self.setup, self.threads)
         ahead_of = to_next_reprofiling(state, setup.control)
@@ -203,8 +213,9 @@ class WheelsetEvolution:
                 )  # fmt: skip
                 worn, of_step, factor = tried.state, error, math.inf
                 if state.correction is not None and setup.tolerance is not None:
+                    ahead = self._where(tried.state).points
                     worn, factor = correction.corrected_step(
-                        state, tried, weight, (length, taken.stability), points, here, end.passage, rule,
+                        state, tried, weight, (length, taken.stability), ahead, here, end.passage, rule,
                         setup.tolerance,
                     )  # fmt: skip
                     taken = replace(taken, end=None)
@@ -236,14 +247,14 @@ class WheelsetEvolution:
         if setup.counterface_wear is not None and not control.reached(after.distance, self.target):
             changed = redressed(after, setup.counterface, setup.counterface_wear)
         if changed is not after:
-            changed = correction.forgotten(changed)
+            changed = correction.forgotten(self._settled(changed))
         return changed, taken if changed is after else replace(taken, end=None)
 
     def _try(
         self, state: State, now: WearRate, choice: control.StepChoice, rule: step.StepRule, here: Setup
     ) -> tuple[step.Step, float, float, Solved]:
         """Take a step: its end, its error [m], its stiffness [1/m], and the contact at its end."""
-        points, weight, limit = self.setup.points, choice.weight, choice.limit
+        points, weight, limit = self._where(state).points, choice.weight, choice.limit
         length, wave = limit.step_length, rule.smoothing_wavelength
         failed: Failed = {}
 
@@ -256,6 +267,9 @@ class WheelsetEvolution:
         if tried.state.points is not None:
             history = with_failed(tried.state.points, points, failed)
             tried = tried._replace(state=replace(tried.state, points=history))
+        # where the wheelset runs after the step: what the shift changed in it is part of the error
+        tried = tried._replace(state=self._settled(tried.state))
+        points = self._where(tried.state).points
         # with the history that is stored: a resumed campaign solves the same batches, to the last bit
         end = solved(tried.state, points, weight, here, among=self._followed(weight))
         error = step.error_of(state, tried.state, now, end.rate, wave)

@@ -27,10 +27,12 @@ from wearsim.campaign.counterface import (
 from wearsim.campaign.evaluate import Passage, Solved
 from wearsim.campaign.faint import lost_row
 from wearsim.campaign.left_out import history_of, row_left_out
+from wearsim.campaign.running import row_running, running_of
 from wearsim.campaign.state import PatchWear, PointHistory, State, WearRate, worn_wheels
 from wearsim.contact.patch import FloatArray
 from wearsim.damage.wear import WEAR_LAWS, WearSettings, coefficients_of
 from wearsim.errors import ProfileError
+from wearsim.operation.recorded import Reduction
 from wearsim.profile import measures
 from wearsim.profile.conicity import equivalent_conicity
 from wearsim.profile.shape import arc_length
@@ -60,7 +62,7 @@ _OF_STATE = {
 }  # fmt: skip
 
 # variables that are fields of the contact conditions
-_CONDITIONS = ("shift", "yaw", "roll", "wheel_load", "speed", "friction", "track_curvature")
+_CONDITIONS = ("shift", "yaw", "roll", "speed", "friction", "track_curvature")
 
 # variables of the result file that are fields of the solution
 _PATCH_VALUES = (
@@ -122,6 +124,7 @@ def build_row(
         **comparison_row(state, collective, laws),
         **counterface_row(state.counterface),
         **row_left_out(state.points),
+        **row_running(state, setup, evaluation.weight, evaluation.passage, evaluation.wear),
     }
     if setup.templates is not None:
         row["last_reprofiling"] = np.asarray(state.reprofiled, dtype=np.int32)
@@ -224,6 +227,7 @@ def state_of(row: Mapping[str, np.ndarray], index: int) -> State:
         counterface=counterface_of(row),
         reprofiled=int(row.get("last_reprofiling", 0)),
         points=history_of(row),
+        running=running_of(row),
     )
 
 
@@ -253,6 +257,10 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         "operating_point_name": points.label,
         "operating_point_class": points.class_name or points.label,
         **{name: getattr(conditions, name) for name in _CONDITIONS},
+        "wheel_load": conditions.loads.mean(axis=1),
+        "flange_friction": (
+            conditions.friction if conditions.friction_flange is None else conditions.friction_flange
+        ),
         "environment": points.environment,
         "weight": points.weight,
         "block_length": points.block_length,
@@ -292,7 +300,7 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         "most_cells": models.most_cells,
         "rotation_rule": rotation if isinstance(rotation, str) else "given",
         "roll_rule": "free" if conditions.free_roll else "given",
-        "axle_torque": float(conditions.torque),
+        "axle_torque": float(np.mean(conditions.torque)),
         "smoothing_wavelength": limits.smoothing_wavelength,
         "stability_limit": limits.stability,
         "depth_cap": limits.depth_cap,
@@ -300,6 +308,7 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         "integrator": limits.integrator,
         "error_tolerance": limits.error_tolerance if limits.error_tolerance < math.inf else "",
         "target_distance": limits.distance,
+        **_record_attributes(setup.reduction),
         **attributes_of(dict(limits.limits), limits.end_at_limit),
         **_reprofiling_attributes(limits.reprofiling),
         "counterface_curvature": setup.counterface.curvature,
@@ -307,7 +316,7 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         **comparison_attributes(comparison_laws(setup)),
         "wheel_radius": setup.wheelset.radius,
         "half_span": setup.wheelset.half_span,
-        "friction_note": "one Coulomb coefficient per operating point, alike over the whole profile",
+        "friction_note": "one Coulomb coefficient in a patch, by its contact angle that of tread or flange",
         "attribute_units": "SI: m, m-1, Pa, N m, kg m-3",
         "warnings": "; ".join(str(warning) for warning in setup.warnings),
     }
@@ -327,6 +336,12 @@ def _wear_attributes(wear: WearSettings) -> dict[str, str]:
         "wear_form": wear.form,
         "seizure_cap": wear.seizure_cap if "seizure_cap" in law.parameters else "",
     }
+
+
+def _record_attributes(reduction: Reduction | None) -> dict[str, str | float]:
+    if reduction is None:
+        return {}
+    return {"recorded_samples": float(reduction.samples), "binning_error": reduction.error}
 
 
 def _reprofiling_attributes(rules: ReprofilingRules | None) -> dict[str, str | float]:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import ContactPatches, Wheelset
+from wearsim.operation.states import Running
 from wearsim.profile.shape import Profile
 
 
@@ -106,6 +107,7 @@ class State:
     # what it left plus what was added since; area and mass are those of all wear, without reprofiling.
     reprofiled: int = 0
     points: PointHistory | None = None  # None: a point without contact solution is an error
+    running: Running | None = None  # shifts and loads of the operating points; None: those of the scene
 
 
 @dataclass(frozen=True)

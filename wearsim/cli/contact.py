@@ -25,6 +25,7 @@ wearsim contact --wheel S1002 --rail 60E1 --inclination 1:40 --shift-mm 3
 wearsim contact --shift-mm 3 --roller-radius-mm 1000 --json
 wearsim contact --shift-mm 3 --yaw-mrad 2 --side both
 wearsim contact --shift-mm 3 --creepage=-0.0016,0,-0.197
+wearsim contact --lateral-force-kN 10 --axle-load-kN 160 --roller-radius-mm 1000 --side both
 wearsim contact --shift-mm 5 --plot contact.png
 wearsim contact --table points.csv --roller-radius-mm 500 > solved.csv"""
 

@@ -14,8 +14,8 @@ from wearsim.studies.contact_points import (
     PointResult,
     Request,
     bodies,
-    conditions,
     faults_of,
+    found_conditions,
     profile_faults,
     request_of,
     solve_batch,
@@ -64,7 +64,7 @@ def _solve_point(request: Request, arguments: Namespace) -> None:
         from wearsim.report.style import write_figure
         from wearsim.studies.contact_state import contact_state
 
-        state = contact_state(conditions([request]), *bodies(request), contact)
+        state = contact_state(found_conditions([request]), *bodies(request), contact)
         write_figure(contact_figure(state), Path(arguments.plot))
 
 

@@ -138,7 +138,7 @@ def equilibrium(
     model = TANGENTIAL_MODELS[task.models.tangential]
     groups = _together(task, sides, speed)
     every = np.ones(chunk.shift.size, bool)
-    load = np.repeat(chunk.wheel_load[:, None], 2, axis=1)
+    load = chunk.loads.copy()
     turning = -chunk.speed / task.wheelset.radius if speed is None else speed.copy()
     if nearby is None:
         begin = [_bracketed(task, chunk, group, columns, speed) for group, columns in groups]
@@ -218,10 +218,10 @@ def _solved(
             if (
                 start is None
                 or error.row is None
-                or load[error.row, side.number] <= (_RAISED * chunk.wheel_load[error.row])
+                or load[error.row, side.number] <= _RAISED * chunk.loads[error.row, side.number]
             ):
                 raise
-            times = load[error.row, side.number] / chunk.wheel_load[error.row]
+            times = load[error.row, side.number] / chunk.loads[error.row, side.number]
             raise _lifted(
                 start, error.row, side.number, f"at {times:.1f} times the wheel load {error}"
             ) from None
@@ -262,7 +262,7 @@ def _bracketed(
 ) -> tuple[FloatArray, FloatArray, Wheels]:
     """Unknowns (n, 3) near equilibrium, slopes of the residuals, and the coarse patches they are of."""
     count = chunk.shift.size
-    wheel_load = np.repeat(chunk.wheel_load[:, None], 2, axis=1)
+    wheel_load = chunk.loads.copy()
     load = tried = wheel_load
     here = np.zeros((count, 2), bool)
     here[:, [side.number for side in sides]] = True
@@ -339,14 +339,15 @@ def _turning(
         return total
 
     radius = task.wheelset.radius
-    most = chunk.friction * chunk.wheel_load * radius
+    most = chunk.traction * radius
     return balanced_rotation(torque, speed, -chunk.speed / radius, chunk.torque, most, done), latest[0]
 
 
 def _lifted(wheels: Wheels, row: int, side: int, reason: str, rows: Sequence[int] = ()) -> ContactError:
     """Error of a wheel that normal forces cannot hold down for a reason."""
     own = (wheels.normal.patch.row == row) & (wheels.sign == 1.0 - 2.0 * side)
-    angle, friction = np.abs(wheels.normal.contact_angle[own]).max(), wheels.friction[own][0]
+    angles = np.abs(wheels.normal.contact_angle[own])
+    angle, friction = angles.max(), wheels.friction[own][np.argmax(angles)]
     product = friction * np.tan(angle)
     return ContactError(
         f"{'flange locks: ' if product >= 1.0 else ''}at a contact angle of {np.degrees(angle):.1f} degrees "
@@ -360,14 +361,15 @@ def _lifted(wheels: Wheels, row: int, side: int, reason: str, rows: Sequence[int
 
 def _torque_scale(task: Task, chunk: ContactConditions) -> FloatArray:
     """Friction coefficient x wheel load x radius (n,), above 0 without friction, too [N m]."""
-    scale: FloatArray = np.maximum(chunk.friction, 1e-3) * chunk.wheel_load * task.wheelset.radius
+    least = 1e-3 * chunk.loads.mean(axis=1)
+    scale: FloatArray = np.maximum(chunk.traction, least) * task.wheelset.radius
     return scale
 
 
 def _residual(task: Task, chunk: ContactConditions, forces: Forces, columns: list[int]) -> FloatArray:
     """Torque over what friction can carry, and vertical forces over the wheel load less 1, (n, k)."""
     torque = (forces.torque.sum(axis=1) - chunk.torque) / _torque_scale(task, chunk)
-    vertical = forces.vertical / chunk.wheel_load[:, None] - 1.0
+    vertical = forces.vertical / chunk.loads - 1.0
     return np.column_stack([torque, vertical])[:, columns]
 
 
@@ -437,7 +439,7 @@ def _refined(
     contacts: list[TangentialSolution] = []
     for trial in range(_MOST_TRIALS):
         speed = nominal * (1.0 + _SPEED_UNIT * unknown[:, 0]) if given is None else given
-        load = chunk.wheel_load[:, None] * np.exp(unknown[:, 1:])
+        load = chunk.loads * np.exp(unknown[:, 1:])
         if trial == 0:
             wheels: Wheels = joined(_solved(task, chunk, sides, load, here, start=rough))
         here &= open_rows[:, None]

@@ -173,7 +173,7 @@ def balanced_rotation(
     torque: Callable[[FloatArray, NDArray[np.bool_]], FloatArray],
     first: FloatArray,
     nominal: FloatArray,
-    applied: float,
+    applied: float | FloatArray,
     scale: FloatArray,
     done: NDArray[np.bool_],
 ) -> FloatArray:
@@ -188,7 +188,7 @@ def balanced_rotation(
         First guess [rad/s].
     nominal : (n,) array
         V / r0 with its sign [rad/s].
-    applied : float
+    applied : float or (n,) array
         Applied torque in the rolling direction [N m].
     scale : (n,) array
         Friction coefficient x wheel load x radius: what one wheel can carry at most, about [N m].
@@ -206,11 +206,12 @@ def balanced_rotation(
         If an applied torque is beyond what friction can carry.
     """
     nothing = scale == 0.0  # without friction any speed balances a zero torque: keep the nominal one
-    beyond = (abs(applied) > 2.1 * scale) | (nothing & (applied != 0.0))
+    applied = np.broadcast_to(applied, scale.shape)
+    beyond = (np.abs(applied) > 2.1 * scale) | (nothing & (applied != 0.0))
     if beyond.any():
         row = int(np.argmax(beyond))
         raise NumericalError(
-            f"an axle torque of {applied:g} N m is more than friction can carry "
+            f"an axle torque of {applied[row]:g} N m is more than friction can carry "
             f"({2.0 * scale[row]:.3g} N m); lower the torque or raise the friction coefficient",
             row=row,
             rows=np.flatnonzero(beyond).tolist(),

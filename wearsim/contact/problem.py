@@ -26,23 +26,32 @@ class ContactConditions:
         Lateral shift of the wheelset, positive to the right [m].
     yaw, roll : (n,) array
         Yaw about z (down) and roll about x [rad].
-    wheel_load : (n,) array
-        Vertical load of each wheel, which its normal and creep forces carry together [N].
+    wheel_load : (n,) or (n, 2) array
+        Vertical load of each wheel, or of the right and the left one, which its normal and creep forces carry
+        together [N].
     speed : (n,) array
         Peripheral speed V of the counterface at its profile top [m/s].
     friction : (n,) array
-        Coulomb coefficient [-].
+        Coulomb coefficient [-]; that of the tread where `friction_flange` is given.
     track_curvature : (n,) array
         1/R, positive to the right [1/m].
     rotation : str or (n,) array
         "free", "centred", "nominal", or the wheel's rotation speed, positive when it rolls forwards [rad/s].
-    torque : float
+    torque : float or (n,) array
         Torque applied to the axle in the rolling direction (rule "free") [N m].
     free_roll : bool
         Whether the roll follows from the axle resting on both wheels; `roll` is then the first guess.
     creepage : (n, 3) array, optional
         Longitudinal, lateral creepage and spin [-, -, 1/m] of the single patch of each wheel, instead of
         those that follow from the motion; `rotation` then is without effect.
+    friction_flange : (n,) array, optional
+        Coulomb coefficient of patches from a contact angle of 40 degrees on; from 20 degrees on it goes
+        linearly from that of the tread to it. One coefficient acts in a patch [-].
+    drift : (n,) array, optional
+        Lateral velocity of a wheelset that moves, over V, positive to the right: creepages are those of the
+        yaw less the drift, the geometry is that of the yaw [-].
+    speed_difference : (n,) array, optional
+        Peripheral speed of the left roller less that of the right one, over their mean V [-].
     """
 
     shift: FloatArray
@@ -53,9 +62,25 @@ class ContactConditions:
     friction: FloatArray
     track_curvature: FloatArray
     rotation: str | FloatArray = "free"
-    torque: float = 0.0
+    torque: float | FloatArray = 0.0
     free_roll: bool = False
     creepage: FloatArray | None = None
+    friction_flange: FloatArray | None = None
+    drift: FloatArray | None = None
+    speed_difference: FloatArray | None = None
+
+    @property
+    def loads(self) -> FloatArray:
+        """Vertical load (n, 2) of the right and the left wheel [N]."""
+        load = self.wheel_load
+        return load if load.ndim == 2 else np.repeat(load[:, None], 2, axis=1)
+
+    @property
+    def traction(self) -> FloatArray:
+        """Friction x mean wheel load (n,): the most that the creep forces of a wheel can be, about [N]."""
+        highest = self.friction if self.friction_flange is None else self.friction_flange
+        most: FloatArray = np.maximum(self.friction, highest) * self.loads.mean(axis=1)
+        return most
 
     @classmethod
     def of(
@@ -78,8 +103,8 @@ class ContactConditions:
         rotation : str, float or (n,) array
             See the class.
         **others
-            `roll` and `track_curvature`, both 0 if not given, `torque`, `free_roll` and `creepage` of the
-            class.
+            The other fields of the class; `roll` and `track_curvature` are 0 if not given. A `wheel_load` of
+            two columns holds those of the right and the left wheel.
 
         Returns
         -------
@@ -104,7 +129,7 @@ class ContactConditions:
         unknown = [name for name in given if name not in names]
         if unknown:
             raise ContactError(f"{unknown[0]} is not a contact condition; known: {', '.join(names)}")
-        whole: dict[str, Any] = {name: given.pop(name) for name in ("torque", "free_roll") if name in given}
+        whole: dict[str, Any] = {name: given.pop(name) for name in ("free_roll",) if name in given}
         if isinstance(rotation, str):
             whole["rotation"] = given.pop("rotation")
             if rotation not in RULES:
@@ -112,27 +137,29 @@ class ContactConditions:
                 raise ContactError(f"rotation = {rotation!r} must be a number [rad/s] or one of {known}")
         arrays = {name: np.asarray(value, dtype=float) for name, value in given.items() if value is not None}
         creepage = arrays.pop("creepage", np.zeros(3))
+        wide = {name: arrays.pop(name) for name in ("wheel_load",) if arrays[name].ndim == 2}
+        rows = [array.shape[:1] for array in wide.values()] + [array.shape for array in arrays.values()]
         try:
-            shape = np.broadcast_shapes(
-                (1,), creepage.shape[:-1], *(array.shape for array in arrays.values())
-            )
+            shape = np.broadcast_shapes((1,), creepage.shape[:-1], *rows)
         except ValueError:
             shape = ()
-        if len(shape) != 1 or 0 in shape or creepage.shape[-1:] != (3,):
-            shapes = ", ".join(f"{name} {array.shape}" for name, array in arrays.items() if array.ndim)
+        pairs = all(array.shape[1] == 2 for array in wide.values())
+        if len(shape) != 1 or 0 in shape or creepage.shape[-1:] != (3,) or not pairs:
+            named = {**arrays, **wide}.items()
+            shapes = ", ".join(f"{name} {array.shape}" for name, array in named if array.ndim)
             raise ContactError(
                 f"contact conditions must be numbers or arrays (n,) of points, creepage (n, 3): {shapes}"
             )
-        for name, array in arrays.items():
-            quantity = QUANTITIES["rotation_speed" if name == "rotation" else name]
+        others = {"rotation": "rotation_speed", "torque": "axle_torque"}
+        for name, array in {**arrays, **wide}.items():
+            quantity = QUANTITIES[others.get(name, name)]
             for value in (float(array.min()), float(array.max())):
                 if fault := quantity.fault(value, name):
                     raise ContactError(fault)
-        if "torque" in whole and (fault := QUANTITIES["axle_torque"].fault(whole["torque"], "torque")):
-            raise ContactError(fault)
         if not np.isfinite(creepage).all():
             raise ContactError("creepage must be finite")
         whole |= {name: np.array(np.broadcast_to(array, shape)) for name, array in arrays.items()}
+        whole |= {name: np.array(np.broadcast_to(array, (*shape, 2))) for name, array in wide.items()}
         if given.get("creepage") is not None:
             whole["creepage"] = np.array(np.broadcast_to(creepage, (*shape, 3)))
         return cls(**whole)
@@ -257,6 +284,7 @@ class ContactPatches:
     wheel_y: FloatArray
     rail_y: FloatArray
     x: FloatArray
+    z: FloatArray  # from the middle of the axle, down [m]
     contact_angle: FloatArray
     area: FloatArray
     max_pressure: FloatArray

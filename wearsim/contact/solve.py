@@ -207,7 +207,7 @@ def _solve_chunk(task: Task, chunk: ContactConditions, index: IntArray) -> Conta
     if numbers != task.sides:
         wanted = np.isin(wheels.sign < 0.0, np.array(task.sides) == 1)
         wheels, contact = patches_where(wheels, wanted), contact_where(contact, wanted)
-    return _finish(wheels, contact, chunk.roll, solved.speed, index)
+    return _finish(task, wheels, contact, chunk.roll, solved.speed, index)
 
 
 def _rotation_speed(task: Task, chunk: ContactConditions, index: IntArray) -> FloatArray:
@@ -298,7 +298,7 @@ def _at_rest(
 
 
 def _near_rest(task: Task, chunk: ContactConditions) -> tuple[FloatArray, FloatArray]:
-    """Roll (n,) at which coarse patches without creep forces carry the wheel loads [rad], and the fall there."""
+    """Roll (n,) at which coarse patches without creep forces carry the loads [rad], and the fall there."""
     fall = np.ones(chunk.shift.size)
 
     def displacements(angle: FloatArray, wanted: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
@@ -308,7 +308,7 @@ def _near_rest(task: Task, chunk: ContactConditions) -> tuple[FloatArray, FloatA
         for number in (0, 1):
             try:
                 side, every = side_of(task, number, tilted), np.arange(rows.size)
-                normal = normal_of(task, side, every, tilted.wheel_load, rough=True)
+                normal = normal_of(task, side, every, tilted.loads[:, number], rough=True)
             except ContactError as error:
                 error.side = number
                 raise _of_whole(error, rows) from None
@@ -343,7 +343,12 @@ def _displacements(wheels: Wheels, count: int) -> tuple[FloatArray, FloatArray]:
 
 
 def _finish(
-    solved: Wheels, contact: TangentialSolution, roll: FloatArray, speed: FloatArray, index: IntArray
+    task: Task,
+    solved: Wheels,
+    contact: TangentialSolution,
+    roll: FloatArray,
+    speed: FloatArray,
+    index: IntArray,
 ) -> ContactSolution:
     """Resultants, power and fields of all patches, mirrored back for left wheels."""
     normal, sign = solved.normal, solved.sign
@@ -355,6 +360,8 @@ def _finish(
     pressure, shear_x, shear_y, slip_x, slip_y = contact.cells
     local, local_power = np.empty(pressure.shape), np.empty(power.size)
     cell_area = contact.cell_length * patch.width[:, None]
+    below = [np.interp(normal.centre_y, one.y, one.z) for one in task.counterfaces]
+    z = task.wheelset.radius + np.where(sign < 0.0, below[1], below[0]) - normal.vertical_displacement
     _scale_work(shear_x, shear_y, slip_x, slip_y, cell_area, solved.speed, power, sign, local, local_power)
     return ContactSolution(
         point=index[patch.row],
@@ -362,6 +369,7 @@ def _finish(
         wheel_y=solved.wheel_y,
         rail_y=normal.centre_y,
         x=solved.kinematics.x,
+        z=z,
         contact_angle=sign * normal.contact_angle + 0.0,
         area=patch.area,
         max_pressure=normal.max_pressure,

@@ -25,6 +25,8 @@ from wearsim.errors import ContactError
 
 COARSE = Resolution(cell=1.0, strips=12, cells=12, most=12)
 """Of rough solutions."""
+TREAD_ANGLE, FLANGE_ANGLE = np.radians(20.0), np.radians(40.0)
+"""Contact angles up to which the friction of the tread acts, and from which that of the flange."""
 
 
 @dataclass(frozen=True)
@@ -174,17 +176,26 @@ def wheels_of(
         nominal_radius=task.wheelset.radius,
         curvature=task.curvature,
     )
+    if chunk.speed_difference is not None:  # a curved track has no rollers: all of it at rest is rolling
+        faster = 1.0 - 0.5 * sign * chunk.speed_difference[row]
+        motion = replace(motion, at_rest=faster[:, None] * motion.at_rest)
+    if chunk.drift is not None:
+        motion.at_rest[:, 1] += sign * chunk.drift[row] * np.cos(normal.contact_angle)
     if reference is not None:
         motion = moved(motion, reference.along, reference.across)
     if chunk.creepage is not None:
         given = chunk.creepage[row] * np.array([1.0, sign, sign])
         motion = replace(motion, at_rest=given, per_speed=np.zeros_like(given))
+    friction, angle = chunk.friction[row], normal.contact_angle
+    if chunk.friction_flange is not None:
+        steep = np.clip((np.abs(angle) - TREAD_ANGLE) / (FLANGE_ANGLE - TREAD_ANGLE), 0.0, 1.0)
+        friction = friction + steep * (chunk.friction_flange[row] - friction)
     return Wheels(
         sign=np.full(row.size, sign),
         load=load[row],
         normal=normal,
         kinematics=motion,
-        friction=chunk.friction[row],
+        friction=friction,
         speed=chunk.speed[row],
         wheel_y=at(here.wheel_y, normal.centre_y),
         edges_wheel_y=at(here.wheel_y, normal.edge_y),

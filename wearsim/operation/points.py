@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.solve import ContactConditions
+from wearsim.operation.states import Controlled, Running
 
 REACH = 3.0
 """Standard deviations from the mean to the outermost positions."""
@@ -35,6 +36,8 @@ class OperatingPoints:
         One per point.
     class_name : tuple of str
         Block or class of each point; by default its label.
+    controlled : Controlled, optional
+        Forces from which shifts and wheel loads of points follow; None: all of them are given.
     """
 
     conditions: ContactConditions
@@ -43,11 +46,21 @@ class OperatingPoints:
     block_length: FloatArray
     label: tuple[str, ...]
     class_name: tuple[str, ...] = ()
+    controlled: Controlled | None = None
 
     @property
     def of_class(self) -> IntArray:
         """Number of the block or class (n,) of each point."""
         return np.unique(np.array(self.class_name or self.label, dtype=str), return_inverse=True)[1]
+
+
+def recorded_points(
+    values: Mapping[str, FloatArray], distance: FloatArray, group: Sequence[str], **rules: Any
+) -> OperatingPoints:
+    """Operating points of a record: set-points (n,) by name, the distance and the group of each."""
+    runs = [{name: float(value[k]) for name, value in values.items()} for k in range(distance.size)]
+    label = tuple(f"{name} {k + 1}" for k, name in enumerate(group))
+    return _points(runs, rules, distance / distance.sum(), label, tuple(group))
 
 
 def select(points: OperatingPoints, index: IntArray) -> OperatingPoints:
@@ -63,7 +76,15 @@ def select(points: OperatingPoints, index: IntArray) -> OperatingPoints:
         conditions=replace(points.conditions, **chosen(points.conditions)),
         label=tuple(points.label[i] for i in index),
         class_name=tuple(points.class_name[i] for i in index) if points.class_name else (),
+        controlled=None if points.controlled is None else points.controlled.at(index),
     )
+
+
+def where_it_runs(points: OperatingPoints, running: Running | None) -> OperatingPoints:
+    """Operating points with the shifts and wheel loads found from what is controlled."""
+    if running is None:
+        return points
+    return replace(points, conditions=running.conditions(points.conditions))
 
 
 def with_monitors(
@@ -96,11 +117,17 @@ def with_monitors(
         raise ValueError("monitoring points need a rotation rule, not given rotation speeds")
 
     def appended(values: FloatArray, value: float) -> FloatArray:
-        return np.concatenate([values, np.full(shift.size, value)])
+        return np.concatenate([values, np.full((shift.size, *values.shape[1:]), value)])
 
     values = {"yaw": yaw, "wheel_load": wheel_load, "speed": speed, "friction": friction}
     values |= {"roll": 0.0, "track_curvature": 0.0}
+    own = {"friction_flange": friction, "torque": 0.0, "drift": 0.0, "speed_difference": 0.0}
+    values |= {name: value for name, value in own.items() if isinstance(getattr(old, name), np.ndarray)}
     new: dict[str, Any] = {name: appended(getattr(old, name), value) for name, value in values.items()}
+    controlled = points.controlled
+    if controlled is not None:
+        force, load = (appended(each, np.nan) for each in (controlled.lateral_force, controlled.axle_load))
+        controlled = Controlled(force, load, appended(controlled.box_moment, 0.0))
     return OperatingPoints(
         conditions=replace(old, shift=np.concatenate([old.shift, shift]), **new),
         weight=appended(points.weight, 0.0),
@@ -108,113 +135,8 @@ def with_monitors(
         block_length=appended(points.block_length, 0.0),
         label=points.label + tuple(f"monitor {1e3 * value:+.2f} mm" for value in shift),
         class_name=(points.class_name or points.label) + ("monitor",) * shift.size,
+        controlled=controlled,
     )
-
-
-@dataclass(frozen=True)
-class Block:
-    """One block of a rig programme.
-
-    Parameters
-    ----------
-    name : str
-        For tables and figures.
-    shift : float
-        Lateral shift of the wheelset, positive to the right [m].
-    wheel_load : float
-        Vertical load of each wheel [N].
-    speed : float
-        Peripheral speed of the rollers [m/s].
-    friction : float
-        Coulomb coefficient [-].
-    distance : float
-        Length of the block in one loop of the programme [m].
-    yaw, roll : float
-        [rad]
-    environment : float
-        Factor on the wear depth [-].
-    """
-
-    name: str
-    shift: float
-    wheel_load: float
-    speed: float
-    friction: float
-    distance: float
-    yaw: float = 0.0
-    roll: float = 0.0
-    environment: float = 1.0
-    track_curvature: ClassVar[float] = 0.0
-
-
-def programme(blocks: Sequence[Block], **rules: Any) -> OperatingPoints:
-    """Operating points of a programme whose blocks are repeated until the distance of the campaign is run.
-
-    Parameters
-    ----------
-    blocks : sequence of Block
-        In the order in which they are run, at least one.
-    **rules
-        `rotation`, `torque` and `free_roll` of `ContactConditions`; by default free, without torque, the
-        roll as given.
-
-    Returns
-    -------
-    OperatingPoints
-        One point per block; its weight is its share of the loop, its track curvature 0.
-    """
-    distance = np.array([block.distance for block in blocks], dtype=np.float64)
-    if distance.size == 0 or not np.all(distance > 0):
-        raise ValueError("a programme needs blocks, each with a distance above 0")
-    shift = np.array([block.shift for block in blocks], dtype=np.float64)
-    conditions, environment = _conditions(blocks, 1, shift, rules)
-    label = tuple(block.name for block in blocks)
-    return OperatingPoints(conditions, distance / distance.sum(), environment, distance, label, label)
-
-
-def _conditions(
-    runs: Sequence[Block | TrackClass], count: int | list[int], shift: FloatArray, rules: dict[str, Any]
-) -> tuple[ContactConditions, FloatArray]:
-    """Conditions and environment factors of blocks or classes, `count` points of each."""
-    names = ("environment", "yaw", "roll", "wheel_load", "speed", "friction", "track_curvature")
-    each: dict[str, Any] = {
-        name: np.repeat(np.array([getattr(run, name) for run in runs], dtype=np.float64), count)
-        for name in names
-    }
-    environment = each.pop("environment")
-    return ContactConditions(shift=shift, **each, **rules), environment
-
-
-@dataclass(frozen=True)
-class TrackClass:
-    """One class of track, in which the lateral shift is normally distributed.
-
-    Parameters
-    ----------
-    shift_mean, shift_std : float
-        Mean and standard deviation of the wheelset's lateral shift, positive to the right [m].
-    share : float
-        Share of the distance; all shares are normalised to the sum 1.
-    track_curvature : float
-        1/R, positive to the right [1/m].
-    positions : int
-        Number of lateral positions; 1 where `shift_std` is 0.
-    name, wheel_load, speed, friction, yaw, roll, environment
-        As in `Block`; the speed is that of the vehicle.
-    """
-
-    name: str
-    shift_mean: float
-    shift_std: float
-    wheel_load: float
-    speed: float
-    friction: float
-    share: float
-    track_curvature: float = 0.0
-    positions: int = 15
-    yaw: float = 0.0
-    roll: float = 0.0
-    environment: float = 1.0
 
 
 def normal_positions(mean: float, std: float, count: int) -> tuple[FloatArray, FloatArray]:
@@ -251,13 +173,108 @@ def normal_positions(mean: float, std: float, count: int) -> tuple[FloatArray, F
     return mean + std * reduced, weight / weight.sum()
 
 
-def collective(classes: Sequence[TrackClass], **rules: Any) -> OperatingPoints:
+Run = Mapping[str, Any]
+"""Set-points of a block or class by their names, in SI units: those of a section of a scene.
+
+Always speed and friction, and `load` of each wheel, or `wheel_load_right` and `wheel_load_left`, or
+`axle_load` of both, which their balance shares, with `box_moment`. Those of a block and of a class stand at
+`programme` and `collective`; others are optional, as the fields of `ContactConditions`.
+"""
+
+
+def programme(blocks: Sequence[Run], **rules: Any) -> OperatingPoints:
+    """Operating points of a programme whose blocks are repeated until the distance of the campaign is run.
+
+    Parameters
+    ----------
+    blocks : sequence of Run
+        In the order in which they are run, each with `name`, `distance` and `shift` or `lateral_force`. One
+        with `positions` is a ramp of so many points, from its set-points to those of the block after it.
+    **rules
+        `rotation`, `torque` and `free_roll` of `ContactConditions`; by default free, without torque, the
+        roll as given.
+
+    Returns
+    -------
+    OperatingPoints
+        One point per block, those of ramps in their place; the weight is the share of the loop, the track
+        curvature 0.
+    """
+    distance = np.array([block["distance"] for block in blocks], dtype=np.float64)
+    if distance.size == 0 or not np.all(distance > 0):
+        raise ValueError("a programme needs blocks, each with a distance above 0")
+    runs = [part for k in range(len(blocks)) for part in _ramp(blocks, k)]
+    distance = np.array([run["distance"] for run in runs], dtype=np.float64)
+    label = tuple(run["name"] for run in runs)
+    names = tuple(run.get("block", run["name"]) for run in runs)
+    points = _points(runs, rules, distance / distance.sum(), label, names)
+    return replace(points, block_length=distance)
+
+
+def _ramp(blocks: Sequence[Run], k: int) -> list[Run]:
+    """Block as it is, or the points of a ramp: set-points on the way to those of the block after it."""
+    block, after = blocks[k], blocks[(k + 1) % len(blocks)]
+    count = block.get("positions")
+    if count is None:
+        return [block]
+    parts: list[Run] = []
+    for j in range(count):
+        way = (j + 0.5) / count
+        values = {key: value + way * (after.get(key, value) - value) for key, value in block.items()
+                  if isinstance(value, float)}  # fmt: skip
+        name = f"{block['name']} {j + 1}"
+        parts.append({**values, "name": name, "block": block["name"], "distance": block["distance"] / count})
+    return parts
+
+
+def _points(
+    runs: Sequence[Run], rules: Mapping[str, Any], weight: FloatArray, label: tuple[str, ...],
+    class_name: tuple[str, ...],
+) -> OperatingPoints:  # fmt: skip
+    """Operating points of set-points, one each."""
+
+    def column(name: str, default: float = 0.0) -> FloatArray:
+        return np.array([run.get(name, default) for run in runs], dtype=np.float64)
+
+    def given(name: str) -> bool:
+        return any(name in run for run in runs)
+
+    axle_load, force = column("axle_load", np.nan), column("lateral_force", np.nan)
+    load = column("load", np.nan)
+    load = np.where(np.isfinite(axle_load), 0.5 * axle_load, load)
+    if given("wheel_load_right"):
+        sides = (column(f"wheel_load_{side}", np.nan) for side in ("right", "left"))
+        load = np.stack([np.where(np.isfinite(side), side, load) for side in sides], axis=1)
+    values: dict[str, Any] = {"wheel_load": load, **rules}
+    values |= {
+        name: column(name) for name in ("shift", "yaw", "roll", "speed", "friction", "track_curvature")
+    }
+    values |= {name: column(name) for name in ("drift", "speed_difference") if given(name)}
+    if given("friction_flange"):
+        flange = column("friction_flange", np.nan)
+        values["friction_flange"] = np.where(np.isfinite(flange), flange, values["friction"])
+    if given("axle_torque"):
+        values["torque"] = column("axle_torque", float(rules.get("torque", 0.0)))
+    controlled = Controlled(force, axle_load, column("box_moment"))
+    return OperatingPoints(
+        conditions=ContactConditions(**values),
+        weight=weight,
+        environment=column("environment", 1.0),
+        block_length=np.zeros(len(runs)),
+        label=label,
+        class_name=class_name,
+        controlled=controlled if controlled.any.any() else None,
+    )
+
+
+def collective(classes: Sequence[Run], **rules: Any) -> OperatingPoints:
     """Stationary load collective of all classes and their lateral positions.
 
     Parameters
     ----------
-    classes : sequence of TrackClass
-        At least one.
+    classes : sequence of Run
+        At least one, each with `name`, `share` of the distance, which are normalised, `shift_mean`,
+        `shift_std` and `positions`: mean, standard deviation [m] and number of its lateral positions.
     **rules
         As in `programme`.
 
@@ -269,14 +286,12 @@ def collective(classes: Sequence[TrackClass], **rules: Any) -> OperatingPoints:
     """
     if not classes:
         raise ValueError("a collective needs at least one class")
-    spread = [normal_positions(item.shift_mean, item.shift_std, item.positions) for item in classes]
-    count = [position.size for position, _ in spread]
-    share = np.array([item.share for item in classes], dtype=np.float64)
-    share = share / share.sum()
-    weight = np.concatenate([part * weight for part, (_, weight) in zip(share, spread, strict=True)])
-    shift = np.concatenate([position for position, _ in spread])
-    names = np.repeat([item.name for item in classes], count)
-    label = tuple(f"{name} {1e3 * place:+.2f} mm" for name, place in zip(names, shift, strict=True))
-    conditions, environment = _conditions(classes, count, shift, rules)
-    block_length = np.zeros(shift.size)
-    return OperatingPoints(conditions, weight, environment, block_length, label, tuple(names.tolist()))
+    share = np.array([item["share"] for item in classes], dtype=np.float64)
+    runs: list[Run] = []
+    weights = []
+    for item, part in zip(classes, share / share.sum(), strict=True):
+        position, weight = normal_positions(item["shift_mean"], item["shift_std"], item.get("positions", 15))
+        runs += [{**item, "shift": place} for place in position]
+        weights.append(part * weight)
+    label = tuple(f"{run['name']} {1e3 * run['shift']:+.2f} mm" for run in runs)
+    return _points(runs, rules, np.concatenate(weights), label, tuple(str(run["name"]) for run in runs))

@@ -155,6 +155,12 @@ def wear_depth(datasets: Datasets) -> Figure:
     return panels(2, 2, draw, gap=0.3, sharey=True)
 
 
+def positions(datasets: Datasets) -> Figure | None:
+    """Lateral position of the operating points over the distance, where results hold it."""
+    held = all("lateral_position" in data for data in datasets)
+    return _by_campaign(datasets, campaign.plot_positions, sharey=False) if held else None
+
+
 def wear_over_distance(datasets: Datasets) -> Figure:
     """Largest depth and worn area over the distance."""
     return _by_campaign(datasets, campaign.plot_over_distance, ("max_wear_depth", "worn_area"))

@@ -90,6 +90,11 @@ def _settings(c: Campaigns) -> Content:
     yield from map(tables.operating_points, c.datasets)
 
 
+def _running(c: Campaigns) -> Content:
+    yield from figures(c, plates.positions)
+    yield from c.each(tables.running)
+
+
 def _wear(c: Campaigns) -> Content:
     yield from figures(
         c, plates.wear_depth, plates.wear_over_distance, plates.wear_by_regime, plates.counterface_wear,
@@ -154,6 +159,7 @@ SECTIONS = (
     Section("profiles", "Profiles", lambda c: figures(c, plates.profiles, factors=True)),
     Section("wear", "Wear", _wear),
     Section("measures", "Wheel measures", _measures),
+    Section("running", "Where the wheelset runs", _running),
     Section("contact", "Contact", lambda c: figures(c, plates.contact)),
     Section("fatigue", "Rolling contact fatigue", _fatigue),
     Section("factors", "Factors from rig to field", _factors),

@@ -134,6 +134,22 @@ def operating_points(dataset: xr.Dataset) -> Table:
     return replace(made, name="")
 
 
+def running(dataset: xr.Dataset) -> list[Table]:
+    """Where the wheelset ran at the end, and the forces on it; nothing of results that do not hold it."""
+    if "lateral_position" not in dataset:
+        return []
+    row = last_worn_row(dataset)
+    acting = dataset["weight"].values > 0.0
+    names = ["lateral_position", "lateral_force", "steering_moment", "axle_wear_number", "wear_share"]
+    columns = [values_of(dataset, name, row) for name in names]
+    values = np.column_stack([*columns, values_of(dataset, "derailment_quotient", row)])[acting]
+    points = dataset["operating_point_name"].values[acting]
+    heads = [*(label(dataset, name) for name in names), "Y/Q right", "left"]
+    rows = [[name, *numbers] for name, numbers in zip(points, values, strict=True)]
+    fold = "Lateral position, forces and wear number of the operating points at the end"
+    return [table("running", rows, *heads, digits=3, look="numbers", fold=fold)]
+
+
 def settings(datasets: list[xr.Dataset]) -> Table:
     """Show what was computed, a column per campaign; rows that differ are shaded."""
     roller = [float(data.attrs.get("counterface_curvature", 0.0)) for data in datasets]

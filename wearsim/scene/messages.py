@@ -12,6 +12,7 @@ from wearsim.damage.fatigue import FATIGUE_LAWS, counts_cycles
 from wearsim.damage.wear import WEAR_LAWS
 from wearsim.errors import Fault, ProfileError
 from wearsim.operation.points import REACH
+from wearsim.operation.recorded import Reduction
 from wearsim.profile import measures
 from wearsim.profile.conicity import equivalent_conicity
 from wearsim.profile.shape import Profile
@@ -19,7 +20,7 @@ from wearsim.quantities import QUANTITIES
 from wearsim.results.limits import LIMITED
 from wearsim.scene.campaign import LIMIT_KEYS, STABILITY, LimitsSection, RollerWearSection
 from wearsim.scene.damage import damage_faults
-from wearsim.scene.models import ClassSection, FieldScene, RigScene
+from wearsim.scene.models import BlockSection, ClassSection, FieldScene, RigScene
 from wearsim.toml_faults import KeyPath, shown, suggestion
 
 SHARES_ROUNDED = 0.01
@@ -53,7 +54,10 @@ def by_line(faults: list[Fault]) -> list[Fault]:
 
 def cross_faults(scene: Campaign) -> list[Fault]:
     """Faults between values that are each in range."""
-    checks = (_share_faults, _contact_faults, _step_faults, _limit_faults, _reprofiling_faults)
+    checks = (
+        _share_faults, _load_faults, _block_faults, _contact_faults, _step_faults, _limit_faults,
+        _reprofiling_faults,
+    )  # fmt: skip
     messages = [message for check in checks for message in check(scene)]
     messages += damage_faults(scene.wear, scene.fatigue)
     law = scene.wear.law
@@ -93,7 +97,7 @@ def header_warnings(scene: Campaign, diameters: Mapping[str, float]) -> list[Fau
 
 def _warnings(scene: Campaign) -> _Messages:
     runs, contact, campaign = scene.operation.runs, scene.contact, scene.campaign
-    if all(run.friction == 0 for run in runs.values()) and WEAR_LAWS[scene.wear.law].needs_friction:
+    if runs and all(run.friction == 0 for run in runs.values()) and WEAR_LAWS[scene.wear.law].needs_friction:
         yield (*next(iter(runs)), "friction"), "friction = 0 everywhere: nothing will wear"
     if contact.torque_Nm != 0 and contact.rotation != "free":
         yield (
@@ -146,7 +150,7 @@ def _share_faults(scene: Campaign) -> _Messages:
 
 
 def _contact_faults(scene: Campaign) -> _Messages:
-    contact = scene.contact
+    contact, runs = scene.contact, scene.operation.runs
     if contact.model is not None:
         for key in sorted(contact.model_fields_set & {"normal", "tangential"}):
             text = f'{key} and model = "{contact.model}" exclude each other; delete one of them'
@@ -159,8 +163,11 @@ def _contact_faults(scene: Campaign) -> _Messages:
         others = _normal_models("can_update_profile")
         text = f"normal = {shown(contact.normal)} cannot update the profile in a campaign: {model.reason}; "
         yield ("contact", "normal"), f"{text}write {others}"
-    runs = scene.operation.runs
-    for path, run in runs.items() if contact.roll == "free" else ():
+    forced = next((run for run in runs.values() if _balanced(run)), None)
+    if forced is not None and "roll" in contact.model_fields_set and contact.roll != "free":
+        text = f'roll = "given" lets no forces of {shown(forced.name)} be balanced; write roll = "free", or'
+        yield ("contact", "roll"), f"{text} delete it"
+    for path, run in runs.items() if contact.roll == "free" or forced is not None else ():
         if "roll_mrad" in run.model_fields_set:
             yield (
                 (*path, "roll_mrad"),
@@ -168,18 +175,99 @@ def _contact_faults(scene: Campaign) -> _Messages:
                 "wheelset free to roll rests on both wheels; delete one of them",
             )
     if contact.rotation == "free":
-        states = [(f"{path[1]} {shown(run.name)}", run.friction * run.load_kN) for path, run in runs.items()]
+        common = ("contact", "torque_Nm")
+        states: list[tuple[str, KeyPath, float, float]] = [
+            (f"{path[1]} {shown(run.name)}", common, contact.torque_Nm, run.friction * run.mean_load_kN)
+            if run.axle_torque_kN_m is None
+            else (
+                f"{path[1]} {shown(run.name)}",
+                (*path, "axle_torque_kN_m"),
+                1e3 * run.axle_torque_kN_m,
+                run.friction * run.mean_load_kN,
+            )
+            for path, run in runs.items()
+        ]
         monitor = scene.operation.monitor
         if monitor is not None:
-            states.append(("[operation.monitor]", monitor.friction * monitor.load_kN))
-        place, force = min(states, key=lambda state: state[1])
-        weakest = 2.0 * force * scene.wheelset.radius_mm  # kN mm = N m
-        if abs(contact.torque_Nm) > weakest:
-            yield (
-                ("contact", "torque_Nm"),
-                f"torque_Nm = {contact.torque_Nm:g} is more than friction can carry in {place}: "
-                f"2 x friction x load_kN x radius_mm = {weakest:.4g} N m; lower the torque",
+            states.append(
+                ("[operation.monitor]", common, contact.torque_Nm, monitor.friction * monitor.load_kN)
             )
+        nothing: tuple[str, KeyPath, float, float] = ("", common, 0.0, math.inf)
+        place, path, torque, force = max(
+            [*states, nothing], key=lambda state: abs(state[2]) / max(state[3], 1e-300)
+        )
+        weakest = 2.0 * force * scene.wheelset.radius_mm  # kN mm = N m
+        if abs(torque) > weakest:
+            yield (
+                path,
+                f"{path[-1]} = {torque / (1.0 if path == common else 1e3):g} is more than friction can carry "
+                f"in {place}: 2 x friction x wheel load x radius_mm = {weakest:.4g} N m; lower the torque",
+            )
+
+
+def _balanced(run: ClassSection | BlockSection) -> bool:
+    """Whether the shift or the wheel loads of a run follow from forces."""
+    force = isinstance(run, BlockSection) and (
+        run.lateral_force_kN is not None or run.axle_box_right_kN is not None
+    )
+    return force or run.axle_load_kN is not None
+
+
+_LOADS = (
+    ("load_kN",),
+    ("axle_load_kN",),
+    ("wheel_load_right_kN", "wheel_load_left_kN"),
+    ("axle_box_right_kN", "axle_box_left_kN"),
+)
+"""Keys of which a run has those of one line."""
+
+
+def _load_faults(scene: Campaign) -> _Messages:
+    for path, run in scene.operation.runs.items():
+        named = f"{path[1]} {shown(run.name)}"
+        given = [key for line in _LOADS for key in line if getattr(run, key, None) is not None]
+        lines = [line for line in _LOADS if set(line) & set(given)]
+        known = " or ".join(" and ".join(line) for line in _LOADS if hasattr(run, line[0]))
+        if len(lines) != 1:
+            text = f"{', '.join(given)} exclude each other" if given else "has no load"
+            yield (*path, given[-1]) if given else path, f"{named}: {text}; give either {known}"
+        elif len(given) < len(lines[0]):
+            missing = next(key for key in lines[0] if key not in given)
+            yield (*path, given[0]), f"{named}: {given[0]} is that of one side; give {missing}, too"
+        elif given[0] == "axle_box_right_kN" and None in (
+            scene.wheelset.mass_kg,
+            scene.wheelset.axle_box_distance_mm,
+        ):
+            text = "forces on axle boxes need mass_kg and axle_box_distance_mm in [wheelset]; add them"
+            yield (*path, given[0]), f"{named}: {text}"
+
+
+_WHERE = ("shift_mm", "lateral_force_kN")
+_LENGTHS = ("distance_km", "duration_h", "revolutions")
+
+
+def _block_faults(scene: Campaign) -> _Messages:
+    if not isinstance(scene, RigScene):
+        return
+    runs = list(scene.operation.runs.items())
+    for number, (path, run) in enumerate(runs):
+        assert isinstance(run, BlockSection)
+        for keys in (_WHERE, _LENGTHS):
+            given = [key for key in keys if getattr(run, key) is not None]
+            if len(given) != 1:
+                what = f"{' and '.join(given)} exclude each other" if given else f"needs {' or '.join(keys)}"
+                place = (*path, given[-1]) if given else path
+                yield place, f"block {shown(run.name)}: {what}; give exactly one of them"
+        if scene.counterface.drive == "coupled" and run.speed_difference_percent:
+            text = 'speed_difference_percent needs rollers that turn apart; write drive = "independent"'
+            yield (*path, "speed_difference_percent"), f"block {shown(run.name)}: {text}, or delete it"
+        following = runs[(number + 1) % len(runs)][1]
+        every = {key for line in (*_LOADS, _WHERE) for key in line}
+        have, need = ({k for k in every if getattr(one, k, None) is not None} for one in (run, following))
+        if run.positions is not None and have != need:
+            text = f"a ramp goes to {shown(following.name)}, which does not give the same set-points"
+            differing = ", ".join(sorted(have ^ need))
+            yield (*path, "positions"), f"block {shown(run.name)}: {text} ({differing}); give them in both"
 
 
 def _normal_models(attribute: str) -> str:
@@ -270,7 +358,16 @@ def shift_ranges(scene: Campaign) -> Iterator[tuple[KeyPath, float, float, int]]
             positions = run.positions if run.shift_std_mm > 0 else 1
             yield (*path, "shift_mean_mm"), mean - spread, mean + spread, positions
         else:
-            yield (*path, "shift_mm"), run.shift_mm, run.shift_mm, 1
+            key = "shift_mm" if run.shift_mm is not None else "lateral_force_kN"
+            shifts = [run.shift_mm or 0.0]  # one that follows from a force is within what the flange allows
+            if run.positions is not None:
+                blocks = list(scene.operation.runs.values())
+                following = blocks[(int(path[2]) + 1) % len(blocks)]
+                shifts.append(getattr(following, "shift_mm", None) or 0.0)
+            yield (*path, key), min(shifts), max(shifts), run.positions or 1
+    if isinstance(scene, FieldScene) and scene.recorded is not None:
+        found = scene._reduction
+        yield ("recorded", "file"), 0.0, 0.0, len(found.group) if isinstance(found, Reduction) else 1
     if scene.operation.monitor is not None:
         for index, shift in enumerate(scene.operation.monitor.shifts_mm):
             yield ("operation", "monitor", "shifts_mm", index), shift, shift, 1

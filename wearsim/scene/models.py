@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
@@ -100,6 +101,10 @@ class WheelsetSection(Section):
         "noise_wavelength", "the wavelength below which measured wheels are smoothed", None
     )
     back_to_back_mm: float = number("back_to_back", "the back-to-back distance of the wheels", 1360.0)
+    mass_kg: float | None = number("wheelset_mass", "the mass of the wheelset, for forces on its boxes", None)
+    axle_box_distance_mm: float | None = number(
+        "axle_box_distance", "the distance of the forces on both axle boxes", None
+    )
 
 
 class CounterfaceSection(Section):
@@ -126,13 +131,19 @@ class RailSection(CounterfaceSection):
 class RollerSection(CounterfaceSection):
     """[counterface] on a rig: rollers with a rail's profile."""
 
-    roller_radius_mm: float = number("roller_radius", "the radius of the rollers at the profile's top")
+    rig: Text | None = words("the name of a rig that wearsim ships, or its file", None)
+    roller_radius_mm: float | None = number(
+        "roller_radius", "the radius of the rollers at the profile's top, by default that of the rig", None
+    )
+    drive: Literal["coupled", "independent"] | None = Field(
+        None, description="whether both rollers turn alike, by default as those of the rig do"
+    )
     wear: RollerWearSection | None = None
 
     @property
     def curvature(self) -> float:
         """Curvature of the rollers at the profile's top [1/m]."""
-        return 1e3 / self.roller_radius_mm
+        return 1e3 / self.roller_radius_mm if self.roller_radius_mm else 0.0
 
 
 NormalName = Annotated[str, Registered("wearsim.contact.normal", "NORMAL_MODELS")]
@@ -191,19 +202,62 @@ class Running(Section):
     name: Text = words("a name for tables and figures")
     yaw_mrad: float = number("yaw", "the yaw of the wheelset", 0.0)
     roll_mrad: float = number("roll", "the roll of the wheelset", 0.0)
-    load_kN: float = number("wheel_load", "the vertical load of one wheel")
+    load_kN: float | None = number("wheel_load", "the vertical load of each wheel", None)
+    wheel_load_right_kN: float | None = number("wheel_load", "the vertical load of the right wheel", None)
+    wheel_load_left_kN: float | None = number("wheel_load", "the vertical load of the left wheel", None)
+    axle_load_kN: float | None = number(
+        "axle_load", "the vertical load of both wheels, which share it as the roll of the axle asks for", None
+    )
     speed_km_h: float = number("speed", "the speed")
-    friction: float = number("friction", "Coulomb's coefficient of friction")
+    friction: float = number(
+        "friction", "Coulomb's coefficient of friction, on the tread if it is another there"
+    )
+    friction_flange: float | None = number(
+        "friction_flange", "the coefficient of friction on the flange, by default that of the tread", None
+    )
+    axle_torque_kN_m: float | None = Field(
+        None,
+        description="the torque on the axle, driving forward, by default that of [contact]",
+        ge=-50.0,
+        le=50.0,
+        json_schema_extra={"unit": "kN m"},
+    )
     environment: float = number(
         "environment", "the factor on the wear depth, 1 for dry laboratory coefficients", 1.0
     )
+
+    @property
+    def mean_load_kN(self) -> float:
+        """What each wheel carries about, of unlike ones the mean."""
+        if self.load_kN is not None:
+            return self.load_kN
+        if self.axle_load_kN is not None:
+            return 0.5 * self.axle_load_kN
+        if self.wheel_load_right_kN is not None and self.wheel_load_left_kN is not None:
+            return 0.5 * (self.wheel_load_right_kN + self.wheel_load_left_kN)
+        return math.inf
 
 
 class BlockSection(Running):
     """[[operation.block]]: one block of the rig programme."""
 
-    shift_mm: float = number("shift", "the lateral shift, + to the right")
-    distance_km: float = number("block_length", "the distance run in this block of the loop")
+    shift_mm: float | None = number("shift", "the lateral shift, + to the right", None)
+    lateral_force_kN: float | None = number(
+        "lateral_force", "the lateral force at axle height, + to the right, in place of the shift", None
+    )
+    axle_box_right_kN: float | None = number("axle_load", "the vertical force on the right axle box", None)
+    axle_box_left_kN: float | None = number("axle_load", "the vertical force on the left axle box", None)
+    speed_difference_percent: float | None = number(
+        "speed_difference", "the speed of the left roller less that of the right one, over their mean", None
+    )
+    distance_km: float | None = number("block_length", "the distance run in this block of the loop", None)
+    duration_h: float | None = number("duration", "the time of this block, in place of its distance", None)
+    revolutions: float | None = number(
+        "revolutions", "the revolutions of the wheels in this block, in place of its distance", None
+    )
+    positions: int | None = number(
+        "ramp_positions", "the points of a ramp from these set-points to those of the next block", None
+    )
 
 
 class ClassSection(Running):
@@ -235,14 +289,72 @@ class MonitorSection(Section):
     friction: float = number("friction", "Coulomb's coefficient of friction")
 
 
+class RecordColumns(Section):
+    """[recorded.columns]: the column of the file by quantity, with its unit; what has none is constant."""
+
+    time_s: Text | None = words("the time", None)
+    time_h: Text | None = words("the time", None)
+    distance_m: Text | None = words("the distance run", None)
+    distance_km: Text | None = words("the distance run", None)
+    speed_km_h: Text | None = words("the speed", None)
+    speed_m_s: Text | None = words("the speed", None)
+    shift_mm: Text | None = words("the lateral shift", None)
+    shift_m: Text | None = words("the lateral shift", None)
+    yaw_mrad: Text | None = words("the yaw", None)
+    yaw_rad: Text | None = words("the yaw", None)
+    curve_radius_m: Text | None = words("the curve radius, 0 on straight track, too", None)
+    track_curvature_per_m: Text | None = words("the track curvature", None)
+    track_curvature_per_km: Text | None = words("the track curvature", None)
+    friction: Text | None = words("the coefficient of friction", None)
+    wheel_load_right_kN: Text | None = words("the vertical load of the right wheel", None)
+    wheel_load_right_N: Text | None = words("the vertical load of the right wheel", None)
+    wheel_load_left_kN: Text | None = words("the vertical load of the left wheel", None)
+    wheel_load_left_N: Text | None = words("the vertical load of the left wheel", None)
+    axle_torque_kN_m: Text | None = words("the torque on the axle", None)
+    axle_torque_N_m: Text | None = words("the torque on the axle", None)
+
+    @property
+    def given(self) -> dict[str, str]:
+        """Columns by key, of those that are given."""
+        return {key: name for key in type(self).model_fields if (name := getattr(self, key)) is not None}
+
+
+class RecordedSection(Section):
+    """[recorded]: samples of a simulated or measured run, in place of classes."""
+
+    file: Text = words("the CSV or netCDF file of the samples")
+    columns: RecordColumns
+    shift_positive: Literal["right", "left"] = Field(description="to which side shifts count positive")
+    yaw_positive: Literal["right", "left"] | None = Field(
+        None, description="to which side the yaw counts positive"
+    )
+    curve_positive: Literal["right", "left"] | None = Field(None, description="which curves count positive")
+    load_kN: float | None = number("wheel_load", "the vertical load of each wheel, if no column has it", None)
+    speed_km_h: float | None = number("speed", "the speed, if no column has it", None)
+    yaw_mrad: float = number("yaw", "the yaw of the wheelset, if no column has it", 0.0)
+    friction: float | None = number("friction", "Coulomb's coefficient, if no column has it", None)
+    friction_flange: float | None = number(
+        "friction_flange", "the coefficient of friction on the flange, by default that of the tread", None
+    )
+    environment: float = number(
+        "environment", "the factor on the wear depth, 1 for dry laboratory coefficients", 1.0
+    )
+    binning_tolerance: float = number(
+        "binning_error",
+        "the largest error of the wear of the operating points that stand for all samples",
+        0.02,
+    )
+
+
 class RigOperation(Section):
     """[operation] of a rig: a programme of blocks, looped until the distance is run."""
 
     not_here: ClassVar[dict[str, str]] = {
         "class": 'classes belong to a field scene; write [[operation.block]], or kind = "field" in [scene]'
     }
+    programme: Text | None = words("a CSV file of blocks, one a row, with columns named as their keys", None)
     blocks: Annotated[tuple[BlockSection, ...], Strict(False)] = Field(
-        alias="block", min_length=1, max_length=1000, description="the blocks of the rig programme"
+        (), alias="block", max_length=1000, description="the blocks of the rig programme"
     )
     monitor: MonitorSection | None = None
 
@@ -259,7 +371,7 @@ class FieldOperation(Section):
         "block": 'blocks belong to a rig scene; write [[operation.class]], or kind = "rig" in [scene]'
     }
     classes: Annotated[tuple[ClassSection, ...], Strict(False)] = Field(
-        alias="class", min_length=1, max_length=1000, description="the classes of track"
+        (), alias="class", max_length=1000, description="the classes of track"
     )
     monitor: MonitorSection | None = None
 
@@ -304,6 +416,7 @@ class SceneModel(Section):
 
     _origin: Origin = PrivateAttr()
     _inputs: object = PrivateAttr(None)  # set once the files it names were read
+    _running: object = PrivateAttr(None)  # set once it is known where the new wheelset runs
 
     @property
     def origin(self) -> Origin:
@@ -355,7 +468,10 @@ class FieldScene(_Campaign):
 
     scene: FieldHeader
     counterface: RailSection
-    operation: FieldOperation
+    operation: FieldOperation = Field(default_factory=lambda: FieldOperation.model_validate({}))
+    recorded: RecordedSection | None = None
+    _samples: object = PrivateAttr(None)  # set once the record was read
+    _reduction: object = PrivateAttr(None)  # set once it is reduced to operating points
 
 
 _ELSEWHERE = "a compare scene holds [scene] and [compare] only; move it into the two scenes it names"

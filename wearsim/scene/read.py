@@ -29,6 +29,7 @@ from wearsim.profile.placement import (
 )
 from wearsim.profile.shape import Profile, resample
 from wearsim.profile.smoothing import smoothed
+from wearsim.profile.standard import shipped_path
 from wearsim.scene.messages import (
     beyond_clearance,
     by_line,
@@ -40,6 +41,8 @@ from wearsim.scene.messages import (
 )
 from wearsim.scene.models import AnyScene, CompareScene, FieldScene, Origin, RigScene, find_file
 from wearsim.scene.overrides import Override, at_its_source, merge, overridden_text, toml_text
+from wearsim.scene.recorded import read_record
+from wearsim.scene.rig import with_programme, with_rig
 from wearsim.scene.sweep import SweepScene, read_sweep
 from wearsim.scene.wear_table import read_wear_table
 from wearsim.toml_faults import (
@@ -330,10 +333,18 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
 
     The scene returned has the contents of the files, and the wheel radius of their headers if it gave none.
     """
+    named: dict[str, tuple[str, Path]] = {}
+    if isinstance(scene, RigScene):
+        scene = _with_rig(scene, kept, named)
     origin, wheelset, rules = scene.origin, scene.wheelset, scene.campaign.reprofiling
     half_span = 0.5e-3 * wheelset.back_to_back_mm + RUNNING_CIRCLE
     spacing = 1e-3 * scene.campaign.point_spacing_mm
     files = [InputFile("scene", origin.path.name, origin.path, origin.content)]
+    rigs = shipped_path("profiles", "rigs")
+    files += [
+        InputFile(role, name, path, content_of(path, "another file"), shipped=path.parent == rigs)
+        for role, (name, path) in named.items()
+    ]
     faults: list[Fault] = []
     leaning: list[Fault] = []
     diameters: dict[str, float] = {}
@@ -377,16 +388,16 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
     if wheelset.profile_left is not None:
         left = profile(wheelset.profile_left, "wheelset", "profile_left")
     counterface = profile(scene.counterface.profile, "counterface", "profile")
-    named = None if rules is None else rules.profile
+    shape_name = None if rules is None else rules.profile
     place = ("campaign", "reprofiling", "profile")
-    template = None if named is None else profile(named, *place)
+    template = None if shape_name is None else profile(shape_name, *place)
     table = _wear_table(scene, kept, files, faults)
     noted = [*header_warnings(scene, diameters), *leaning]
     if diameters and "radius_mm" not in wheelset.model_fields_set:
         radius = 0.5 * sum(diameters.values()) / len(diameters)
         scene = scene.model_copy(update={"wheelset": wheelset.model_copy(update={"radius_mm": radius})})
     faults += cross_faults(scene)
-    if right is None or left is None or counterface is None or (named is not None and template is None):
+    if right is None or left is None or counterface is None or (shape_name is not None and template is None):
         raise SceneError(by_line(faults))
     wheels = right, matched(left, len(right.y), wheelset.profile_left, "wheelset", "profile_left")
     unfit = fit_faults(scene, wheels, counterface)
@@ -394,12 +405,17 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
         raise SceneError(by_line(faults + unfit))
     templates = None if rules is None else wheels
     if template is not None:
-        templates = (matched(template, len(right.y), named, *place),) * 2
+        templates = (matched(template, len(right.y), shape_name, *place),) * 2
     if templates is not None:
         faults += template_faults(scene, templates, counterface)
     free = flange_clearance(right, counterface)
     clearance = (free, free if left is right else flange_clearance(wheels[1], counterface))
     faults += limit_faults(scene, wheels, counterface, end=True)
+    if isinstance(scene, FieldScene):
+        try:
+            noted += _recorded(scene, kept, clearance, files)
+        except SceneError as error:
+            faults += error.faults
     lines = {fault.line for fault in faults}
     faults += [fault for fault in beyond_clearance(scene, clearance)[0] if fault.line not in lines]
     if faults:
@@ -420,6 +436,57 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
     scene._inputs = Inputs(
         *wheels, counterface, half_span, clearance, tuple(files), table, templates, tuple(noted)
     )
+    return scene
+
+
+def _recorded(
+    scene: FieldScene,
+    kept: Mapping[str, Path],
+    clearance: tuple[float | None, float | None],
+    files: list[InputFile],
+) -> list[Fault]:
+    """Read the record of a scene, if it has one, and note its file; warnings."""
+    section, classes = scene.recorded, scene.operation.classes
+    if section is None and not classes:
+        text = "no operation: write [[operation.class]], or [recorded] with a record of a run"
+        raise SceneError([scene.fault(("operation",), text)])
+    if section is None:
+        return []
+    if classes:
+        text = "[recorded] and [[operation.class]] exclude each other; delete one of them"
+        raise SceneError([scene.fault(("recorded",), text)])
+    role = "recorded.file"
+    path = _place_of(scene, role, section.file, kept)
+    path = path or find_file(section.file, (), "workflows")
+    if path is None:
+        text = f"file = {shown(section.file)} does not exist as given or next to the scene file"
+        raise SceneError([scene.fault(("recorded", "file"), f"{text}; give a CSV or netCDF file")])
+    samples, notes = read_record(scene, path, clearance)
+    scene._samples = samples
+    files.append(InputFile(role, section.file, path, path.read_bytes()))
+    return notes
+
+
+def _with_rig(scene: RigScene, kept: Mapping[str, Path], named: dict[str, tuple[str, Path]]) -> RigScene:
+    """Scene with its programme and its rig, whose files are noted in `named` by role."""
+
+    def place(role: str, name: str) -> Path | None:
+        return _place_of(scene, role, name, kept)
+
+    faults: list[Fault] = []
+    for role, key, step in (
+        ("operation.programme", scene.operation.programme, with_programme),
+        ("counterface.rig", scene.counterface.rig, with_rig),
+    ):
+        try:
+            scene, path = step(scene, place)
+        except SceneError as error:
+            faults += error.faults
+            continue
+        if path is not None and key is not None:
+            named[role] = key, path
+    if faults:
+        raise SceneError(by_line(faults))
     return scene
 
 

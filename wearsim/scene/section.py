@@ -14,8 +14,10 @@ from wearsim.quantities import QUANTITIES
 from wearsim.toml_faults import Table, suggestion
 
 _SI = {
-    "_km_h": (1.0, 3.6), "_mrad": (1e-3, 1.0), "_GPa": (1e9, 1.0), "_kN": (1e3, 1.0), "_km": (1e3, 1.0),
+    "_kN_m": (1e3, 1.0), "_percent": (1e-2, 1.0), "_km_h": (1.0, 3.6),
+    "_mrad": (1e-3, 1.0), "_GPa": (1e9, 1.0), "_kN": (1e3, 1.0), "_km": (1e3, 1.0),
     "_mm": (1e-3, 1.0), "_um": (1e-6, 1.0), "_Nm": (1.0, 1.0), "_m": (1.0, 1.0),
+    "_h": (3600.0, 1.0), "_kg": (1.0, 1.0),
 }  # fmt: skip
 """Units at the end of keys, with the factor and the divisor that make SI of them."""
 

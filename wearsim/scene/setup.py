@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any, Literal
@@ -11,8 +12,17 @@ import numpy as np
 from wearsim.contact.solve import ContactModels, Counterface, Wheelset
 from wearsim.damage.fatigue import FatigueSettings
 from wearsim.damage.wear import WearSettings
-from wearsim.errors import Fault
-from wearsim.operation.points import Block, OperatingPoints, TrackClass, collective, programme, with_monitors
+from wearsim.errors import Fault, SceneError
+from wearsim.operation.points import (
+    OperatingPoints,
+    collective,
+    programme,
+    recorded_points,
+    where_it_runs,
+    with_monitors,
+)
+from wearsim.operation.recorded import Reducer, Reduction, Samples, reduce_samples
+from wearsim.operation.states import Running, StateError, settle
 from wearsim.profile.shape import Profile
 from wearsim.scene.campaign import (
     LIMIT_KEYS,
@@ -24,9 +34,13 @@ from wearsim.scene.campaign import (
     ReprofilingRules,
 )
 from wearsim.scene.damage import fatigue_settings, wear_settings
-from wearsim.scene.messages import by_line, scene_warnings
+from wearsim.scene.messages import by_line, scene_warnings, shift_ranges
 from wearsim.scene.models import ContactSection, FieldScene, RigScene, RollerSection
 from wearsim.scene.read import inputs_of
+from wearsim.scene.section import Section
+
+GRAVITY = 9.81
+"""Of the wheelset, whose weight the axle boxes do not carry [m/s2]."""
 
 CHAINS: Mapping[str, tuple[tuple[str, str], ...]] = {
     "auto": (("kik_piotrowski", "fastsim"), ("knothe_le_the", "fastsim"), ("half_space", "half_space")),
@@ -45,7 +59,7 @@ class CampaignSetup:
     counterface: Counterface  # rail or roller, placed
     models: ContactModels
     wear: WearSettings
-    points: OperatingPoints  # load collective with monitoring points
+    points: OperatingPoints  # load collective with monitoring points, where the new wheelset runs
     control: ControlSettings
     scene_text: str  # of the scene file
     title: str
@@ -58,6 +72,8 @@ class CampaignSetup:
     tolerance: float | None = None
     counterface_wear: CounterfaceWear | None = None  # None: rails or rollers stay as they are
     templates: tuple[Profile, Profile] | None = None  # that right and left wheel are reprofiled to
+    reduction: Reduction | None = None  # of a record to the operating points
+    running: Running | None = None  # state of the new wheelset under controlled forces; None: nothing is
 
 
 def build(scene: RigScene | FieldScene) -> CampaignSetup:
@@ -68,15 +84,24 @@ def build(scene: RigScene | FieldScene) -> CampaignSetup:
     inputs, contact, curvature = inputs_of(scene), scene.contact, scene.counterface.curvature
     wear, *comparison = wear_settings(scene.wear, inputs.wear_table)
     models, *fallbacks = contact_models(contact)
+    wheelset = Wheelset(inputs.right, inputs.left, 1e-3 * scene.wheelset.radius_mm, inputs.half_span)
+    counterface = Counterface(inputs.counterface, curvature)
+    reduction = None
+    if isinstance(scene, FieldScene) and scene.recorded is not None:
+        reduction = _reduced(scene, (wheelset, counterface), wear)
+    points = _points(scene, reduction)
+    running = _settled(scene, points, (wheelset, counterface))
     return CampaignSetup(
         tolerance=contact.tolerance if fallbacks else None,
         fallbacks=tuple(fallbacks),
         kind=scene.scene.kind,
-        wheelset=Wheelset(inputs.right, inputs.left, 1e-3 * scene.wheelset.radius_mm, inputs.half_span),
-        counterface=Counterface(inputs.counterface, curvature),
+        wheelset=wheelset,
+        counterface=counterface,
         models=models,
         wear=wear,
-        points=_points(scene),
+        points=where_it_runs(points, running),
+        running=running,
+        reduction=reduction,
         control=_control_settings(scene.campaign),
         scene_text=scene.origin.content.decode("utf-8-sig"),
         title=scene.scene.title or scene.origin.path.stem,
@@ -97,6 +122,11 @@ def warnings_of(scene: RigScene | FieldScene) -> tuple[Fault, ...]:
     """Warnings of a loaded scene, in the order of the file, without those of `check_contact`."""
     inputs = inputs_of(scene)
     own = scene_warnings(scene, (inputs.right, inputs.left), inputs.counterface, inputs.clearance)
+    if isinstance(scene, FieldScene) and scene.recorded is not None:
+        found, tolerance = scene._reduction, scene.recorded.binning_tolerance
+        if isinstance(found, Reduction) and found.error > tolerance:
+            text = f"binning_tolerance = {tolerance:g}: {len(found.group)} operating points leave an error of"
+            own.append(scene.fault(("recorded", "binning_tolerance"), f"{text} {found.error:.2g}"))
     return tuple(by_line([*inputs.warnings, *own]))
 
 
@@ -146,29 +176,92 @@ def _counterface_wear(scene: RigScene | FieldScene) -> CounterfaceWear | None:
     if "redress_every" in values:
         values["redress_distance"] = values.pop("redress_every")
     assert isinstance(counterface, RollerSection)
-    return CounterfaceWear(radius=1e-3 * counterface.roller_radius_mm, **values)
+    return CounterfaceWear(radius=1.0 / counterface.curvature, **values)
 
 
-def _points(scene: RigScene | FieldScene) -> OperatingPoints:
+def _reduced(scene: FieldScene, bodies: tuple[Wheelset, Counterface], wear: WearSettings) -> Reduction:
+    """Reduce the record of a scene to operating points, once."""
+    samples, section = scene._samples, scene.recorded
+    assert isinstance(samples, Samples)
+    assert section is not None
+    if scene._reduction is None:
+        fast = ContactModels(strips=12, cells=12, cell_size=1e-3)  # the same for all samples and the points
+        models = replace(
+            fast,
+            youngs_modulus=1e9 * scene.contact.youngs_GPa,
+            poisson_ratio=scene.contact.poisson,
+        )
+        wavelength = 1e-3 * scene.campaign.smoothing_wavelength_mm
+        reducer = Reducer(*bodies, models, wear, wavelength, threads=os.cpu_count() or 1)
+        scene._reduction = reduce_samples(samples, reducer, section.binning_tolerance)
+    reduction = scene._reduction
+    assert isinstance(reduction, Reduction)
+    return reduction
+
+
+def _points(scene: RigScene | FieldScene, reduction: Reduction | None) -> OperatingPoints:
     contact, monitor = scene.contact, scene.operation.monitor
-    runs = []
-    for section in scene.operation.runs.values():
-        values = section.si()
-        values["wheel_load"] = values.pop("load")
-        if "curve_radius" in values:
-            values["track_curvature"] = 1.0 / values.pop("curve_radius")
-        runs.append(values)
+    runs = [_run(scene, section) for section in scene.operation.runs.values()]
+    balanced = any("axle_load" in run or "lateral_force" in run for run in runs)
     motion: dict[str, Any] = {
         "rotation": contact.rotation,
         "torque": contact.torque_Nm,
-        "free_roll": contact.roll == "free",
+        "free_roll": contact.roll == "free" or balanced or reduction is not None,
     }
-    if isinstance(scene, RigScene):
-        points = programme([Block(**values) for values in runs], **motion)
+    if reduction is not None:
+        assert isinstance(scene, FieldScene)
+        assert scene.recorded is not None
+        found, common = reduction.points, np.full(reduction.points.distance.size, scene.recorded.environment)
+        set_points = {**found.values, "environment": common}
+        points = recorded_points(set_points, found.distance, reduction.group, **motion)
     else:
-        points = collective([TrackClass(**values) for values in runs], **motion)
+        points = programme(runs, **motion) if isinstance(scene, RigScene) else collective(runs, **motion)
     if monitor is None:
         return points
     values = monitor.si()
     values["wheel_load"] = values.pop("load")
     return with_monitors(points, 1e-3 * np.array(monitor.shifts_mm, dtype=np.float64), **values)
+
+
+def _run(scene: RigScene | FieldScene, section: Section) -> dict[str, Any]:
+    """Set-points of a block or class, SI units: the distance of any length, forces on boxes as axle load."""
+    values = section.si()
+    if "curve_radius" in values:
+        values["track_curvature"] = 1.0 / values.pop("curve_radius")
+    if "duration" in values:
+        values["distance"] = values.pop("duration") * values["speed"]
+    if "revolutions" in values:
+        values["distance"] = 2e-3 * np.pi * scene.wheelset.radius_mm * values.pop("revolutions")
+    if "axle_box_right" in values:
+        right, left = values.pop("axle_box_right"), values.pop("axle_box_left")
+        mass, apart = scene.wheelset.mass_kg or 0.0, scene.wheelset.axle_box_distance_mm or 0.0
+        values["axle_load"] = right + left + GRAVITY * mass
+        values["box_moment"] = 0.5e-3 * apart * (right - left)
+    return values
+
+
+def _settled(
+    scene: RigScene | FieldScene, points: OperatingPoints, bodies: tuple[Wheelset, Counterface]
+) -> Running | None:
+    """Where the new wheelset runs under the forces that are controlled; None if nothing is.
+
+    Raises
+    ------
+    SceneError
+        With one fault for each block or class whose forces no state carries.
+    """
+    if points.controlled is None:
+        return None
+    if scene._running is None:
+        models, *_ = contact_models(scene.contact)
+        try:
+            scene._running = settle(points.conditions, points.controlled, *bodies, models)
+        except StateError as error:
+            places = [path for path, _, _, count in shift_ranges(scene) for _ in range(count)]
+            texts = {places[k]: f"{points.label[k]}: {text}" for k, text in error.messages.items()}
+            fix = "lower lateral_force_kN, or raise the load"
+            faults = [scene.fault(path, f"{text}; {fix}") for path, text in texts.items()]
+            raise SceneError(by_line(faults)) from None
+    running = scene._running
+    assert isinstance(running, Running)
+    return running

@@ -50,6 +50,7 @@ _BODIES, _MOTION, _MODELS = "wheelset and counterface", "motion and load", "mode
 
 FLAGS = (
     Flag("wheel", "S1002", "wheel profile, name or file", _BODIES, "name"),
+    Flag("left-wheel", None, "profile of the left wheel, if it differs", _BODIES, "name"),
     Flag("rail", "60E1", "rail or roller profile, name or file", _BODIES, "name"),
     Flag("inclination", "1:40", "of the rail, 1:N or none", _BODIES, "inclination"),
     Flag("gauge-mm", "1435", "gauge, 14 mm below the top", _BODIES, "number", "gauge"),
@@ -66,9 +67,19 @@ FLAGS = (
     Flag("roll", None, "roll of the wheelset in mrad, right side down positive, or free: it rests on both "
          "wheels (default free with --side both, else 0)", _MOTION, "roll", "roll"),
     Flag("wheel-load-kN", "80", "vertical load of each wheel", _MOTION, "number", "wheel_load"),
+    Flag("wheel-load-right-kN", None, "instead of the wheel load: that of the right wheel", _MOTION, "number",
+         "wheel_load"),
+    Flag("wheel-load-left-kN", None, "instead of the wheel load: that of the left wheel", _MOTION, "number",
+         "wheel_load"),
+    Flag("axle-load-kN", None, "instead of the wheel load: that of both wheels, shared as the roll of the "
+         "axle asks for", _MOTION, "number", "axle_load"),
+    Flag("lateral-force-kN", None, "instead of the shift: lateral force at axle height, positive to the "
+         "right", _MOTION, "number", "lateral_force"),
     Flag("normal-force-kN", None, "instead of the wheel load: normal force of the single patch of each wheel",
          _MOTION, "number", "normal_force"),
     Flag("friction", "0.35", "friction coefficient", _MOTION, "number", "friction"),
+    Flag("friction-flange", None, "friction coefficient on the flange, if it differs", _MOTION, "number",
+         "friction_flange"),
     Flag("speed-km-h", "72", "speed", _MOTION, "number", "speed"),
     Flag("rotation", "free", "rotation speed: free (axle torque balance of both wheels), centred, nominal, "
          "or rad/s", _MOTION, "rotation", "rotation_speed"),

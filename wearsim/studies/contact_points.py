@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
@@ -17,6 +18,8 @@ from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.errors import ContactError, NumericalError, ProfileError
+from wearsim.operation.resultants import resultants
+from wearsim.operation.states import Controlled, StateError, settle
 from wearsim.profile.files import load_profile
 from wearsim.profile.placement import slope_of
 from wearsim.profile.shape import Profile
@@ -26,7 +29,14 @@ from wearsim.studies.contact_flags import COLUMNS, Flag
 from wearsim.toml_faults import decimal
 
 _TIGHTEST_CURVE = QUANTITIES["curve_radius"].range.low  # m
-_INSTEAD = (("wheel_load_kN", "normal_force_kN"), ("rotation", "creepage"))  # only one of each pair acts
+_LOADS = ("wheel_load_kN", "wheel_load_right_kN", "wheel_load_left_kN", "axle_load_kN", "normal_force_kN")
+_BY_SIDE = {"wheel_load_right_kN", "wheel_load_left_kN"}
+# only one of each pair acts
+_INSTEAD = (
+    *(pair for pair in itertools.combinations(_LOADS, 2) if set(pair) != _BY_SIDE),
+    ("rotation", "creepage"),
+    ("shift_mm", "lateral_force_kN"),
+)
 _FIELDS = tuple((column, flag.field, flag) for column, flag in COLUMNS.items())
 _SIDES: dict[str, tuple[Side, ...]] = {"right": ("right",), "left": ("left",), "both": ("right", "left")}
 
@@ -43,13 +53,27 @@ class Request(SimpleNamespace):
 
     @property
     def load(self) -> float:
-        """Wheel load, or the normal force where that is given."""
+        """Mean wheel load, or the normal force where that is given."""
+        if self.axle_load is not None:
+            return 0.5 * float(self.axle_load)
         return float(self.wheel_load if self.normal_force is None else self.normal_force)
+
+    @property
+    def loads(self) -> tuple[float, float]:
+        """Loads of the right and the left wheel; the normal force where that is given."""
+        sides = (self.wheel_load_right, self.wheel_load_left)
+        right, left = (self.load if one is None else float(one) for one in sides)
+        return right, left
+
+    @property
+    def balanced(self) -> bool:
+        """Whether shift or wheel loads follow from forces."""
+        return self.axle_load is not None or self.lateral_force is not None
 
     @property
     def free_roll(self) -> bool:
         """Whether the wheelset rests on both wheels."""
-        return bool(self.roll == "free" or (self.roll is None and self.side == "both"))
+        return bool(self.roll == "free" or (self.roll is None and (self.side == "both" or self.balanced)))
 
     @property
     def rule(self) -> str | float:
@@ -69,8 +93,13 @@ class Request(SimpleNamespace):
 
     @property
     def smoothed_wheel(self) -> tuple[str, float]:
-        """What determines the wheel profile."""
+        """What determines the profile of the right wheel."""
         return self.wheel, self.smooth or 0.0
+
+    @property
+    def smoothed_left_wheel(self) -> tuple[str, float]:
+        """What determines the profile of the left wheel."""
+        return self.left_wheel or self.wheel, self.smooth or 0.0
 
     @property
     def placed_rail(self) -> tuple[str, float, float, float, float]:
@@ -80,17 +109,37 @@ class Request(SimpleNamespace):
     @property
     def batch(self) -> tuple[Any, ...]:
         """What points solved in one call have in common."""
-        shared = (self.side, self.wheel, *self.placed_rail, self.wheel_radius, self.counterface_curvature)
+        shared = (
+            self.side,
+            self.wheel,
+            self.left_wheel,
+            *self.placed_rail,
+            self.wheel_radius,
+            self.counterface_curvature,
+        )
         grid = (self.strips, self.cells, self.cell, self.most_cells)
         models = (self.normal, self.tangential, self.youngs, self.poisson, *grid)
         rule = self.rule if isinstance(self.rule, str) else "number"
-        return (*shared, *models, rule, self.normal_force is None, self.free_roll, self.creepage is None)
+        alone = self.balanced  # found one by one: points without a state do not stop others
+        return (
+            *shared,
+            *models,
+            alone and id(self),
+            rule,
+            self.normal_force is None,
+            self.free_roll,
+            self.creepage is None,
+        )
 
     @property
     def conflict(self) -> str | None:
         """What of it excludes each other."""
         if self.creepage is not None and self.side == "both":
             return "creepages are given for the single patch of one wheel; choose the right or the left side"
+        if (self.wheel_load_right is None) != (self.wheel_load_left is None):
+            return "the load of one wheel is given; give those of both, right and left"
+        if self.balanced and self.roll not in (None, "free"):
+            return "forces are balanced by a wheelset that is free to roll; leave out the roll"
         return None
 
 
@@ -211,6 +260,28 @@ class PointResult(NamedTuple):
     roll: float
     rotation_speed: float | None
     patches: tuple[dict[str, Any], ...]
+    shift: float = 0.0
+
+    @property
+    def wheelset(self) -> dict[str, float]:
+        """Forces on the wheelset, if both wheels are solved: SI units, names as in results."""
+        if self.request.side != "both":
+            return {}
+        names = ("contact_angle", "normal_force", "force_x", "force_y", "spin_moment", "x", "power", "rail_y")
+        arrays = {name: np.array([patch[name] for patch in self.patches]) for name in names}
+        side = np.array([patch["side"] == "left" for patch in self.patches], dtype=np.int64)
+        nowhere = np.zeros(side.size)
+        patches: Any = SimpleNamespace(point=np.zeros_like(side), side=side, z=nowhere, **arrays)
+        forces = resultants(patches, ContactConditions.of([self.shift]), *bodies(self.request))
+        return {
+            "lateral_force": float(-forces.force[0]),
+            "derailment_quotient_right": float(forces.derailment_quotient[0, 0]),
+            "derailment_quotient_left": float(forces.derailment_quotient[0, 1]),
+            "wheel_load_right": float(forces.vertical[0, 0]),
+            "wheel_load_left": float(forces.vertical[0, 1]),
+            "steering_moment": float(forces.moment[0]),
+            "axle_wear_number": float(forces.power[0] / self.request.speed),
+        }
 
 
 @lru_cache(maxsize=64)
@@ -232,6 +303,7 @@ def profile_faults(request: Request) -> list[tuple[str, str]]:
     faults = []
     for column, read, given in (
         ("wheel", wheel_profile, request.smoothed_wheel),
+        *([("left_wheel", wheel_profile, request.smoothed_left_wheel)] if request.left_wheel else []),
         ("rail", rail_profile, request.placed_rail),
     ):
         try:
@@ -244,7 +316,8 @@ def profile_faults(request: Request) -> list[tuple[str, str]]:
 def bodies(request: Request) -> tuple[Wheelset, Counterface]:
     """Wheelset and rails or rollers of a point."""
     wheel = wheel_profile(*request.smoothed_wheel)
-    wheelset = Wheelset(wheel, wheel, request.wheel_radius, half_span(request.back_to_back))
+    left = wheel_profile(*request.smoothed_left_wheel)
+    wheelset = Wheelset(wheel, left, request.wheel_radius, half_span(request.back_to_back))
     return wheelset, Counterface(rail_profile(*request.placed_rail), request.counterface_curvature)
 
 
@@ -255,24 +328,43 @@ def conditions(points: Sequence[Request]) -> ContactConditions:
     def column(name: str) -> Any:
         return np.array([getattr(point, name) for point in points], dtype=np.float64)
 
+    loads, flange = column("loads"), column("friction_flange")
     return ContactConditions(
         shift=column("shift"),
         yaw=column("yaw"),
         roll=np.zeros(len(points)) if first.free_roll else np.nan_to_num(column("roll")),
-        wheel_load=column("load"),
+        wheel_load=loads if (loads[:, 0] != loads[:, 1]).any() else loads[:, 0],
         speed=column("speed"),
         friction=column("friction"),
         track_curvature=column("track_curvature"),
         rotation=first.rule if isinstance(first.rule, str) else column("rule"),
         free_roll=first.free_roll,
         creepage=None if first.creepage is None else column("creepage"),
+        friction_flange=None
+        if np.isnan(flange).all()
+        else np.where(np.isnan(flange), column("friction"), flange),
     )
 
 
-def solve_batch(points: Sequence[Request], *, fields: bool = False) -> tuple[xr.Dataset, list[PointResult]]:
-    """Solve points that have `Request.batch` in common: the dataset of `solve_contact`, and each result."""
-    first = points[0]
-    models = ContactModels(
+def found_conditions(points: Sequence[Request]) -> ContactConditions:
+    """Conditions of points of a batch, with the shifts and loads that follow from forces."""
+    given = conditions(points)
+    if not points[0].balanced:
+        return given
+    force, load = (
+        np.array([getattr(point, name) for point in points], dtype=float)
+        for name in ("lateral_force", "axle_load")
+    )
+    controlled = Controlled(force, load, np.zeros(len(points)))
+    try:
+        return settle(given, controlled, *bodies(points[0]), models_of(points[0])).conditions(given)
+    except StateError as error:
+        raise ContactError("; ".join(error.messages.values()), row=0) from None
+
+
+def models_of(first: Request) -> ContactModels:
+    """Contact models of points of a batch."""
+    return ContactModels(
         normal=first.normal,
         tangential=first.tangential,
         strips=first.strips,
@@ -282,11 +374,17 @@ def solve_batch(points: Sequence[Request], *, fields: bool = False) -> tuple[xr.
         youngs_modulus=first.youngs,
         poisson_ratio=first.poisson,
     )
+
+
+def solve_batch(points: Sequence[Request], *, fields: bool = False) -> tuple[xr.Dataset, list[PointResult]]:
+    """Solve points that have `Request.batch` in common: the dataset of `solve_contact`, and each result."""
+    first = points[0]
+    found = found_conditions(points)
     try:
         contact = solve_contact(
             *bodies(first),
-            conditions(points),
-            models,
+            found,
+            models_of(first),
             sides=_SIDES[first.side],
             load="wheel" if first.normal_force is None else "normal_force",
             fields=fields,
@@ -304,7 +402,11 @@ def solve_batch(points: Sequence[Request], *, fields: bool = False) -> tuple[xr.
         patches[point].append({"side": str(side)} | dict(zip(PATCH_NAMES, row.tolist(), strict=True)))
     return contact, [
         PointResult(
-            point, float(roll[k]), float(speed[k]) if point.creepage is None else None, tuple(patches[k])
+            point,
+            float(roll[k]),
+            float(speed[k]) if point.creepage is None else None,
+            tuple(patches[k]),
+            float(found.shift[k]),
         )
         for k, point in enumerate(points)
     ]

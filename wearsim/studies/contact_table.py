@@ -197,7 +197,7 @@ def _row_faults(
         return [f"{len(cells)} cells, the header has {len(columns)}; quote cells that hold commas"]
     request, wrong = request_of(flags, row.given)
     faults = faults_of(row.given, wrong, as_flags=False)
-    profiles = (request.wheel, *request.placed_rail)
+    profiles = (request.wheel, request.left_wheel, *request.placed_rail)
     if profiles not in seen:
         new = [fault for fault in profile_faults(request) if fault not in seen]
         faults += map(": ".join, new)
@@ -305,12 +305,13 @@ def as_json(
     row = {} if line is None else {"line": line, "columns": dict(carried or {})}
     models = {"normal": request.normal, "tangential": request.tangential}
     return {
-        "shift": request.shift,
+        "shift": result.shift,
         "yaw": request.yaw,
         "roll": result.roll,
         "wheel_load": request.load if request.normal_force is None else None,
         "counterface_curvature": request.counterface_curvature,
         "rotation_speed": result.rotation_speed,
+        **({"wheelset": result.wheelset} if result.wheelset else {}),
         **row,
         "patches": [patch | models for patch in result.patches],
     }
@@ -335,6 +336,13 @@ def as_text(result: PointResult) -> str:
         rotation += f" ({request.rule})"
     roll = f"roll {result.roll * 1e3:.4f} mrad" + (" (free)" if request.free_roll else "")
     lines.append(f"{who} on {against}, {count} patch{'' if count == 1 else 'es'}; {rotation}; {roll}")
+    if forces := result.wheelset:
+        lines.append(
+            f"shift {1e3 * result.shift:.4f} mm, lateral force H {1e-3 * forces['lateral_force']:.3f} kN at "
+            f"axle height, Y/Q {forces['derailment_quotient_right']:.3f} right and "
+            f"{forces['derailment_quotient_left']:.3f} left, steering moment "
+            f"{1e-3 * forces['steering_moment']:.3f} kN m, wear number {forces['axle_wear_number']:.1f} N"
+        )
     lines.append(f"{request.normal}, {request.tangential}; forces act on the wheel")
     return "\n".join(lines)
 
@@ -350,11 +358,11 @@ def notes(result: PointResult) -> dict[str, str]:
     if stand is not None:
         lines["measured rail"] = f"{request.rail}: {stand}"
     free = _clearance(request.smoothed_wheel, request.placed_rail)
-    towards = {"right": request.shift, "left": -request.shift}
+    towards = {"right": result.shift, "left": -result.shift}
     climbing = [patch["side"] for patch in result.patches if towards[patch["side"]] > free]
     if climbing:
         lines["flange clearance"] = (
-            f"shift {1e3 * request.shift:g} mm is beyond the flange clearance of {1e3 * free:.3g} mm: the "
+            f"shift {1e3 * result.shift:.6g} mm is beyond the flange clearance of {1e3 * free:.3g} mm: the "
             f"{climbing[0]} wheel climbs its flange, which a wheelset in service does only while it derails"
         )
     highest = max(patch["max_pressure"] for patch in result.patches)

@@ -15,6 +15,7 @@ from wearsim.results.checks import percent
 from wearsim.scene import CampaignSetup, FieldScene, RigScene, build
 from wearsim.scene.setup import CHAINS
 from wearsim.studies.estimate import estimate
+from wearsim.studies.states import states, states_text
 
 _Rows = Iterator[tuple[str, str]]
 
@@ -55,6 +56,11 @@ def plan(
         "fatigue": [_fatigue(one) for one in setup.fatigue],
         "settings": scene.model_dump(by_alias=True, mode="json"),
         "tolerance": setup.tolerance,
+        "recorded": None
+        if setup.reduction is None
+        else {"samples": setup.reduction.samples, "binning_error": setup.reduction.error},
+        "free_roll": points.conditions.free_roll,
+        "states": states(setup),
         **foreseen,
         "warnings": [str(warning) for warning in warnings],
     }
@@ -86,6 +92,7 @@ def _foreseen(setup: CampaignSetup, threads: int) -> dict[str, Any]:
 def plan_text(item: dict[str, Any]) -> str:
     """Lines for people from what `plan` returns."""
     lines = [f"{item['kind']}: {item['title']}", *(f"  {name:<20}{value}" for name, value in _rows(item))]
+    lines += states_text(item["states"])
     return "\n".join(lines + [f"  warning: {warning}" for warning in item["warnings"]])
 
 
@@ -93,10 +100,13 @@ def _rows(item: dict[str, Any]) -> _Rows:
     campaign, wear = item["settings"]["campaign"], item["settings"]["counterface"]["wear"]
     yield "distance", f"{item['distance'] / 1e3:g} km"
     named = [entry["name"].split(" ", 1) for entry in item["inputs"][1:]]
-    shapes = [name for role, name in named if role.startswith(("wheelset.", "counterface."))]
+    shapes = [name for role, name in named if ".profile" in role and "campaign" not in role]
     yield "wheel, counterface", ", ".join(shapes)
     yield from _as_read(item["settings"])
     yield "operating points", f"{item['points']}, of which {item['monitoring_points']} only monitor"
+    if (record := item["recorded"]) is not None:
+        stand = f"stand for {record['samples']} samples, binning error {percent(record['binning_error'])}"
+        yield "", f"{item['points'] - item['monitoring_points']} {stand}"
     yield "environment factor", ", ".join(f"{value:g}" for value in item["environment"])
     yield from _models(item)
     yield from _laws(item)
@@ -155,7 +165,10 @@ def _models(item: dict[str, Any]) -> _Rows:
         fast, *_, reference = (" + ".join(one) for one in 2 * CHAINS[contact["model"]])
         aim = "" if tolerance is None else f", corrected by {reference} to {percent(tolerance)}"
         names = fast + aim
-    yield "contact models", f"{names}; rotation {contact['rotation']}, roll {contact['roll']}"
+    yield (
+        "contact models",
+        f"{names}; rotation {contact['rotation']}, roll {'free' if item['free_roll'] else 'given'}",
+    )
     grid = f"{contact['strips']} strips x {contact['cells']} cells per patch, more if they would be larger"
     yield "cells", f"{grid} than {contact['cell_mm']:g} mm, {contact['most_cells']} at most"
 

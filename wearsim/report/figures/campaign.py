@@ -350,3 +350,18 @@ def plot_passage_damage(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
             markerfacecolor="none", label=str(name),
         )  # fmt: skip
     return label_axes(ax, label(dataset, "shift"), "Damage of a load cycle over the largest of the law")
+
+
+def plot_positions(dataset: xr.Dataset, ax: Axes | None = None, *, most: int = 8) -> Axes:
+    """Draw where the wheelset runs over the distance: the lateral position of each operating point.
+
+    At most `most` points, those that wear the most; where a force is controlled wear moves the wheelset.
+    """
+    ax = own_axes(ax)
+    x, y = values_of(dataset, "distance"), values_of(dataset, "lateral_position")
+    worn = dataset["wear_share"].values.max(axis=0)
+    shown_points = np.sort(np.argsort(-worn, kind="stable")[: min(most, int((worn > 0.0).sum()))])
+    for index, point in enumerate(shown_points):
+        name = str(dataset["operating_point_name"].values[point])
+        ax.plot(x, y[:, point], ".-", lw=0.8, color=series_colour(index), label=name)
+    return label_axes(ax, label(dataset, "distance"), label(dataset, "lateral_position"))

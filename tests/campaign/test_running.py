@@ -1,0 +1,74 @@
+"""A campaign by force: each row holds the balance on its worn wheels, and the next step starts from it."""
+
+import numpy as np
+import pytest
+
+from wearsim.campaign.evolution import WheelsetEvolution
+from wearsim.campaign.row import state_of
+from wearsim.operation.states import TOLERANCE
+from wearsim.quantities import QUANTITIES
+from wearsim.results import FILL_FLOAT
+from wearsim.scene import build, load_scene
+
+SCENE = {
+    "scene": {"kind": "rig"},
+    "wheelset": {"profile": "S1002"},
+    "counterface": {"profile": "60E1", "inclination": "1:40", "rig": "full_scale"},
+    "contact": {"strips": 8, "cells": 8, "cell_mm": 2},
+    "wear": {"law": "archard"},
+    "operation": {
+        "block": [
+            {"name": "tread", "lateral_force_kN": 1, "axle_load_kN": 160, "speed_km_h": 72, "friction": 0.35,
+             "distance_km": 2},
+            {"name": "flange", "lateral_force_kN": 30, "axle_load_kN": 160, "speed_km_h": 72, "friction": 0.3,
+             "yaw_mrad": 1, "distance_km": 1},
+        ],
+        "monitor": {"shifts_mm": [0], "load_kN": 80, "speed_km_h": 72, "friction": 0.35},
+    },
+    "campaign": {"distance_km": 100, "first_step_depth_um": 2},
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def steps():
+    """Evolution, and state and row after each of three steps."""
+    evolution = WheelsetEvolution(build(load_scene(SCENE)))
+    state, taken = evolution.start()
+    found = []
+    for _ in range(4):
+        evaluation = evolution.evaluate(state, taken)
+        found.append((state, evolution.row(state, evaluation, taken)))
+        state, taken = evolution.advance(state, evaluation)
+    return evolution, found, state
+
+
+def test_every_row_holds_the_forces_that_are_controlled(steps):
+    _, found, _ = steps
+    known = 0
+    for _, row in found:
+        force, load = row["lateral_force"], row["wheel_loads"]
+        solved = force[:2] != FILL_FLOAT
+        known += solved.sum()
+        np.testing.assert_allclose(force[:2][solved], np.array([1e3, 30e3])[solved], atol=TOLERANCE * 160e3)
+        np.testing.assert_allclose(load[:2].sum(axis=1), 160e3, rtol=2.0 * TOLERANCE)
+        assert row["lateral_position"][2] == 0.0  # the monitoring point stays
+        assert row["wear_share"].sum() == pytest.approx(1.0)
+        quotient = row["derailment_quotient"][:2][solved]
+        # the wheels' lateral forces add up to the force
+        carried = (quotient * load[:2][solved] * [1.0, -1.0]).sum(axis=1)
+        np.testing.assert_allclose(carried, force[:2][solved], atol=2.0)
+    assert known >= 4
+    positions = np.array([row["lateral_position"][:2] for _, row in found])
+    assert (np.ptp(positions, axis=0) > 1e-6).all()  # wear moves the wheelset
+    assert {"lateral_position", "wheel_loads", "wear_share"} <= set(QUANTITIES)
+
+
+def test_a_stored_state_takes_the_same_step_to_the_last_bit(steps):
+    evolution, found, after = steps
+    state, row = found[-1]
+    stored = state_of(row, state.step)
+    for name in ("shift", "load", "stiffness"):
+        np.testing.assert_array_equal(getattr(stored.running, name), getattr(state.running, name))
+    again, _ = evolution.advance(stored, evolution.evaluate(stored))
+    np.testing.assert_array_equal(again.z, after.z)
+    np.testing.assert_array_equal(again.running.shift, after.running.shift)

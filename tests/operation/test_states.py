@@ -1,0 +1,145 @@
+"""Resultants and states of a wheelset against those of an independent prototype, and their identities.
+
+The prototype is `../shared/reference/operation` (same contact models and grid): 1e-3 mm, 5 N, 5 N m, 0.1 % of
+the wear number, which its printed digits bound.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from wearsim.contact.solve import ContactConditions, solve
+from wearsim.operation import states
+from wearsim.operation.resultants import patch_forces, resultants
+from wearsim.operation.states import Controlled, Running, StateError, settle
+
+AXLE = 160e3
+
+
+def conditions_of(table, **others):
+    names = {"yaw": "yaw_mrad", "shift": "y_mm"}
+    values = {name: 1e-3 * table[key] for name, key in names.items() if name not in others}
+    return ContactConditions.of(**values, **others, speed=20.0, free_roll=True)
+
+
+def under(force, count):
+    return Controlled(np.broadcast_to(np.asarray(force, float), count), np.full(count, AXLE), np.zeros(count))
+
+
+@pytest.fixture
+def solutions(monkeypatch):
+    """Number of contact solutions of each point so far."""
+    counted = np.zeros(8, dtype=int)
+    solve_rows = states._Search.solve
+
+    def counting(search, rows, *others, **options):
+        np.add.at(counted, rows, 1)
+        return solve_rows(search, rows, *others, **options)
+
+    monkeypatch.setattr(states._Search, "solve", counting)
+    return counted
+
+
+def test_forces_and_loads_at_given_shifts_are_those_of_the_reference(bodies, models, reference):
+    for curvature, table in reference("operation_resultants.csv").items():
+        others = {"friction": table["friction"], "track_curvature": table["track_curvature_per_m"]}
+        given, count = conditions_of(table, **others), table["y_mm"].size
+        running = settle(given, under(np.nan, count), *bodies(curvature), models)
+        found = running.conditions(given)
+        solution = solve(found, *bodies(curvature), models)
+        forces = resultants(solution, found, *bodies(curvature))
+        np.testing.assert_allclose(forces.force / 1e3, table["H_c_kN"], atol=5e-3)
+        np.testing.assert_allclose(forces.moment / 1e3, table["M_c_kNm"], atol=5e-3)
+        np.testing.assert_allclose(forces.vertical[:, 0] / 1e3, table["Q_right_kN"], atol=5e-3)
+        np.testing.assert_allclose(forces.power / 20.0, table["wear_number_N"], rtol=1e-3, atol=1e-2)
+        np.testing.assert_allclose(forces.vertical.sum(axis=1), AXLE, rtol=2e-5)
+        assert np.abs(forces.roll_moment.sum(axis=1)).max() <= 2.0 * states.TOLERANCE * AXLE * 0.75
+        # a wheel with one patch: Y/Q = tan(|angle| - atan(Fy/N)), on rails
+        force = patch_forces(solution, found.shift[solution.point], 0.75, curvature)
+        slope = np.arctan(solution.force_y / solution.normal_force)
+        np.testing.assert_allclose(
+            force.lateral / (force.vertical + curvature * solution.x * solution.force_x),
+            np.tan(solution.contact_angle + slope),
+            rtol=1e-9,
+        )
+
+
+def test_shifts_by_force_are_those_of_the_reference_and_need_few_solutions_when_warm(
+    bodies, models, reference, solutions
+):
+    for curvature, table in reference("operation_rig.csv").items():
+        count = table["H_kN"].size
+        given = conditions_of(table, shift=np.zeros(count), friction=0.35)
+        wanted = under(1e3 * table["H_kN"], count)
+        running = settle(given, wanted, *bodies(curvature), models)
+        np.testing.assert_allclose(1e3 * running.shift, table["y_mm"], atol=1e-3)
+        np.testing.assert_allclose(running.load[:, 0] / 1e3, table["Q_right_kN"], atol=1e-2)
+        assert (running.stiffness > 1e6).all()
+        solutions[:] = 0
+        # as much as a step of wear moves it
+        before = Running(running.shift - 2e-6, running.load + 30.0, 1.1 * running.stiffness)
+        again = settle(given, wanted, *bodies(curvature), models, before)
+        assert 1 <= solutions.max() <= states.MOST_WARM
+        # both within the tolerance of the force
+        near = 2.0 * states.TOLERANCE * AXLE / running.stiffness
+        assert (np.abs(again.shift - running.shift) <= near).all()
+
+
+def test_a_mirrored_state_is_the_mirror_image(bodies, models):
+    """To some nanometres: the roll comes to rest within 1 nm, from the right wheel's side."""
+    given = ContactConditions.of([0.0, 0.0], yaw=[1e-3, -1e-3], speed=20.0, free_roll=True)
+    running = settle(given, under([10e3, -10e3], 2), *bodies(1.0), models)
+    assert running.shift[0] == pytest.approx(-running.shift[1], abs=1e-8)
+    np.testing.assert_allclose(running.load[0], running.load[1][::-1], atol=states.TOLERANCE * AXLE)
+
+
+def test_forces_on_the_boxes_shift_the_load(bodies, models):
+    given = ContactConditions.of([0.0], speed=20.0, free_roll=True)
+    moment = replace(under(np.nan, 1), box_moment=np.array([7.5e3]))
+    running = settle(given, moment, *bodies(0.0), models)
+    # 7.5 kN m over the 1.5 m between the wheels; the lateral forces of the unlike loads are below 0.1 kN
+    assert np.diff(running.load)[0, 0] == pytest.approx(-10e3, abs=300.0)
+
+
+@pytest.mark.parametrize(
+    ("force", "reason"),
+    [(250e3, "would climb over its crest"), (300e3, "unloads the left wheel: the axle carries at most")],
+)
+def test_a_force_beyond_the_flange_is_told_with_the_largest(bodies, models, force, reason):
+    given = ContactConditions.of([0.0], speed=20.0, free_roll=True)
+    with pytest.raises(StateError, match=reason):
+        settle(given, under(force, 1), *bodies(0.0), models)
+
+
+def test_friction_goes_from_that_of_the_tread_to_that_of_the_flange(bodies, models):
+    """One coefficient in a patch, linear between 20 and 40 degrees; at 8 mrad they slide but for a tenth."""
+    flange = np.full(4, 0.2)
+    given = ContactConditions.of(
+        [5.0e-3, 6.0e-3, 6.2e-3, 7.0e-3], yaw=8e-3, friction=0.4, friction_flange=flange, speed=20.0
+    )
+    solution = solve(given, *bodies(0.0), models)
+    share = np.hypot(solution.force_x, solution.force_y) / solution.normal_force
+    steep = np.clip((np.degrees(np.abs(solution.contact_angle)) - 20.0) / 20.0, 0.0, 1.0)
+    limit = 0.4 - 0.2 * steep
+    assert set(steep) > {0.0, 1.0}
+    assert (share <= limit * (1.0 + 1e-9)).all()
+    assert (share >= 0.9 * limit).all()
+
+
+def test_a_drift_is_seen_as_yaw_the_other_way(bodies, models):
+    """The creepage of a cone without spin: a wheelset moving along its own yaw does not slip across."""
+    still = ContactConditions.of([0.0], yaw=1e-3, speed=20.0)
+    moving = replace(still, drift=np.array([1e-3]))
+    across = [solve(one, *bodies(0.0), models).creepage_y for one in (still, moving)]
+    np.testing.assert_allclose(across[0], -1e-3, rtol=0.01)
+    np.testing.assert_allclose(across[1], 0.0, atol=1e-5)
+
+
+def test_rollers_of_unlike_speed_imitate_a_curve_to_the_right(bodies, models):
+    """(V_left - V_right)/V = 2 l k gives the creepages of the curve but for its spin; levers within 4 %."""
+    k = 1.0 / 500.0
+    straight = ContactConditions.of([0.0], speed=20.0)
+    curve = solve(replace(straight, track_curvature=np.array([k])), *bodies(0.0), models).creepage_x
+    apart = replace(straight, speed_difference=np.array([2 * 0.75 * k]))
+    np.testing.assert_allclose(solve(apart, *bodies(0.0), models).creepage_x, curve, rtol=0.04)

@@ -1,0 +1,116 @@
+"""Blocks by force, loads by side, programmes as tables, rigs as data: what they become, what is refused."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from wearsim.errors import SceneError
+from wearsim.scene import build, load_scene
+
+HEAD = """[scene]
+kind = "rig"
+[wheelset]
+profile = "S1002"
+[counterface]
+profile = "60E1"
+inclination = "1:40"
+rig = "full_scale"
+[contact]
+strips = 10
+cells = 10
+[operation]
+"""
+BLOCK = """[[operation.block]]
+name = "a"
+lateral_force_kN = 10
+axle_load_kN = 160
+speed_km_h = 72
+friction = 0.35
+distance_km = 2
+"""
+END = "[campaign]\ndistance_km = 1\n"
+RIG = HEAD + BLOCK + END
+
+
+def test_a_rig_gives_radius_gauge_and_drive_unless_the_scene_does(folder):
+    Path("scene.toml").write_text(RIG.replace('rig = "full_scale"', 'rig = "full_scale"\ngauge_mm = 1440'))
+    counterface = load_scene("scene.toml").counterface
+    assert (counterface.roller_radius_mm, counterface.gauge_mm) == (1000.0, 1440.0)
+    assert counterface.drive == "independent"
+
+
+def test_blocks_become_points_with_found_shifts_and_loads(folder):
+    more = 'name = "b"\nshift_mm = -1\nwheel_load_right_kN = 70\nwheel_load_left_kN = 80\nduration_h = 0.5'
+    block = BLOCK.replace('name = "a"\nlateral_force_kN = 10\naxle_load_kN = 160', more)
+    turns = BLOCK.replace('"a"', '"c"').replace("distance_km = 2", "revolutions = 1000")
+    Path("scene.toml").write_text(HEAD + BLOCK + block.replace("distance_km = 2\n", "") + turns + END)
+    points = build(load_scene("scene.toml")).points
+    np.testing.assert_allclose(points.block_length, [2e3, 36e3, 2 * np.pi * 0.46 * 1000])
+    np.testing.assert_allclose(points.weight.sum(), 1.0)
+    assert 4e-3 < points.conditions.shift[0] < 6e-3
+    assert points.conditions.shift[0] == points.conditions.shift[2]
+    np.testing.assert_allclose(points.conditions.loads.sum(axis=1), [160e3, 150e3, 160e3], rtol=1e-4)
+    np.testing.assert_array_equal(points.conditions.loads[1], [70e3, 80e3])
+
+
+def test_a_programme_is_a_table_of_blocks(folder):
+    Path("scene.toml").write_text(HEAD + 'programme = "table.csv"\n' + END)
+    table = "name,shift_mm,load_kN,speed_km_h,friction,distance_km,positions\n"
+    Path("table.csv").write_text(table + "up,0,80,72,0.3,2,3\nhold,3,80,72,0.3,4,\n")
+    points = build(load_scene("scene.toml")).points
+    assert points.label == ("up 1", "up 2", "up 3", "hold")
+    np.testing.assert_allclose(points.conditions.shift, [0.5e-3, 1.5e-3, 2.5e-3, 3e-3])
+    Path("table.csv").write_text(table.replace("friction", "frition") + "up,0,80,72,0.3,2,3\n")
+    with pytest.raises(
+        SceneError, match=r'table.csv:1: column "frition" is no key of a block; did you mean "friction"'
+    ):
+        load_scene("scene.toml")
+    Path("table.csv").write_text(table + "up,0,80,72,0.3,2,3\nhold,3,80,fast,2,4,\n")
+    with pytest.raises(SceneError) as caught:
+        load_scene("scene.toml")
+    places = [Path(line.split(": ")[0]).name for line in str(caught.value).splitlines()]
+    assert places == ["table.csv:3"] * 2
+    Path("table.csv").unlink()
+    with pytest.raises(SceneError, match=r'programme = "table.csv" does not exist'):
+        load_scene("scene.toml")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "reason"),
+    [
+        ("axle_load_kN", "wheel_load_right_kN = 80\naxle_load_kN", "exclude each other; give either"),
+        ("axle_load_kN = 160", "load_kN = 80\nwheel_load_left_kN = 80", "wheel_load_left_kN exclude"),
+        ("axle_load_kN = 160", "wheel_load_left_kN = 80", "give wheel_load_right_kN, too"),
+        ("axle_load_kN = 160", "axle_box_right_kN = 70\naxle_box_left_kN = 70", "need mass_kg and axle_box"),
+        ("axle_load_kN = 160", "yaw_mrad = 1", 'block "a": has no load'),
+        ("lateral_force_kN = 10", "lateral_force_kN = 10\nshift_mm = 1", "and lateral_force_kN exclude"),
+        ("distance_km = 2\n[c", "[c", "needs distance_km or duration_h or revolutions"),
+        ("distance_km = 2\n[c", "distance_km = 2\nduration_h = 1\n[c", "distance_km and duration_h exclude"),
+        ("lateral_force_kN = 10", "lateral_force_kN = 70", "lateral_force_kN = 70 is beyond the rig"),
+        ("speed_km_h = 72", "speed_km_h = 320", "speed_km_h = 320 is beyond the rig"),
+        ("[contact]", '[contact]\nroll = "given"', 'roll = "given" lets no forces of "a" be balanced'),
+        ('"full_scale"', '"full_scael"', 'nor a shipped rig; did you mean "full_scale"?'),
+        ('rig = "full_scale"', "", "needs roller_radius_mm, or rig = "),
+        (BLOCK, "", "needs at least one [[operation.block]], or programme"),
+        ('"full_scale"', '"full_scale"\ndrive = "coupled"', ""),
+    ],
+)  # fmt: skip
+def test_what_does_not_fit_together_is_refused_with_its_line(folder, changed, faults_of, old, new, reason):
+    text = changed(RIG, (old, new))
+    if not reason:
+        text, reason = text.replace("friction =", "speed_difference_percent = 1\nfriction ="), "turn apart"
+    faults = faults_of(text)
+    assert any(reason in fault for fault in faults), faults
+    assert all(fault.startswith("scene.toml:") for fault in faults)
+
+
+@pytest.mark.parametrize(
+    ("force", "reason"),
+    [(250, "the flange carries a lateral force of at most"), (-300, "unloads the right wheel")],
+)
+def test_a_force_beyond_the_flange_is_a_fault_of_its_block(folder, changed, force, reason):
+    pairs = ('rig = "full_scale"', "roller_radius_mm = 1000"), ("_kN = 10", f"_kN = {force}")
+    Path("scene.toml").write_text(changed(RIG, *pairs))
+    with pytest.raises(SceneError, match=rf"scene.toml:15: a: .*{reason}"):
+        build(load_scene("scene.toml"))

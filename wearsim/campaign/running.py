@@ -1,0 +1,109 @@
+"""Where the wheelset runs in a state of a campaign, and what a row says of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from wearsim.campaign.counterface import worn_counterface
+from wearsim.campaign.evaluate import Passage, Setup
+from wearsim.campaign.state import PatchWear, State, worn_wheels
+from wearsim.contact.patch import FloatArray
+from wearsim.errors import NumericalError
+from wearsim.operation.points import OperatingPoints, select
+from wearsim.operation.resultants import resultants
+from wearsim.operation.states import Running, StateError, settle
+from wearsim.results import FILL_FLOAT
+
+if TYPE_CHECKING:
+    from wearsim.scene import CampaignSetup
+
+
+def settled_state(state: State, points: OperatingPoints, setup: Setup) -> State:
+    """Return the state with the shifts and loads at which its profiles balance what is controlled.
+
+    Raises
+    ------
+    NumericalError
+        If no shift or loads do.
+    """
+    before = state.running
+    if before is None or points.controlled is None:
+        return state
+    right, left = worn_wheels(setup.wheelset, state.y, state.z)
+    bodies = (
+        replace(setup.wheelset, right=right, left=left),
+        worn_counterface(setup.counterface, state.counterface),
+    )
+    model = (
+        np.zeros(len(points.label), dtype=np.int64) if state.correction is None else state.correction.model
+    )
+    after = Running(before.shift.copy(), before.load.copy(), before.stiffness.copy())
+    for place, one in enumerate(setup.chain):
+        index = np.flatnonzero(model == place)
+        if not index.size:
+            continue
+        own = select(points, index)
+        assert own.controlled is not None
+        start = before.at(index)
+        try:
+            found = settle(own.conditions, own.controlled, *bodies, one, start, threads=setup.threads)
+        except StateError as error:
+            text = "; ".join(f"{own.label[k]}: {text}" for k, text in error.messages.items())
+            raise NumericalError(f"after {state.distance / 1e3:.6g} km {text}; lower the force") from error
+        after.shift[index], after.load[index] = found.shift, found.load
+        after.stiffness[index] = found.stiffness
+    return replace(state, running=after)
+
+
+def new_running(setup: CampaignSetup) -> Running:
+    """Return where the new wheelset runs."""
+    conditions = setup.points.conditions
+    given = Running(conditions.shift, conditions.loads, np.zeros(conditions.shift.size))
+    return setup.running or given
+
+
+def row_running(
+    state: State, setup: CampaignSetup, weight: FloatArray, passage: Passage, wear: PatchWear
+) -> dict[str, np.ndarray]:
+    """Return the variables of one row on where the wheelset runs and on the forces that act there.
+
+    Parameters
+    ----------
+    setup : CampaignSetup
+        With the operating points where the wheelset runs in the state.
+    weight : (n,) array
+        Share of the distance each point acts for.
+    passage, wear
+        Contact of the state, and its wear.
+    """
+    points, contact = setup.points, passage.contact
+    conditions = points.conditions
+    forces = resultants(contact, conditions, setup.wheelset, setup.counterface)
+    known = forces.vertical.min(axis=1) > 0.0
+    count = weight.size
+    stiffness = np.zeros(count) if state.running is None else state.running.stiffness
+    area = np.bincount(contact.point, wear.area_rate, count) * weight * points.environment
+    total = area.sum()
+    with np.errstate(divide="ignore", invalid="ignore"):
+        quotient = forces.derailment_quotient
+    return {
+        "lateral_position": conditions.shift,
+        "wheel_loads": conditions.loads,
+        "lateral_stiffness": stiffness,
+        "lateral_force": np.where(known, -forces.force, FILL_FLOAT),
+        "derailment_quotient": np.where(known[:, None], quotient, FILL_FLOAT),
+        "steering_moment": np.where(known, forces.moment, FILL_FLOAT),
+        "axle_wear_number": np.where(known, forces.power / conditions.speed, FILL_FLOAT),
+        "wear_share": area / total if total > 0.0 else np.zeros(count),
+    }
+
+
+def running_of(row: Mapping[str, np.ndarray]) -> Running | None:
+    """Return where the wheelset ran in a row, bit by bit; None in rows of earlier versions."""
+    if "lateral_position" not in row:
+        return None
+    return Running(row["lateral_position"], row["wheel_loads"], row["lateral_stiffness"])

@@ -1,0 +1,304 @@
+r"""Recorded runs: samples of a simulated or measured run, reduced to operating points.
+
+Each sample stands for the distance run around it. Samples are divided by recursive bisection: the group that
+varies most, weighted with the wear of its samples, is divided at its mean across the quantity that varies
+most.
+Quantities are the wear of each wheel and its place, solved for every sample, and the set-points. More points
+refine fewer ones, and the same samples give the same bits. Samples that touch the flange of a side stay among
+themselves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from wearsim.contact.patch import FloatArray, IntArray
+from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
+from wearsim.contact.solve import ContactSolution, solve_each
+from wearsim.contact.wheels import TREAD_ANGLE
+from wearsim.damage.wear import WearSettings, passage_depth
+from wearsim.errors import ContactError
+
+MOST_SAMPLES = 2048
+"""Groups that stand for all samples of longer records, divided in the same way."""
+_COUNTS = (8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512)
+"""Numbers of operating points that are tried until the binning error is small enough."""
+
+_SLOWEST = 0.1  # m/s, below which a wheelset stands still
+_GAP = 10.0  # medians of the time or distance between samples: more is a gap
+_SAMPLED = 1.0  # m, between samples: a motion of some metres is resolved
+_GRID = 0.25e-3  # of the wear increments across the wheel [m]
+_GROUPS = ("tread", "right flange", "left flange")
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Samples of a run: values (n,) by quantity [SI], and the distance each stands for [m]."""
+
+    values: Mapping[str, FloatArray]
+    distance: FloatArray
+    notes: tuple[str, ...] = ()
+
+    @property
+    def matrix(self) -> FloatArray:
+        """Values (n, k) of all quantities."""
+        return np.stack([*self.values.values()], axis=1)
+
+
+def samples_of(values: Mapping[str, FloatArray]) -> Samples:
+    """Weigh samples with the distance run around each, and add the drift where the sampling shows it.
+
+    Parameters
+    ----------
+    values : mapping
+        (n,) values by quantity: `time` [s] or `place` [m], rising, `speed` [m/s] and others [SI].
+
+    Raises
+    ------
+    ValueError
+        If there is no distance: neither time nor place rises.
+
+    Notes
+    -----
+    Samples at standstill do not count; over a gap no distance is run.
+    """
+    others = {name: value for name, value in values.items() if name not in ("time", "place")}
+    along = values["place"] if "place" in values else values["time"]
+    steps = np.diff(along)
+    if steps.size == 0 or not (steps > 0.0).all():
+        name = "the distance" if "place" in values else "the time"
+        raise ValueError(f"{name} does not rise from sample to sample")
+    notes = []
+    usual = float(np.median(steps))
+    gaps = steps > _GAP * usual
+    if gaps.any():
+        notes.append(f"{int(gaps.sum())} gaps between samples, over which no distance is run")
+    steps = np.where(gaps, usual, steps)
+    distance = 0.5 * (np.append(steps, steps[-1]) + np.insert(steps, 0, steps[0]))
+    speed = np.abs(others["speed"])
+    if "place" not in values:
+        distance = distance * speed
+    still = speed < _SLOWEST
+    if still.any():
+        share = 100.0 * still.mean()
+        notes.append(f"{share:.3g} % of the samples stand still and do not count")
+    spacing = float(np.median(distance[~still])) if not still.all() else 0.0
+    if spacing <= 0.0:
+        raise ValueError("no distance is run")
+    if spacing <= _SAMPLED:
+        run = np.cumsum(distance) - 0.5 * distance
+        rising = np.maximum.accumulate(run) + 1e-9 * np.arange(run.size)  # at standstill, too
+        beside = np.append(gaps, False) | np.insert(gaps, 0, False)
+        for name, rate in (("shift", "drift"), ("yaw", "track_curvature")):
+            if name in others:  # the contact sees the yaw less y', and the curvature and psi'
+                along_run = np.where(beside, 0.0, np.gradient(others[name], rising))
+                others[rate] = others.get(rate, np.zeros(run.size)) + along_run
+    else:
+        notes.append(
+            f"samples are {spacing:.3g} m apart: lateral and yaw velocities are not known, the wheelset is "
+            "taken as one at rest"
+        )
+    kept = {name: value[~still] for name, value in others.items()}
+    return Samples(kept, distance[~still], tuple(notes))
+
+
+def merged(samples: Samples, group: IntArray) -> Samples:
+    """Mean of the samples of each group (n,), weighted with their distance; groups count from 0."""
+    weight = np.bincount(group, samples.distance).astype(float)
+    values = {
+        name: np.bincount(group, samples.distance * value) / weight for name, value in samples.values.items()
+    }
+    return Samples(values, weight, samples.notes)
+
+
+def bisected(values: FloatArray, weight: FloatArray, count: int, start: IntArray) -> IntArray:
+    """Divide samples into at most `count` groups.
+
+    Parameters
+    ----------
+    values : (n, k) array
+        Scaled so that unit differences are alike in all columns.
+    weight : (n,) array
+        Of the samples.
+    count : int
+        Of groups; at least those of `start` come back.
+    start : (n,) int array
+        Groups that are never joined, counted from 0.
+
+    Returns
+    -------
+    (n,) int array
+        Group of each sample, counted from 0. It depends on the order of the samples by its numbers alone.
+    """
+    group = np.unique(start, return_inverse=True)[1]
+
+    def weigh(own: IntArray) -> tuple[float, int, float]:
+        part, share = values[own], weight[own]
+        total = share.sum()
+        if own.size < 2 or total <= 0.0:
+            return 0.0, 0, 0.0
+        mean = (share[:, None] * part).sum(axis=0) / total
+        variance = (share[:, None] * (part - mean) ** 2).sum(axis=0)
+        column = int(np.argmax(variance))
+        return float(variance[column]), column, float(mean[column])
+
+    spread = [weigh(np.flatnonzero(group == k)) for k in range(int(group.max()) + 1)]
+    while len(spread) < count:
+        worst = max(range(len(spread)), key=lambda k: (spread[k][0], -k))
+        variance, column, mean = spread[worst]
+        own = np.flatnonzero(group == worst)
+        upper = own[values[own, column] > mean]
+        if variance <= 0.0 or upper.size in (0, own.size):
+            break
+        group[upper] = len(spread)
+        spread[worst] = weigh(own[values[own, column] <= mean])
+        spread.append(weigh(upper))
+    return group
+
+
+@dataclass(frozen=True)
+class Reduction:
+    """Operating points of a record."""
+
+    points: Samples
+    group: tuple[str, ...]  # of each point: tread, right or left flange
+    error: float  # binning error [-]
+    increments: FloatArray  # (2, 2, g) of samples and of points, right and left wheel, over the deepest [-]
+    samples: int  # of the record
+
+
+@dataclass(frozen=True)
+class Reducer:
+    """Bodies, models and laws with which samples are weighed.
+
+    The fastest models are taken: the error compares samples and points with the same ones.
+    """
+
+    wheelset: Wheelset
+    counterface: Counterface
+    models: ContactModels
+    wear: WearSettings
+    wavelength: float  # of the smoothing of wear increments [m]
+    threads: int = 1
+
+    def conditions(self, samples: Samples) -> ContactConditions:
+        """Contact conditions of samples, free to roll."""
+        value = dict(samples.values)
+        load = np.stack([value.pop(f"wheel_load_{side}") for side in ("right", "left")], axis=1)
+        names = ("shift", "yaw", "roll", "speed", "friction", "track_curvature")
+        zero = np.zeros(samples.distance.size)
+        given: dict[str, Any] = {name: value.get(name, zero) for name in names}
+        given |= {name: value[name] for name in ("friction_flange", "drift") if name in value}
+        if "axle_torque" in value:
+            given["torque"] = value["axle_torque"]
+        return ContactConditions(wheel_load=load, free_roll=True, **given)
+
+    def worn(self, samples: Samples) -> tuple[FloatArray, IntArray]:
+        """Wear of both wheels per distance of each sample, and the flange it touches.
+
+        Returns
+        -------
+        depth : (n, 2, g) array
+            Worn area over a grid across the wheel, smoothed, without the length of the circumference.
+        flange : (n,) int array
+            0 tread, 1 right flange, 2 left flange.
+        """
+        width = [one.y for one in (self.wheelset.right, self.wheelset.left)]
+        low, high = min(map(np.min, width)), max(map(np.max, width))
+        size = int(np.ceil((high - low) / _GRID)) + 1
+        count = samples.distance.size
+        depth, flange = np.zeros((count, 2, size)), np.zeros(count, dtype=np.int64)
+        kernel = _half(self.wavelength)
+
+        def keep(solution: ContactSolution) -> tuple[Any, ...]:
+            strips = np.sum(passage_depth(solution.fields, solution.area, self.wear), axis=0)
+            edges = solution.strip_edges_wheel_y
+            middle = 0.5 * (edges[:, 1:] + edges[:, :-1])
+            place = np.clip(((middle - low) / _GRID).round().astype(np.int64), 0, size - 1)
+            area = strips * solution.patch.width[:, None]
+            return solution.point, solution.side, place, area, solution.contact_angle
+
+        failed: dict[int, ContactError] = {}
+        chunks = solve_each(
+            self.conditions(samples), self.wheelset, self.counterface, self.models, keep,
+            threads=self.threads, failed=failed,
+        )  # fmt: skip
+        for point, side, place, area, angle in chunks:
+            np.add.at(depth, (point[:, None], side[:, None], place), area)
+            steep = np.abs(angle) > TREAD_ANGLE
+            flange[point[steep]] = 1 + side[steep]
+        for wheel in (0, 1):
+            depth[:, wheel] = np.apply_along_axis(np.convolve, 1, depth[:, wheel], kernel, mode="same")
+        return depth, flange
+
+
+def _half(wavelength: float) -> FloatArray:
+    """Weights over the grid whose smoothing halves a wavelength: a normal distribution."""
+    if wavelength <= 0.0:
+        return np.ones(1)
+    deviation = np.sqrt(2.0 * np.log(2.0)) * wavelength / (2.0 * np.pi) / _GRID
+    reach = int(np.ceil(4.0 * deviation))
+    weight = np.exp(-0.5 * (np.arange(-reach, reach + 1) / deviation) ** 2)
+    result: FloatArray = weight / weight.sum()
+    return result
+
+
+def reduce_samples(samples: Samples, reducer: Reducer, tolerance: float) -> Reduction:
+    """Reduce samples to the fewest operating points that keep the binning error within a tolerance.
+
+    Parameters
+    ----------
+    samples : Samples
+        Of a record.
+    reducer : Reducer
+        What weighs them.
+    tolerance : float
+        Largest difference of the smoothed wear increments of all samples and of the points, over the largest
+        depth of those of the samples [-].
+
+    Returns
+    -------
+    Reduction
+        With the error reached, which 512 points may leave above the tolerance.
+    """
+    total = samples.distance.size
+    if total > MOST_SAMPLES:
+        scaled = samples.matrix / np.maximum(samples.matrix.std(axis=0), 1e-300)
+        nothing = np.zeros(total, dtype=np.int64)
+        samples = merged(samples, bisected(scaled, samples.distance, MOST_SAMPLES, nothing))
+    depth, flange = reducer.worn(samples)
+    share = samples.distance / samples.distance.sum()
+    whole = np.tensordot(share, depth, axes=1)
+    features, work = _features(samples, depth), share * depth.sum(axis=(1, 2))
+    for count in _COUNTS:
+        group = bisected(features, work, count, flange)
+        points = merged(samples, group)
+        part = np.tensordot(points.distance / points.distance.sum(), reducer.worn(points)[0], axes=1)
+        deepest = max(float(whole.max()), 1e-300)
+        names = tuple(_GROUPS[k] for k in flange[np.unique(group, return_index=True)[1]])
+        error = float(np.abs(part - whole).max()) / deepest
+        found = Reduction(points, names, error, np.stack([whole, part]) / deepest, total)
+        if error <= tolerance or points.distance.size < count:  # nothing is left to divide
+            break
+    return found
+
+
+def _features(samples: Samples, depth: FloatArray) -> FloatArray:
+    """Return what makes samples alike (n, k): wear and its place on both wheels, set-points.
+
+    Of unit spread each; set-points count half: those that matter show in the wear.
+    """
+    share = (samples.distance / samples.distance.sum())[:, None]
+    area = depth.sum(axis=2)
+    place = (depth * np.arange(depth.shape[2])).sum(axis=2) / np.where(area > 0.0, area, 1.0)
+    columns = np.concatenate([area, place, samples.matrix], axis=1)
+    centred = columns - (share * columns).sum(axis=0)
+    spread = np.sqrt((share * centred**2).sum(axis=0))
+    known = spread > 1e-9 * np.abs(columns).max(axis=0)
+    unit: FloatArray = np.where(known, centred / np.where(known, spread, 1.0), 0.0)
+    unit[:, 4:] *= 0.5
+    return unit

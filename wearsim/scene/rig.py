@@ -1,0 +1,165 @@
+"""Rigs as data files, and programmes as CSV tables: what a rig scene names in place of its own keys."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import Field, ValidationError
+
+from wearsim.errors import Fault, SceneError
+from wearsim.profile.standard import shipped_path
+from wearsim.scene.models import BlockSection, RigScene
+from wearsim.scene.section import Section, Text, number, words
+from wearsim.toml_faults import content_of, decimal, read_toml, shown, suggestion, text_of, validation_faults
+
+Place = Callable[[str, str], Path | None]
+"""File of a role and a name in the scene."""
+
+
+class RigLimits(Section):
+    """[limits] of a rig: the largest magnitude of set-points of its blocks, under their names."""
+
+    shift_mm: float | None = number("shift", "the largest shift", None)
+    yaw_mrad: float | None = number("yaw", "the largest yaw", None)
+    lateral_force_kN: float | None = Field(None, gt=0.0, description="the largest lateral force")
+    load_kN: float | None = number("wheel_load", "the largest load of a wheel", None)
+    wheel_load_right_kN: float | None = number("wheel_load", "the largest load of the right wheel", None)
+    wheel_load_left_kN: float | None = number("wheel_load", "the largest load of the left wheel", None)
+    axle_load_kN: float | None = number("axle_load", "the largest axle load", None)
+    axle_box_right_kN: float | None = number("axle_load", "the largest force on the right axle box", None)
+    axle_box_left_kN: float | None = number("axle_load", "the largest force on the left axle box", None)
+    axle_torque_kN_m: float | None = Field(None, gt=0.0, description="the largest torque on the axle")
+    speed_km_h: float | None = number("speed", "the highest speed", None)
+    speed_difference_percent: float | None = number("speed_difference", "the largest difference", None)
+
+
+class RigFile(Section):
+    """A roller rig: rollers, drive, what it controls and within which limits."""
+
+    name: Text = words("the name of the rig")
+    source: Text = words("where its data are from")
+    roller_radius_mm: float = number("roller_radius", "the radius of the rollers at the profile's top")
+    gauge_mm: float = number("gauge", "the track gauge", 1435.0)
+    drive: Literal["coupled", "independent"] = Field(description="whether both rollers turn alike")
+    controlled: tuple[str, ...] = Field(description="the set-points of its blocks that it can control")
+    limits: RigLimits = Field(default_factory=lambda: RigLimits.model_validate({}))
+
+
+def with_rig(scene: RigScene, place: Place) -> tuple[RigScene, Path | None]:
+    """Scene with what its rig gives where the scene does not, and the rig's file.
+
+    Raises
+    ------
+    SceneError
+        If the rig is not known, its file has faults, or blocks are beyond it.
+    """
+    section, key = scene.counterface, ("counterface", "rig")
+    if section.rig is None:
+        if section.roller_radius_mm is None:
+            text = "[counterface] needs roller_radius_mm, or rig = the name of a rig; add one of them"
+            raise SceneError([scene.fault(("counterface",), text)])
+        return scene, None
+    path = place("counterface.rig", section.rig) or place("counterface.rig", f"{section.rig}.toml")
+    shipped = shipped_path("profiles", "rigs", f"{section.rig}.toml")
+    path = path or (shipped if shipped.is_file() else None)
+    if path is None:
+        known = sorted(one.stem for one in shipped_path("profiles", "rigs").glob("*.toml"))
+        text = f"rig = {shown(section.rig)} is no file, nor a shipped rig; {suggestion(section.rig, known)}"
+        raise SceneError([scene.fault(key, text)])
+    rig, faults = read_toml(path, RigFile)
+    if rig is None:
+        raise SceneError(faults)
+    given = section.model_fields_set
+    names = [name for name in ("roller_radius_mm", "gauge_mm", "drive") if name not in given]
+    update = {name: getattr(rig, name) for name in names}
+    scene = scene.model_copy(update={"counterface": section.model_copy(update=update)})
+    faults = [fault for k in range(len(scene.operation.blocks)) for fault in _beyond(scene, rig, k)]
+    if faults:
+        raise SceneError(faults)
+    return scene, path
+
+
+def _beyond(scene: RigScene, rig: RigFile, k: int) -> list[Fault]:
+    """Set-points of a block that the rig cannot control, or beyond its limits."""
+    block, faults = scene.operation.blocks[k], []
+    start = f"block {shown(block.name)}"
+    for key in sorted(set(RigLimits.model_fields) & block.model_fields_set):
+        value, limit = getattr(block, key), getattr(rig.limits, key)
+        path = ("operation", "block", k, key)
+        if value is not None and key not in rig.controlled and key != "speed_km_h":
+            can = ", ".join(rig.controlled)
+            text = f"{start}: {key} is not controlled by the rig {shown(rig.name)}; it controls {can}"
+            faults.append(scene.fault(path, text))
+        elif value is not None and limit is not None and abs(value) > limit:
+            text = f"{key} = {value:g} is beyond the rig {shown(rig.name)}, whose limit is {limit:g}"
+            faults.append(scene.fault(path, f"{start}: {text}; lower it"))
+    return faults
+
+
+def with_programme(scene: RigScene, place: Place) -> tuple[RigScene, Path | None]:
+    """Scene with the blocks of the CSV file it names, and that file.
+
+    Raises
+    ------
+    SceneError
+        With all faults of the file, each with its line.
+    """
+    operation, key = scene.operation, ("operation", "programme")
+    if operation.programme is None or operation.blocks:
+        if not operation.blocks:
+            text = "[operation] needs at least one [[operation.block]], or programme = a CSV file of blocks"
+            raise SceneError([scene.fault(("operation",), f"{text}; add one of them")])
+        if operation.programme is not None:
+            text = "programme and [[operation.block]] exclude each other; delete one of them"
+            raise SceneError([scene.fault(key, text)])
+        return scene, None
+    path = place("operation.programme", operation.programme)
+    if path is None:
+        text = f"programme = {shown(operation.programme)} does not exist as given or next to the scene file"
+        raise SceneError([scene.fault(key, f"{text}; give a CSV file")])
+    rows = list(csv.reader(io.StringIO(text_of(content_of(path, "a programme"), str(path)))))
+    header = [cell.strip() for cell in rows[0]] if rows else []
+    known = list(BlockSection.model_fields)
+    unknown = [name for name in header if name not in known]
+    faults = [
+        Fault(f"column {shown(name)} is no key of a block; {suggestion(name, known)}",
+              str(path), 1)
+        for name in unknown
+    ]  # fmt: skip
+    blocks = []
+    for line, cells in enumerate(rows[1:], 2) if not unknown else ():
+        if not any(cell.strip() for cell in cells):
+            continue
+        values = {
+            name: _cell(name, cell.strip()) for name, cell in zip(header, cells, strict=False) if cell.strip()
+        }
+        try:
+            blocks.append(BlockSection.model_validate(values))
+        except ValidationError as error:
+            faults += [
+                Fault(one.message, str(path), line)
+                for one in validation_faults(error, BlockSection, {}, str(path))
+            ]
+    if not faults and not blocks:
+        faults.append(
+            Fault("holds no blocks; give a header with keys of blocks and one row for each", str(path))
+        )
+    if faults:
+        raise SceneError(faults)
+    changed = operation.model_copy(update={"blocks": tuple(blocks)})
+    return scene.model_copy(update={"operation": changed}), path
+
+
+def _cell(name: str, text: str) -> Any:
+    """Value of a cell: text, whole number, or decimal; what is neither stays text, which is a fault."""
+    if name == "name":
+        return text
+    try:
+        value = decimal(text)
+    except ValueError:
+        return text
+    return int(value) if name == "positions" and value == int(value) else value

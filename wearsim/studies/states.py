@@ -1,0 +1,106 @@
+"""States of the blocks or classes of a scene with the new wheels, for `wearsim check`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from wearsim.contact.solve import ContactSolution, solve_each
+from wearsim.contact.wheels import TREAD_ANGLE, joined
+from wearsim.errors import ContactError
+from wearsim.operation.resultants import resultants
+from wearsim.scene import CampaignSetup
+
+_UNLOADED = 0.1
+"""Share of the mean wheel load below which a wheel is marked as unloaded."""
+_HELD = 0.25
+"""Longitudinal force of a wheel over its load, against that of the other one, from which the pair is marked:
+a free axle would steer it away, and suspensions that hold more are rare."""
+
+_COLUMNS = (
+    ("shift", "shift [mm]", 1e3, ".2f"),
+    ("yaw", "yaw [mrad]", 1e3, ".2f"),
+    ("lateral_force", "H [kN]", 1e-3, ".1f"),
+    ("load_right", "Q right [kN]", 1e-3, ".1f"),
+    ("load_left", "Q left [kN]", 1e-3, ".1f"),
+    ("angle_right", "angle right [deg]", 180.0 / math.pi, ".0f"),
+    ("angle_left", "left", 180.0 / math.pi, ".0f"),
+    ("quotient_right", "Y/Q right", 1.0, ".2f"),
+    ("quotient_left", "left", 1.0, ".2f"),
+    ("steering_moment", "M [kN m]", 1e-3, ".1f"),
+    ("wear_number", "wear number [N]", 1.0, ".0f"),
+)
+
+
+def states(setup: CampaignSetup) -> list[dict[str, Any]]:
+    """State of each block or class, of a class at its position of the largest wear number.
+
+    Returns
+    -------
+    list of dict
+        SI units, with `marks` on what deserves a second look; points without contact solution are not in it.
+    """
+    points, failed = setup.points, dict[int, ContactError]()
+    conditions, bodies = points.conditions, (setup.wheelset, setup.counterface)
+    parts = solve_each(conditions, *bodies, setup.models, ContactSolution.patches, failed=failed)
+    forces = resultants(joined(parts), conditions, *bodies)
+    wear = np.where(forces.vertical.min(axis=1) > 0.0, forces.power / conditions.speed, -1.0)
+    found = []
+    for number in dict.fromkeys(points.of_class[points.weight > 0.0].tolist()):
+        own = np.flatnonzero(points.of_class == number)
+        k = int(own[np.argmax(wear[own])])
+        if wear[k] < 0.0:
+            continue
+        load, angle, quotient = forces.vertical[k], forces.angle[k], forces.derailment_quotient[k]
+        held = 0.5 * float(np.ptp(forces.longitudinal[k])) / float(load.mean())
+        marks = [
+            f"{side} flange" for side, one in zip(("right", "left"), angle, strict=True) if one > TREAD_ANGLE
+        ]
+        marks += [
+            f"{side} wheel unloaded"
+            for side, one in zip(("right", "left"), load, strict=True)
+            if one < _UNLOADED * load.mean()
+        ]
+        if held > _HELD:
+            force = 0.5e-3 * float(np.ptp(forces.longitudinal[k]))
+            marks.append(f"held against +-{force:.0f} kN along the track, which no free axle would have")
+        found.append({
+            "name": points.label[k],
+            "points": int(own.size),
+            "shift": float(conditions.shift[k]),
+            "yaw": float(conditions.yaw[k]),
+            "lateral_force": float(-forces.force[k]),
+            **{f"load_{side}": float(one) for side, one in zip(("right", "left"), load, strict=True)},
+            **{f"angle_{side}": float(one) for side, one in zip(("right", "left"), angle, strict=True)},
+            **{f"quotient_{side}": float(one) for side, one in zip(("right", "left"), quotient, strict=True)},
+            "steering_moment": float(forces.moment[k]),
+            "wear_number": float(wear[k]),
+            "marks": marks,
+        })  # fmt: skip
+    return found
+
+
+def states_text(rows: Sequence[dict[str, Any]]) -> list[str]:
+    """Lines of a table of what `states` returns."""
+    if not rows:
+        return []
+    table = [["state", *(title for _, title, _, _ in _COLUMNS), ""]]
+    for row in rows:
+        cells = [format(row[key] * factor + 0.0, style) for key, _, factor, style in _COLUMNS]
+        name = row["name"] if row["points"] == 1 else f"{row['name']} of {row['points']}"
+        table.append([name, *cells, "; ".join(row["marks"])])
+    width = [max(len(line[j]) for line in table) for j in range(len(table[0]))]
+    lines = [
+        "  ".join(
+            [
+                line[0].ljust(width[0]),
+                *(c.rjust(w) for c, w in zip(line[1:-1], width[1:-1], strict=True)),
+                line[-1],
+            ]
+        )
+        for line in table
+    ]
+    return [f"  {line.rstrip()}" for line in lines]
