@@ -171,9 +171,7 @@ def _step(
     design = np.column_stack(columns)
     matrix = (design * weight[:, None]).T @ design / weight.sum()
     if np.linalg.eigvalsh(matrix)[0] < _WEAKEST:
-        raise ProfileError(
-            "the unworn parts that are measured do not hold the profile in all directions; measure its sides"
-        )
+        raise ProfileError("the unworn parts do not hold the profile in all directions; measure its sides")
     step: FloatArray = np.zeros(3)
     step[: len(columns)] = -np.linalg.solve(matrix, design.T @ (weight * distance) / weight.sum())
     step[2] /= _ARM

@@ -223,10 +223,7 @@ class Request:
             if low <= number <= high:
                 numbers[key] = number * 1e-3
             else:
-                comma = "; the decimal mark is a point" if "," in text else ""
-                self.faults.append(
-                    f"{flag_of(key)} = {_short(text)} must be a number from {low:g} to {high:g} mm{comma}"
-                )
+                self.faults.append(f"{flag_of(key)} = {_short(text)} must be {low:g} to {high:g} mm")
         return numbers
 
 
