@@ -306,7 +306,7 @@ def _message(error: ErrorDetails, model: type[BaseModel]) -> str:
         limit = f"at most {context['max_length']}" if least is None else f"at least {least}"
         return f"{label} has {context['actual_length']} entries, needs {limit}"
     if kind == "string_too_short":
-        return f"{label} is empty; give {_what(info)}"
+        return f"{label} is empty; give {info.description or 'a value'}"
     allowed, limited = _range(info, entry=isinstance(name, int))
     if kind == "out_of_range":
         allowed = str(context["allowed"])
@@ -331,7 +331,7 @@ def _missing(path: KeyPath, info: FieldInfo) -> str:
             return f"[[{_dotted(path)}]] is missing; give at least one, with {keys}"
         return f"[{_dotted(path)}] is missing; give the table{f' with {keys}' if keys else ''}"
     allowed, choices = _range(info)[0], ", ".join(map(str, _choices(info)))
-    words = f"key {path[-1]} is missing in {table_name(path[:-1])}; give {_what(info)}"
+    words = f"key {path[-1]} is missing in {table_name(path[:-1])}; give {info.description or 'a value'}"
     allowed = allowed or (f"one of {choices}" if choices else "")
     return f"{words}, {allowed}" if allowed else words
 
@@ -370,10 +370,6 @@ def _label(path: KeyPath) -> str:
     if isinstance(path[-1], int):
         return f"{_label(path[:-1])}[{path[-1]}]"
     return _key(path[-1])
-
-
-def _what(info: FieldInfo) -> str:
-    return info.description or "a value"
 
 
 def _range(info: FieldInfo, *, entry: bool = False) -> tuple[str, bool]:

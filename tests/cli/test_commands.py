@@ -132,9 +132,7 @@ def test_a_result_file_is_no_run_directory(out, capsys):
 def test_a_result_file_is_no_profile(out, capsys):
     assert cli.main(["profile", str(out / "rig.nc")]) == 2
     output = capsys.readouterr().err
-    assert (
-        f"is a result file, not a profile; `wearsim inspect {out / 'rig.nc'}` shows what it holds" in output
-    )
+    assert f"is a result file, not a profile; `wearsim inspect {out / 'rig.nc'}` shows it" in output
     assert "UTF-8" not in output
 
 

@@ -151,10 +151,7 @@ def test_a_shape_without_a_flange_has_no_measures_of_one():
     result = wheel_measures(wheel("disc"))
     assert set(result.values) == {"hollowing"}
     for name in ("flange_height", "flange_thickness", "flange_gradient", "rim_width"):
-        assert (
-            result.missing[name]
-            == "there is no flange: the highest point lies 0.04 mm above the running circle"
-        )
+        assert result.missing[name] == "there is no flange: the top lies 0.04 mm above the running circle"
 
 
 def test_a_wheelset_whose_wheels_differ():

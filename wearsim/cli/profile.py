@@ -45,11 +45,7 @@ _FLAGS = {
         ("left", "FILE", "left wheel, if it differs (NAME|FILE is the right one)"),
         ("rail", "NAME", "rail under a wheel (default 60E1)"),
         ("wheel", "NAME", "wheel on a rail (default S1002)"),
-        (
-            "inclination",
-            "1:N",
-            "of the rail, or none (default 1:40; measured rails: none, they stand as measured)",
-        ),
+        ("inclination", "1:N", "of the rail, or none (default 1:40; measured rails stand as measured)"),
         ("gauge-mm", "X", "gauge, 14 mm below the top (default 1435)"),
         ("back-to-back-mm", "X", "back-to-back distance; stated, it is checked, too (default 1360)"),
         ("wheel-radius-mm", "X", "wheel radius at the running circle"),
@@ -65,20 +61,11 @@ _FLAGS = {
             "best_fit, top (default best_fit for measured profiles, else none)",
         ),
         ("rotate", "", "best_fit may rotate it, too: for profiles measured at a tilt"),
-        (
-            "reprofile-to",
-            "NAME",
-            "template to which a worn wheel is reprofiled with the least loss of diameter; with --left both "
-            "wheels to one diameter",
-        ),
+        ("reprofile-to", "NAME", "template a worn wheel is reprofiled to; with --left both to one diameter"),
         ("smooth-mm", "X", "take out waves shorter than this before anything is measured"),
     ),
     "output": (
-        (
-            "convert",
-            "FORMAT",
-            "write the profile (aligned, if --align is stated) as two-column, miniprof, simpack",
-        ),
+        ("convert", "FORMAT", "write it (aligned, if --align is stated) as two-column, miniprof, simpack"),
         ("out", "FILE", "file of --convert (default: the name with the format's extension, in this folder)"),
         ("overwrite", "", "replace existing files of --out and --csv"),
         ("csv", "FILE", "points, depth along the profile (--against) or table (--fleet); - for stdout"),

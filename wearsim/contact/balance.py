@@ -310,7 +310,7 @@ def _bracketed(
 def _unknowns(task: Task, chunk: ContactConditions, speed: FloatArray, load: FloatArray) -> FloatArray:
     """Rotation speeds (n,) and loads (n, 2) in units of like size (n, 3)."""
     slower = speed * -task.wheelset.radius / chunk.speed - 1.0
-    return np.column_stack([slower / _SPEED_UNIT, np.log(load / chunk.wheel_load[:, None])])
+    return np.column_stack([slower / _SPEED_UNIT, np.log(load / chunk.loads)])
 
 
 def _turning(

@@ -171,9 +171,7 @@ def _step(
     design = np.column_stack(columns)
     matrix = (design * weight[:, None]).T @ design / weight.sum()
     if np.linalg.eigvalsh(matrix)[0] < _WEAKEST:
-        raise ProfileError(
-            "the unworn parts that are measured do not hold the profile in all directions; measure its sides"
-        )
+        raise ProfileError("the unworn parts do not hold the profile in all directions; measure its sides")
     step: FloatArray = np.zeros(3)
     step[: len(columns)] = -np.linalg.solve(matrix, design.T @ (weight * distance) / weight.sum())
     step[2] /= _ARM
@@ -185,10 +183,8 @@ def _within(zone: _Zone, foot: FloatArray, name: str) -> NDArray[np.bool_]:
     y, z = foot.T
     inside: NDArray[np.bool_] = (y >= zone.y[0]) & (y <= zone.y[1]) & (z >= zone.z[0]) & (z <= zone.z[1])
     if zone.needed and np.count_nonzero(inside) < _FEWEST:
-        raise ProfileError(
-            f"{np.count_nonzero(inside)} points lie on {zone.name} of {name}, {_FEWEST} are needed: it is "
-            "not measured, or worn"
-        )
+        count = np.count_nonzero(inside)
+        raise ProfileError(f"{count} points lie on {zone.name} of {name}, {_FEWEST} are needed")
     return inside
 
 
@@ -273,10 +269,7 @@ def align(profile: Profile, reference: Profile, rule: str, **options: object) ->
         The rule is unknown or for the other kind, or the profile lacks what it holds.
     """
     if profile.kind != reference.kind:
-        raise ProfileError(
-            f"{profile.name} is a {profile.kind} and {reference.name} a {reference.kind}; align like with "
-            "like"
-        )
+        raise ProfileError(f"{profile.name} is a {profile.kind} and {reference.name} a {reference.kind}")
     known = [name for name, each in ALIGNMENTS.items() if profile.kind in each.kinds]
     if rule not in known:
         hint = suggestion(rule, known)

@@ -58,9 +58,7 @@ def _flank_at_level(y: FloatArray, z: FloatArray, level: float) -> float:
     height = z - running_circle_level(y, z)
     above = np.flatnonzero((height[tip:] >= level) & (y[tip:] < 0.0))
     if level <= 0.0 or len(above) == 0:
-        raise ProfileError(
-            f"the flange does not reach {level * 1e3:g} mm above the running circle, where Sd is measured"
-        )
+        raise ProfileError(f"the flange does not reach {level * 1e3:g} mm above the running circle for Sd")
     return crossing(y, height, tip + int(above[-1]), level)
 
 
@@ -85,9 +83,7 @@ def flange_gradient(y: FloatArray, z: FloatArray, *, level: float = 10e-3, below
     upper = extremum(y, z, tip)[1] - below_tip
     under = np.flatnonzero(z[tip:] < upper)
     if below_tip <= 0.0 or len(under) == 0:
-        raise ProfileError(
-            f"the flange has no point {below_tip * 1e3:g} mm below its tip, where qR is measured"
-        )
+        raise ProfileError(f"the flange has no point {below_tip * 1e3:g} mm below its tip for qR")
     return _flank_at_level(y, z, level) - crossing(y, z, tip + int(under[0]) - 1, upper)
 
 
@@ -205,13 +201,9 @@ def _check_flange(y: FloatArray, z: FloatArray, *, tip: bool) -> None:
     """Raise for a profile without flange, or without points on both sides of a tip that is needed."""
     height = flange_height(y, z)
     if height < _LEAST_FLANGE:
-        raise ProfileError(
-            f"there is no flange: the highest point lies {height * 1e3:.2f} mm above the running circle"
-        )
+        raise ProfileError(f"there is no flange: the top lies {height * 1e3:.2f} mm above the running circle")
     if tip and int(np.argmax(z)) == 0:
-        raise ProfileError(
-            f"the profile begins at its highest point (y = {y[0] * 1e3:.4g} mm): no flange tip is measured"
-        )
+        raise ProfileError(f"it begins at its highest point (y = {y[0] * 1e3:.4g} mm): no flange tip")
 
 
 def _whole_hollowing(y: FloatArray, z: FloatArray) -> float:

@@ -123,9 +123,7 @@ def smoothed(profile: Profile, wavelength: float) -> Profile:
     .. [1] ISO 16610-22, Geometrical product specifications: linear profile filters, spline filters.
     """
     if not np.isfinite(wavelength) or wavelength < 0.0:
-        raise ProfileError(
-            f"{profile.name}: noise wavelength = {wavelength * 1e3:g} mm must not be below 0 mm"
-        )
+        raise ProfileError(f"{profile.name}: wavelength = {wavelength * 1e3:g} mm must not be below 0 mm")
     if wavelength == 0.0:
         return profile
     s = arc_length(profile.y, profile.z)

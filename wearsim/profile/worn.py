@@ -66,10 +66,7 @@ def wear_between(before: Profile, after: Profile) -> WearBetween:
     ends at a normal, so zones add up to the whole. It equals the integral of :math:`d - \kappa d^2/2`.
     """
     if before.kind != after.kind:
-        raise ProfileError(
-            f"{before.name} is a {before.kind} and {after.name} a {after.kind}: wear is between two "
-            "measurements of one body"
-        )
+        raise ProfileError(f"{before.name} is a {before.kind} and {after.name} a {after.kind}: no wear")
     old, new = resample(before, _SPACING), resample(after, _SPACING)
     s = arc_length(old.y, old.z)
     ny, nz = vertex_normals(old.y, old.z)

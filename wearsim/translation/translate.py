@@ -77,7 +77,7 @@ def translate(rig: Result, field: Result, count: int = 41) -> xr.Dataset:
         missing = [name for name in _NEEDED if name not in data]
         if missing:
             raise ResultError(
-                f"{role} result: variable {missing[0]} is missing; give a file that `wearsim run` wrote"
+                f"{role} result: variable {missing[0]} is missing; give a file of `wearsim run`"
             )
         if "last_reprofiling" in data and (data["last_reprofiling"].values > 0).any():
             raise ResultError(

@@ -82,7 +82,7 @@ def test_wheel_slices_with_two_column_text(read, tmp_path):
 def test_damaged_lists_of_slices(fault, crossing, tmp_path):
     cut = fault(crossing[:-1], "rail", "c.slcs", slice=1)
     place = f"c.slcs:{len(crossing) - 1}"
-    assert cut.startswith(f"{place}: 3 slices are promised, 2 are listed with position and quoted file name")
+    assert cut.startswith(f"{place}: 3 slices are promised, 2 are listed with position and file name")
     crossing[3] = "many"
     assert "c.slcs:4: 1 number is needed here: the number of slices" in fault(crossing, "rail", "c.slcs")
     crossing[3] = "1e6"

@@ -93,7 +93,7 @@ def test_nothing_is_overwritten_or_left_half_written(tmp_path, name):
 def test_formats_that_are_not_written(tmp_path):
     with pytest.raises(ProfileError, match=r"'gensys' is not one of two-column, miniprof, simpack"):
         write_profile(WHEEL, tmp_path / "p.wheel", "gensys")
-    with pytest.raises(ProfileError, match=r"\.ban is the extension of a rail, 'S1002' is a wheel"):
+    with pytest.raises(ProfileError, match=r"\.ban is the extension of a rail, 'S1002' a wheel; rename it"):
         write_profile(WHEEL, tmp_path / "p.ban", "miniprof")
 
 

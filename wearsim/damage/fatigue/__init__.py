@@ -104,9 +104,7 @@ def _removal_faults(law: FatigueLaw, settings: FatigueSettings) -> Iterator[Faul
     if law.contains_removal:
         if branch == "net" and depth is not None:
             both = f"{named} contains the removal of cracks by wear in its falling branch"
-            yield Fault(
-                f'{both}; delete crack_depth, or write branch = "rising": both would count wear twice'
-            )
+            yield Fault(f'{both}; delete crack_depth or write branch = "rising": both would count wear twice')
         if branch == "rising" and depth is None:
             lacks = f'{named} with branch = "rising" needs the removal of cracks by wear'
             yield Fault(f'{lacks}; give crack_depth, or write branch = "net"')

@@ -275,8 +275,7 @@ def write_profile(
     stands_for = {**miniprof.SUFFIXES, **simpack.SUFFIXES}.get(path.suffix.lower(), kind)
     if stands_for != kind:
         raise ProfileError(
-            f"{path}: {path.suffix} is the extension of a {stands_for}, {name!r} is a {kind}; choose another "
-            "name"
+            f"{path}: {path.suffix} is the extension of a {stands_for}, {name!r} a {kind}; rename it"
         )
     if path.exists() and not overwrite:
         raise ProfileError(f"{path}: exists already; choose another name or allow overwriting")

@@ -170,9 +170,7 @@ def read_text(path: Path) -> Text:
         most = f"larger than {MAX_BYTES // 10**6} MB" if large else f"more than {MAX_LINES} lines"
         raise ProfileError(f"{path}: {most}, hardly one profile; give one cross-section")
     if data.startswith((b"\x89HDF", b"CDF")):
-        raise ProfileError(
-            f"{path}: is a result file, not a profile; `wearsim inspect {path}` shows what it holds"
-        )
+        raise ProfileError(f"{path}: is a result file, not a profile; `wearsim inspect {path}` shows it")
     marked = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     try:
         text = data.decode("utf-16" if marked else "utf-8-sig")
@@ -300,9 +298,7 @@ def read_slice_list(text: Text, faults: Faults, number: int | None) -> SliceFile
     if total not in range(1, MAX_SLICES + 1):
         faults.add(f"{total:g} slices; the number must be a whole one in 1 .. {MAX_SLICES}", rows[1][0])
     elif len(listed) < total:
-        missing = (
-            f"{total:g} slices are promised, {len(listed)} are listed with position and quoted file name"
-        )
+        missing = f"{total:g} slices are promised, {len(listed)} are listed with position and file name"
         faults.add(f"{missing}: the file is cut off; copy it again", len(text.lines))
     elif number is None and total > 1:
         faults.add(f"lists {total:g} slices; choose one with --slice 1 .. {total:g}")

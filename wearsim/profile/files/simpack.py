@@ -94,9 +94,7 @@ def _applied(points: Columns, header: _Header, notes: list[str]) -> Points:
         list(zip(points.lines, points.y, points.z, strict=True)), float(key("point.dist.min")), notes
     )
     if key("rotate") != 0:
-        message = (
-            f"rotate = {values['rotate']} is not applied by this reader: turn the points and set it to 0"
-        )
+        message = f"rotate = {values['rotate']} is not applied by this reader: turn the points first"
         faults.add(message, header.lines["rotate"])
     low, high = key("bound.y.min", "1") - shift_y, key("bound.y.max") - shift_y
     if low < high:

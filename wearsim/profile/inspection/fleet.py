@@ -63,7 +63,7 @@ def profile_files(folder: Path, every: bool = False) -> tuple[list[Path], list[s
         folders = [path for path in paths if path.is_dir()]
     except OSError as error:
         raise ProfileError(
-            f"{folder} cannot be read ({error.strerror}); give a folder of profile files"
+            f"{folder} cannot be read ({error.strerror}); give a folder of profiles"
         ) from error
     files = [path for path in paths if path not in folders]
     taken = [path for path in files if every or path.suffix.lower() in known]

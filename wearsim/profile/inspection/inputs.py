@@ -117,7 +117,7 @@ def placement_notes(rail: ProfileInput, inclination: float | None) -> tuple[str,
     tilt = tilt_of(rail, inclination)
     if tilt and inclination is None:
         return (
-            f"in the track inclined 1:{1.0 / tilt:.4g}, for it is upright (--inclination none leaves it so)",
+            f"in the track inclined 1:{1.0 / tilt:.4g}, for it is upright (--inclination none leaves it)",
         )
     if tilt:
         already = "" if rail.upright else "; state none for points that lean already"

@@ -130,10 +130,7 @@ class Request:
                     fix = "give the wheel on it with --wheel" if key == "rail" else "leave it out"
                     self.faults.append(f"{flag_of(key)} belongs to wheels, {name} is a rail; {fix}")
         elif self.wheel is not None:
-            self.faults.append(
-                f"--wheel is the wheel on a rail, {name} is a wheel itself; give --left or --rail, or leave "
-                "it out"
-            )
+            self.faults.append(f"--wheel is the wheel on a rail, {name} is a wheel; give --left or --rail")
         known = [rule for rule, each in ALIGNMENTS.items() if kind in each.kinds]
         if self.align is not None and self.align not in known:
             self.faults.append(f"--align = {_short(self.align)} must be one of {', '.join(known)}")
@@ -223,10 +220,7 @@ class Request:
             if low <= number <= high:
                 numbers[key] = number * 1e-3
             else:
-                comma = "; the decimal mark is a point" if "," in text else ""
-                self.faults.append(
-                    f"{flag_of(key)} = {_short(text)} must be a number from {low:g} to {high:g} mm{comma}"
-                )
+                self.faults.append(f"{flag_of(key)} = {_short(text)} must be {low:g} to {high:g} mm")
         return numbers
 
 

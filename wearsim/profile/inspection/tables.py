@@ -379,9 +379,7 @@ def fleet_text(rows: Sequence[FleetRow]) -> str:
     remarks = ["wheel, beyond limits, faults", *map(_remarks, rows, cells)]
     lines = [f"{line}  {remark}".rstrip() for line, remark in zip(_table(table), remarks, strict=True)]
     if any(row.not_judged and "wheel_diameter" not in row.values for row in rows):
-        lines.append(
-            "not checked: some limits depend on the wheel diameter, which is not given (--diameter-mm)"
-        )
+        lines.append("not checked: some limits need the wheel diameter, which is not given (--diameter-mm)")
     if any(row.warnings for row in rows):
         lines.append("wear uncertain: the reasons are in the notes of --csv and --json")
     lines.append("lengths in mm" + ("; conicity at 3 mm, EN 15302" if "conicity_3mm" in used else ""))
