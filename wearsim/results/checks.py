@@ -191,10 +191,7 @@ def tread_wear_warning(dataset: xr.Dataset) -> str | None:
 class LoadScaling(NamedTuple):
     """Where pressures and forces were scaled to the wheel load by more than `LOAD_TOLERANCE`."""
 
-    points: int  # operating points with a weight that were ever scaled
-    active_points: int  # operating points with a weight
-    states: int  # stored states in which one of them was
-    all_states: int
+    points: int  # operating points with a weight that ever were
     distance_share: float  # of the distance that was run in such a point, up to such a state [-]
     largest: float  # factor, the one that is farthest from 1 [-]
 
@@ -206,8 +203,7 @@ def load_scaling(dataset: xr.Dataset) -> LoadScaling | None:
     """
     counts = dataset["weight"].values > 0.0
     scale = dataset["load_scale"].values[:, counts]
-    deviation = np.nan_to_num(np.abs(scale - 1.0)).max(axis=-1, initial=0.0)
-    scaled = deviation > LOAD_TOLERANCE
+    scaled = np.nan_to_num(np.abs(scale - 1.0)).max(axis=-1, initial=0.0) > LOAD_TOLERANCE
     if not scaled.any():
         return None
     step_length, active = (dataset[name].values[1:] for name in ("step_length", "active_weight"))
@@ -216,9 +212,6 @@ def load_scaling(dataset: xr.Dataset) -> LoadScaling | None:
     every = scale[np.isfinite(scale)]
     return LoadScaling(
         points=int(scaled.any(axis=0).sum()),
-        active_points=int(counts.sum()),
-        states=int(scaled.any(axis=1).sum()),
-        all_states=scaled.shape[0],
         distance_share=scaled_run / run if run > 0.0 else 0.0,
         largest=float(every[np.argmax(np.abs(every - 1.0))]),
     )
@@ -247,11 +240,9 @@ def load_scale_warning(dataset: xr.Dataset) -> str | None:
         return None
     return (
         f"contact patches merge or the load of the model jumps: forces are scaled to the wheel load by more "
-        f"than "
-        f"{LOAD_TOLERANCE:.0%} (at most by the factor {scaling.largest:.3g}) at {scaling.points} of "
-        f"{scaling.active_points} operating points with a weight, in {scaling.states} of "
-        f"{scaling.all_states} states, over {_percent(scaling.distance_share)} of the distance: pressures "
-        f"and wear there are less certain"
+        f"than {LOAD_TOLERANCE:.0%} (at most by the factor {scaling.largest:.3g}) at {scaling.points} "
+        f"operating points that wear, over {_percent(scaling.distance_share)} of the distance: pressures and "
+        f"wear there are less certain"
     )
 
 
