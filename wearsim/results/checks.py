@@ -227,9 +227,9 @@ def left_out_warning(dataset: xr.Dataset) -> str | None:
     more = f" and {names.size - 3} more" if names.size > 3 else ""
     return (
         f"{names.size} of {out.shape[1]} operating points had no contact solution and were left out "
-        f"({', '.join(map(str, names[:3]))}{more}), over {_percent(acted)} of the distance: others of their "
+        f"({', '.join(map(str, names[:3]))}{more}), over {percent(acted)} of the distance: others of their "
         f"class act for them, a block or class without others passes without wear; they carry at most "
-        f"{_percent(float(dataset['left_out_share'].values.max()))} of the wear"
+        f"{percent(float(dataset['left_out_share'].values.max()))} of the wear"
     )
 
 
@@ -241,7 +241,7 @@ def load_scale_warning(dataset: xr.Dataset) -> str | None:
     return (
         f"contact patches merge or the load of the model jumps: forces are scaled to the wheel load by more "
         f"than {LOAD_TOLERANCE:.0%} (at most by the factor {scaling.largest:.3g}) at {scaling.points} "
-        f"operating points that wear, over {_percent(scaling.distance_share)} of the distance: pressures and "
+        f"operating points that wear, over {percent(scaling.distance_share)} of the distance: pressures and "
         f"wear there are less certain"
     )
 
@@ -269,7 +269,7 @@ def regime_shares(dataset: xr.Dataset, sought: str) -> dict[str, float]:
 def seizure_warning(dataset: xr.Dataset) -> str | None:
     """Warn of wear by seizure, which the pressures of elastic contact models trigger."""
     shares = regime_shares(dataset, "seizure")
-    parts = [f"{_percent(part)} of the wear by {law}" for law, part in shares.items() if part > SEIZURE_SHARE]
+    parts = [f"{percent(part)} of the wear by {law}" for law, part in shares.items() if part > SEIZURE_SHARE]
     if not parts:
         return None
     return (
@@ -283,7 +283,7 @@ def outside_warning(dataset: xr.Dataset) -> str | None:
     for name, law in WEAR_LAWS.items():
         shares = {text: regime_shares(dataset, regime).get(name, 0.0) for regime, text in law.outside}
         parts = [
-            f"{_percent(share)} of it is {text}" for text, share in shares.items() if share > OUTSIDE_SHARE
+            f"{percent(share)} of it is {text}" for text, share in shares.items() if share > OUTSIDE_SHARE
         ]
         if parts:
             return (
@@ -327,7 +327,3 @@ def percent(share: float) -> str:
     if 0.0 < abs(value) < 1e-3:
         return "less than 0.001 %"
     return f"{value:.2g} %" if abs(value) < 99.5 else f"{value:.0f} %"
-
-
-def _percent(share: float) -> str:
-    return "less than 0.1 %" if 0.0 < share < 1e-3 else percent(share)
