@@ -82,8 +82,13 @@ class Table:
         return any(exact(value) for value in self.frame.iloc[:, column])
 
     def text(self, value: Any, column: int) -> str:
-        """Write the value of a cell of a column."""
-        return cell_text(value, self.digits if isinstance(self.digits, int) else self.digits[column])
+        """Write words, a whole number or another with the digits of its column; a dash for None."""
+        if value is None:
+            return "–"
+        if isinstance(value, str | int | np.integer):
+            return str(value)
+        digits = self.digits if isinstance(self.digits, int) else self.digits[column]
+        return given(value) if digits == GIVEN else plain(value, digits)
 
     def of(self, role: str, heading: str) -> Table:
         """Give the table of a campaign, with its role in name and caption."""
@@ -100,15 +105,6 @@ def table(name: str, rows: Iterable[Iterable[Any]], *more: str, context: Any = N
 def exact(value: Any) -> str:
     """Give a number with all its digits, "" for words and what is undefined."""
     return "" if value is None or isinstance(value, str) or not np.isfinite(value) else repr(float(value))
-
-
-def cell_text(value: Any, digits: int) -> str:
-    """Write words, a whole number or another with some digits; a dash for None."""
-    if value is None:
-        return "–"
-    if isinstance(value, str | int | np.integer):
-        return str(value)
-    return plain(value, digits) if digits != GIVEN else given(value)
 
 
 def given(value: float) -> str:

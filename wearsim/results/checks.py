@@ -191,10 +191,7 @@ def tread_wear_warning(dataset: xr.Dataset) -> str | None:
 class LoadScaling(NamedTuple):
     """Where pressures and forces were scaled to the wheel load by more than `LOAD_TOLERANCE`."""
 
-    points: int  # operating points with a weight that were ever scaled
-    active_points: int  # operating points with a weight
-    states: int  # stored states in which one of them was
-    all_states: int
+    points: int  # operating points with a weight that ever were
     distance_share: float  # of the distance that was run in such a point, up to such a state [-]
     largest: float  # factor, the one that is farthest from 1 [-]
 
@@ -206,8 +203,7 @@ def load_scaling(dataset: xr.Dataset) -> LoadScaling | None:
     """
     counts = dataset["weight"].values > 0.0
     scale = dataset["load_scale"].values[:, counts]
-    deviation = np.nan_to_num(np.abs(scale - 1.0)).max(axis=-1, initial=0.0)
-    scaled = deviation > LOAD_TOLERANCE
+    scaled = np.nan_to_num(np.abs(scale - 1.0)).max(axis=-1, initial=0.0) > LOAD_TOLERANCE
     if not scaled.any():
         return None
     step_length, active = (dataset[name].values[1:] for name in ("step_length", "active_weight"))
@@ -216,9 +212,6 @@ def load_scaling(dataset: xr.Dataset) -> LoadScaling | None:
     every = scale[np.isfinite(scale)]
     return LoadScaling(
         points=int(scaled.any(axis=0).sum()),
-        active_points=int(counts.sum()),
-        states=int(scaled.any(axis=1).sum()),
-        all_states=scaled.shape[0],
         distance_share=scaled_run / run if run > 0.0 else 0.0,
         largest=float(every[np.argmax(np.abs(every - 1.0))]),
     )
@@ -234,9 +227,9 @@ def left_out_warning(dataset: xr.Dataset) -> str | None:
     more = f" and {names.size - 3} more" if names.size > 3 else ""
     return (
         f"{names.size} of {out.shape[1]} operating points had no contact solution and were left out "
-        f"({', '.join(map(str, names[:3]))}{more}), over {_percent(acted)} of the distance: others of their "
+        f"({', '.join(map(str, names[:3]))}{more}), over {percent(acted)} of the distance: others of their "
         f"class act for them, a block or class without others passes without wear; they carry at most "
-        f"{_percent(float(dataset['left_out_share'].values.max()))} of the wear"
+        f"{percent(float(dataset['left_out_share'].values.max()))} of the wear"
     )
 
 
@@ -247,11 +240,9 @@ def load_scale_warning(dataset: xr.Dataset) -> str | None:
         return None
     return (
         f"contact patches merge or the load of the model jumps: forces are scaled to the wheel load by more "
-        f"than "
-        f"{LOAD_TOLERANCE:.0%} (at most by the factor {scaling.largest:.3g}) at {scaling.points} of "
-        f"{scaling.active_points} operating points with a weight, in {scaling.states} of "
-        f"{scaling.all_states} states, over {_percent(scaling.distance_share)} of the distance: pressures "
-        f"and wear there are less certain"
+        f"than {LOAD_TOLERANCE:.0%} (at most by the factor {scaling.largest:.3g}) at {scaling.points} "
+        f"operating points that wear, over {percent(scaling.distance_share)} of the distance: pressures and "
+        f"wear there are less certain"
     )
 
 
@@ -278,7 +269,7 @@ def regime_shares(dataset: xr.Dataset, sought: str) -> dict[str, float]:
 def seizure_warning(dataset: xr.Dataset) -> str | None:
     """Warn of wear by seizure, which the pressures of elastic contact models trigger."""
     shares = regime_shares(dataset, "seizure")
-    parts = [f"{_percent(part)} of the wear by {law}" for law, part in shares.items() if part > SEIZURE_SHARE]
+    parts = [f"{percent(part)} of the wear by {law}" for law, part in shares.items() if part > SEIZURE_SHARE]
     if not parts:
         return None
     return (
@@ -292,7 +283,7 @@ def outside_warning(dataset: xr.Dataset) -> str | None:
     for name, law in WEAR_LAWS.items():
         shares = {text: regime_shares(dataset, regime).get(name, 0.0) for regime, text in law.outside}
         parts = [
-            f"{_percent(share)} of it is {text}" for text, share in shares.items() if share > OUTSIDE_SHARE
+            f"{percent(share)} of it is {text}" for text, share in shares.items() if share > OUTSIDE_SHARE
         ]
         if parts:
             return (
@@ -336,7 +327,3 @@ def percent(share: float) -> str:
     if 0.0 < abs(value) < 1e-3:
         return "less than 0.001 %"
     return f"{value:.2g} %" if abs(value) < 99.5 else f"{value:.0f} %"
-
-
-def _percent(share: float) -> str:
-    return "less than 0.1 %" if 0.0 < share < 1e-3 else percent(share)
