@@ -189,14 +189,7 @@ def test_unusable_conditions_are_errors(change, message):
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-<<<<<<< HEAD
-        (
-            lambda: wearsim.standard_profile("S1003"),
-            "'S1003' is neither a file nor a shipped profile .*S1002",
-        ),
-=======
         (lambda: wearsim.standard_profile("S1003"), "'S1003' is neither a file nor .*S1002"),
->>>>>>> w4_prof
         (lambda: wearsim.read_profile("none.csv", "wheel"), "does not exist"),
         (lambda: wearsim.read_profile("none.csv", "wheel", unit="mm"), "unit is no statement .* units"),
         (lambda: wearsim.wheelset("60E1"), "a wheel is needed"),

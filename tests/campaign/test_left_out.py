@@ -123,7 +123,9 @@ def test_other_points_of_the_class_act_for_one_that_fails(evolution_of):
     setup, weight = setup_of(evolution.setup), points.weight.copy()
     weight[10:] *= weight[10:].sum() / weight[10:19].sum()
     alone = select(points, kept)
-    rate = accumulate(solve_passage(replace(state, points=None), alone, setup), alone, weight[kept], state, setup)
+    rate = accumulate(
+        solve_passage(replace(state, points=None), alone, setup), alone, weight[kept], state, setup
+    )
     # one point less in a batch: last bits of sums over padding
     np.testing.assert_allclose(evaluation.collective.depth, rate.depth, rtol=0, atol=1e-9 * rate.depth.max())
     heavy = evolution_of(FIELD + SWITCH.format(share=0.0099))
