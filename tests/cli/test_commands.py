@@ -48,7 +48,7 @@ def test_the_history_of_the_results_is_the_command_line(out, compared):
 
 def test_check_foretells_steps_and_their_size(out, compared, capsys):
     """Steps about, the size of a row exactly."""
-    assert cli.main(["check", str(compared / "rig_by_shift.toml"), "--json"]) == 0
+    assert cli.main(["check", str(compared / "rig.toml"), "--json"]) == 0
     rig = json.loads(capsys.readouterr().out)["campaigns"][0]
     output = rig["bytes_per_step"]
     with netCDF4.Dataset(out / "rig.nc") as file:
@@ -148,7 +148,7 @@ def test_a_finished_campaign_is_resumed_with_success_and_left_as_it_is(out, caps
 
 def test_another_campaign_is_kept_out_of_the_directory(out, compared, capsys):
     before = (out / "rig.nc").read_bytes()
-    assert cli.main(["run", str(compared / "rig_by_shift.toml"), "--out", str(out)]) == 2
+    assert cli.main(["run", str(compared / "rig.toml"), "--out", str(out)]) == 2
     output = capsys.readouterr().err
     assert "belongs to another campaign" in output
     assert len(output.splitlines()) == 1

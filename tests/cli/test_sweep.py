@@ -25,7 +25,7 @@ DATA = Path(__file__).parents[1] / "data"
 def folder(tmp_path, monkeypatch):
     """Working directory with the shipped sweep, coarser and shorter."""
     for name in ("rig.toml", "sweep_rig.toml"):
-        shipped = "rig_by_shift.toml" if name == "rig.toml" else name
+        shipped = "rig.toml" if name == "rig.toml" else name
         text = shipped_path("workflows", shipped).read_text()
         for old, new in (
             ("[500, 1000, 5000]", "[500, 1000]"),
