@@ -32,7 +32,7 @@ TOLERANCES = (0.1, 0.05, 0.03, 0.02)
 DEPTH = 60e-6
 """Largest wear depth at the end of the campaigns [m]."""
 
-# tolerance of the error of steps over that of the campaign with which all are compared, and its steps at least
+# of the campaign with which all are compared: a scene's tolerance of steps over its own, its fewest steps
 _FINER, _STEPS = 8.0, 20
 
 _PLACES = 10  # of a campaign, at which depths are compared
