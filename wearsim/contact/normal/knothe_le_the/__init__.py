@@ -7,8 +7,8 @@ between the displaced surfaces, weighted along each strip with the derivatives o
 There is no fitted factor, and an ellipse of any ratio of axes is met but for the width of the strips.
 Neglected: the middle line of the pressure is that of the smallest gap, and the surface is flat.
 
-Solution: it starts from a solution nearby, or the patches of virtual penetration; pressures that never pull
-for given lengths, and lengths for given pressures, in turn, converge from anywhere; then Newton's method,
+Solution: it starts from a solution nearby, or the patches of virtual penetration, under less load where those
+of all of it lead nowhere (soft bodies); pressures that never pull for given lengths, and lengths for given pressures, in turn, converge from anywhere; then Newton's method,
 each Jacobian kept as long as its steps shrink fast, the influence of strips whose lengths hardly change, over
 the width of a strip, expanded to second order. A coarse set of strips locates the ends of the patch, a finer
 one is fitted to it. The outermost strip takes its ratio :math:`p/a` from its neighbour: alone it could shrink
