@@ -65,7 +65,7 @@ def between_points(gap: Gap, curve: FloatArray, row: IntArray, y: FloatArray) ->
     (m, ...) array
         Linear between the points of the grid, and beyond its ends.
     """
-    places = plain(y).reshape(row.size, int(np.prod(y.shape[1:])))
+    places = plain(y).reshape(row.size, y.size // max(row.size, 1))
     out = np.empty_like(places)
     _interpolate(gap.counterface.y, curve, row, places, out)
     return out.reshape(y.shape)

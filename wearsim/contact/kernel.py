@@ -66,8 +66,8 @@ def _compiled(function: _Function, options: dict[str, Any]) -> _Function:
     return compiled  # type: ignore[no-any-return]
 
 
-def plain(array: ArrayLike) -> NDArray[np.float64]:
+def plain(array: ArrayLike, kind: type[Any] = np.float64) -> NDArray[Any]:
     """Return the same numbers as the one kind of array kernels are compiled for: contiguous, writeable."""
-    if type(array) is np.ndarray and array.dtype == np.float64 and array.flags.carray:
+    if type(array) is np.ndarray and array.dtype == kind and array.flags.carray:
         return array
-    return np.require(array, np.float64, ("C", "W"))
+    return np.require(array, kind, ("C", "W"))

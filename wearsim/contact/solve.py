@@ -298,7 +298,7 @@ def _at_rest(
 
 
 def _near_rest(task: Task, chunk: ContactConditions) -> tuple[FloatArray, FloatArray]:
-    """Roll (n,) at which coarse patches without creep forces carry the loads [rad], and the fall there."""
+    """Roll (n,) at which coarse patches without creep forces carry the wheel loads [rad]; the fall there."""
     fall = np.ones(chunk.shift.size)
 
     def displacements(angle: FloatArray, wanted: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:

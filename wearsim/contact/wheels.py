@@ -241,7 +241,8 @@ def _names(kind: Any) -> tuple[str, ...]:
 
 def _stacked(name: str, parts: Sequence[FloatArray]) -> FloatArray:
     """Arrays behind one another, padded to equal shape but for the first axis."""
-    if len({part.shape[1:] for part in parts}) == 1:
+    shape = parts[0].shape[1:]
+    if all(part.shape[1:] == shape for part in parts):
         return np.concatenate(parts)
     sizes = np.array([part.shape for part in parts])
     whole = np.zeros((sizes[:, 0].sum(), *sizes[:, 1:].max(axis=0)), dtype=parts[0].dtype)
@@ -259,6 +260,8 @@ def by_point(parts: list[Wheels]) -> tuple[Wheels, IntArray]:
     right_first = np.concatenate([-part.sign for part in parts])
     force = np.concatenate([part.normal.normal_force for part in parts])
     order = np.lexsort((-force, right_first, row))
+    if len(parts) == 1 and (order[1:] > order[:-1]).all():
+        return parts[0], order
     return joined(parts, order), order
 
 

@@ -56,29 +56,38 @@ def flexibilities(patch: Patch, shear_modulus: float, poisson_ratio: float) -> F
     .. [2] J. Piotrowski, H. Chollet, Vehicle System Dynamics 43 (2005) 455-483,
        doi:10.1080/00423110500141144.
     """
-    total, longest = np.empty((2, patch.width.size))
-    _lengths(plain(patch.x_lead), plain(patch.x_trail), patch.strips, total, longest)
-    ratio = longest / (patch.width * patch.strips)
-    a = np.sqrt(total * patch.width / np.pi * ratio)
-    c11, c22, c23, _ = coefficients(ratio, poisson_ratio)
+    a, ratio = np.empty((2, patch.width.size))
+    _ellipses(
+        plain(patch.x_lead), plain(patch.x_trail), plain(patch.width), plain(patch.strips, np.int64), a, ratio
+    )
     result = np.empty((3, ratio.size))
-    result[0] = 8.0 * a / (3.0 * shear_modulus * c11)
-    result[1] = 8.0 * a / (3.0 * shear_modulus * c22)
-    result[2] = np.pi * a * np.sqrt(ratio) / (4.0 * shear_modulus * c23)
+    _of_ellipses(a, ratio, coefficients(ratio, poisson_ratio), float(shear_modulus), result)
     return result
 
 
 @kernel
-def _lengths(
-    x_lead: FloatArray, x_trail: FloatArray, strips: IntArray, total: FloatArray, longest: FloatArray
-) -> None:
-    """Sum of the lengths of the strips of each patch, padding left out, and the largest."""
+def _ellipses(
+    x_lead: FloatArray, x_trail: FloatArray, width: FloatArray, strips: IntArray, a: FloatArray,
+    ratio: FloatArray,
+) -> None:  # fmt: skip
+    """Semi-axis a of the equivalent ellipse of each patch and its ratio to b; padding left out."""
     for m in range(strips.size):
-        total[m], longest[m] = 0.0, 0.0
+        total, longest = 0.0, 0.0
         for j in range(strips[m]):
             length = x_lead[m, j] - x_trail[m, j]
-            total[m] += length
-            longest[m] = max(longest[m], length)
+            total += length
+            longest = max(longest, length)
+        ratio[m] = longest / (width[m] * strips[m])
+        a[m] = np.sqrt(total * width[m] / np.pi * ratio[m])
+
+
+@kernel
+def _of_ellipses(a: FloatArray, ratio: FloatArray, c: FloatArray, modulus: float, out: FloatArray) -> None:
+    """Flexibilities (3, m) from the coefficients C11, C22 and C23 of ellipses."""
+    for m in range(a.size):
+        out[0, m] = 8.0 * a[m] / (3.0 * modulus * c[0, m])
+        out[1, m] = 8.0 * a[m] / (3.0 * modulus * c[1, m])
+        out[2, m] = np.pi * a[m] * np.sqrt(ratio[m]) / (4.0 * modulus * c[2, m])
 
 
 def solve(
@@ -101,11 +110,12 @@ def solve(
     out = np.zeros((5, count, patch.cells.max(initial=1), strips) if fields else (5, 0, 0, 0))
     force, slip_area = np.zeros((count, 3)), np.zeros(count)
     slope = patch.pressure_slope * _load_factors(int(patch.cells.max(initial=2)))[patch.cells][:, None]
+    creepage, mean = plain(creepage), np.empty(count)
+    _average(creepage, flexibility, mean)
     _march(
         plain(patch.y), plain(patch.width), plain(patch.x_lead), plain(patch.x_trail), plain(friction),
-        plain(slope), plain(creepage), flexibility, plain(_mean_flexibility(creepage, flexibility)),
-        np.require(patch.strips, np.int64, ("C", "W")), np.require(patch.cells, np.int64, ("C", "W")), fields,
-        np.empty(15 * _ROW), out, force, slip_area,
+        plain(slope), creepage, flexibility, mean, plain(patch.strips, np.int64),
+        plain(patch.cells, np.int64), fields, np.empty(15 * _ROW), out, force, slip_area,
     )  # fmt: skip
     length = (patch.x_lead - patch.x_trail) / patch.cells[:, None]
     return TangentialSolution(force, slip_area, patch.x_lead, length, out if fields else None)
@@ -117,11 +127,13 @@ def _load_factors(most: int) -> FloatArray:
     return np.array([0.0, 0.0, *map(load_factor, range(2, most + 1))])
 
 
-def _mean_flexibility(creepage: FloatArray, flexibility: FloatArray) -> FloatArray:
-    """One flexibility that turns cut-back traction into slip of its direction, weighted by creepage."""
-    weight = np.abs(creepage[:, :2]).T + 1e-12  # spin alone: the plain mean
-    mean: FloatArray = (weight * flexibility[:2]).sum(axis=0) / weight.sum(axis=0)
-    return mean
+@kernel
+def _average(creepage: FloatArray, flexibility: FloatArray, mean: FloatArray) -> None:
+    """One flexibility (m,) that turns cut-back traction into slip of its direction, weighted by creepage."""
+    for m in range(mean.size):
+        # Spin alone: the plain mean.
+        along, across = abs(creepage[m, 0]) + 1e-12, abs(creepage[m, 1]) + 1e-12
+        mean[m] = (along * flexibility[0, m] + across * flexibility[1, m]) / (along + across)
 
 
 @leaf_kernel

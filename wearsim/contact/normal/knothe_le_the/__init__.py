@@ -7,15 +7,16 @@ between the displaced surfaces, weighted along each strip with the derivatives o
 There is no fitted factor, and an ellipse of any ratio of axes is met but for the width of the strips.
 Neglected: the middle line of the pressure is that of the smallest gap, and the surface is flat.
 
-Solution: it starts from a solution nearby, or the patches of virtual penetration; pressures that never pull
-for given lengths, and lengths for given pressures, in turn, converge from anywhere; then Newton's method,
-each Jacobian kept as long as its steps shrink fast, the influence of strips whose lengths hardly change, over
-the width of a strip, expanded to second order. A coarse set of strips locates the ends of the patch, a finer
-one is fitted to it. The outermost strip takes its ratio :math:`p/a` from its neighbour: alone it could shrink
-to a point between overlapping surfaces. The fine set is fitted again until the ends of the patch lie at their
-place in the outermost strips, to 3 % of a width, or between two places as near to each other, and the plane
-is that of the pressures, to 1e-4 rad: the solution depends on the state, not on the way to it. Wide patches
-have narrower strips, because profiles change their radius within them.
+Solution: it starts from a solution nearby, or the patches of virtual penetration, under less load where those
+of all of it lead nowhere (soft bodies); pressures that never pull for given lengths, and lengths for given
+pressures, in turn, converge from anywhere; then Newton's method, each Jacobian kept as long as its steps
+shrink fast, the influence of strips whose lengths hardly change, over the width of a strip, expanded to
+second order. A coarse set of strips locates the ends of the patch, a finer one is fitted to it. The outermost
+strip takes its ratio :math:`p/a` from its neighbour: alone it could shrink to a point between overlapping
+surfaces. The fine set is fitted again until the ends of the patch lie at their place in the outermost strips,
+to 3 % of a width, or between two places as near to each other, and the plane is that of the pressures, to
+1e-4 rad: the solution depends on the state, not on the way to it. Wide patches have narrower strips, because
+profiles change their radius within them.
 
 Rule for several patches: parts of the profile in contact 0.3 mm or more from each other have strips of their
 own and share the vertical displacement; parts that come nearer are one. A part with 0.3 mm and more without
