@@ -36,6 +36,8 @@ TOLERANCE = 1e-5
 _STRIDE, _STRIDES, _FURTHEST = 0.25e-3, 8, 16e-3  # of the walk [m]; strides solved together
 _COARSE, _COARSE_CELL = 12, 2e-3  # strips, cells and their size of the walk: its end is solved as asked for
 _LONGEST = 0.5e-3  # correction of the shift [m]
+_STIFFEST = 1e9  # dH/dy that a correction takes [N/m]
+_JUMP = 1e-6  # widest bracket in which the force jumps: it changes by more than `_STIFFEST` tells [m]
 _LEAST_LOAD = 0.02  # of a wheel, over the axle load: below it is unloaded
 _GENTLE = 1e4  # dH/dy of a start without a known one [N/m]
 
@@ -201,8 +203,14 @@ def settle(
 
 
 def _corrected(search: _Search, rows: IntArray, most: int) -> IntArray:
-    """Correct shifts by secants and loads by their levers, in place; the rows that are not balanced then."""
-    before, moved = np.zeros(search.shift.size), np.zeros(search.shift.size)
+    """Correct shifts by secants and loads by their levers, in place; the rows that are not balanced then.
+
+    Where the force jumps past the one wanted, as that of a model whose patches merge, one side of the jump is
+    taken.
+    """
+    count = search.shift.size
+    before, moved = np.zeros(count), np.zeros(count)
+    low, high = np.full(count, -np.inf), np.full(count, np.inf)
     for _ in range(most):
         if not rows.size:
             break
@@ -214,12 +222,22 @@ def _corrected(search: _Search, rows: IntArray, most: int) -> IntArray:
         after = search.loads(rows, forces, load)
         total = after.sum(axis=1)
         still = np.abs(after - load).max(axis=1) <= TOLERANCE * total
-        still &= (np.abs(off) <= TOLERANCE * total) & solved
+        low[rows] = np.where(forced & solved & (off < 0.0), shift, low[rows])
+        high[rows] = np.where(forced & solved & (off > 0.0), shift, high[rows])
+        width = high[rows] - low[rows]
+        jumps = (width <= _JUMP) & (np.abs(off) > _STIFFEST * np.abs(width))
+        still &= (np.abs(off) <= TOLERANCE * total) | jumps
+        still &= solved
         secant = (off - before[rows]) / np.where(moved[rows] != 0.0, moved[rows], 1.0)
         known = search.stiffness[rows]
         usable = (moved[rows] != 0.0) & (secant > 0.1 * known) & (secant < 10.0 * known)
-        search.stiffness[rows] = np.where(forced & usable & ~still, secant, known)
+        usable &= (secant <= _STIFFEST) & ~still
+        search.stiffness[rows] = np.where(forced & usable, secant, np.minimum(known, _STIFFEST))
         step = np.clip(-off / np.maximum(search.stiffness[rows], _GENTLE), -_LONGEST, _LONGEST)
+        inside = (low[rows] < shift + step) & (shift + step < high[rows])
+        between = np.isfinite(width) & (width > 0.0)
+        half = low[rows] + 0.5 * np.where(between, width, 0.0) - shift
+        step = np.where(between & ~inside, half, step)
         step = np.where(forced & solved & ~still, step, 0.0)
         least = _LEAST_LOAD * total[:, None]
         search.shift[rows] = shift + step
@@ -309,7 +327,7 @@ def _walked(search: _Search, rows: IntArray) -> None:
     search.shift[rows] = root
     step = 2e-6
     ends = [missing(root + side * step, np.ones(rows.size, bool)) for side in (-1.0, 1.0)]
-    search.stiffness[rows] = np.maximum((ends[0] - ends[1]) / (2.0 * step), _GENTLE)
+    search.stiffness[rows] = np.clip((ends[0] - ends[1]) / (2.0 * step), _GENTLE, _STIFFEST)
 
 
 def _indexed(conditions: ContactConditions, index: IntArray) -> ContactConditions:
