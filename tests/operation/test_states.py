@@ -87,10 +87,11 @@ def test_shifts_by_force_are_those_of_the_reference_and_need_few_solutions_when_
 
 
 def test_a_mirrored_state_is_the_mirror_image(bodies, models):
-    """To some nanometres: the roll comes to rest within 1 nm, from the right wheel's side."""
+    """Within the tolerance of the force: the roll comes to rest within 1 nm, from the right wheel's side."""
     given = ContactConditions.of([0.0, 0.0], yaw=[1e-3, -1e-3], speed=20.0, free_roll=True)
     running = settle(given, under([10e3, -10e3], 2), *bodies(1.0), models)
-    assert running.shift[0] == pytest.approx(-running.shift[1], abs=1e-8)
+    near = 2.0 * states.TOLERANCE * AXLE / running.stiffness[0]
+    assert running.shift[0] == pytest.approx(-running.shift[1], abs=near)
     np.testing.assert_allclose(running.load[0], running.load[1][::-1], atol=states.TOLERANCE * AXLE)
 
 
