@@ -207,9 +207,9 @@ def settle(
 def _corrected(search: _Search, rows: IntArray, most: int) -> IntArray:
     """Correct shifts and loads, in place; the rows that are not balanced then.
 
-    Loads by their levers; shifts by secants, and by regula falsi (Illinois) once the force wanted lies between
-    those of two shifts: such rows go on after `most` solutions. Where the force jumps past the one wanted, as
-    that of a model whose patches merge, one side of the jump is taken.
+    Loads by their levers; shifts by secants, and by regula falsi (Illinois) once the force wanted lies
+    between those of two shifts: such rows go on after `most` solutions. Where the force jumps past the one
+    wanted, as that of a model whose patches merge, one side of the jump is taken.
     """
     count = search.shift.size
     before, moved = np.zeros(count), np.zeros(count)
