@@ -36,6 +36,10 @@ TOLERANCE = 1e-5
 _STRIDE, _STRIDES, _FURTHEST = 0.25e-3, 8, 16e-3  # of the walk [m]; strides solved together
 _COARSE, _COARSE_CELL = 12, 2e-3  # strips, cells and their size of the walk: its end is solved as asked for
 _LONGEST = 0.5e-3  # correction of the shift [m]
+_STIFFEST = 1e9  # dH/dy that a correction takes [N/m]
+_MOST_TRIALS = 24
+_NOISE = 1e-8  # difference of shifts below which the roll's tolerance decides that of the forces [m]
+_JUMP = 1e-6  # widest bracket in which the force jumps: it changes by more than `_STIFFEST` tells [m]
 _LEAST_LOAD = 0.02  # of a wheel, over the axle load: below it is unloaded
 _GENTLE = 1e4  # dH/dy of a start without a known one [N/m]
 
@@ -201,9 +205,20 @@ def settle(
 
 
 def _corrected(search: _Search, rows: IntArray, most: int) -> IntArray:
-    """Correct shifts by secants and loads by their levers, in place; the rows that are not balanced then."""
-    before, moved = np.zeros(search.shift.size), np.zeros(search.shift.size)
-    for _ in range(most):
+    """Correct shifts and loads, in place; the rows that are not balanced then.
+
+    Loads by their levers; shifts by secants, and by regula falsi (Illinois) once the force wanted lies
+    between those of two shifts: such rows go on after `most` solutions. Where the force jumps past the one
+    wanted, as that of a model whose patches merge, one side of the jump is taken.
+    """
+    count = search.shift.size
+    before, moved = np.zeros(count), np.zeros(count)
+    ends, off_ends = np.tile([-np.inf, np.inf], (count, 1)), np.zeros((count, 2))
+    lost = rows[:0]
+    for trial in range(_MOST_TRIALS):
+        if trial >= most:
+            found = np.isfinite(ends[rows]).all(axis=1)
+            lost, rows = np.append(lost, rows[~found]), rows[found]
         if not rows.size:
             break
         shift, load = search.shift[rows], search.load[rows]
@@ -213,20 +228,33 @@ def _corrected(search: _Search, rows: IntArray, most: int) -> IntArray:
         off = np.where(forced, -forces.force - np.where(forced, wanted, 0.0), 0.0)
         after = search.loads(rows, forces, load)
         total = after.sum(axis=1)
+        for side in (0, 1):
+            here = forced & solved & ((off > 0.0) if side else (off < 0.0))
+            again = here & (ends[rows, side] == shift - moved[rows])  # the other end did not move: halve it
+            off_ends[rows, 1 - side] *= np.where(again, 0.5, 1.0)
+            ends[rows, side] = np.where(here, shift, ends[rows, side])
+            off_ends[rows, side] = np.where(here, off, off_ends[rows, side])
+        low, high = ends[rows].T
+        between = np.isfinite(low) & np.isfinite(high) & (low < high)
+        width = np.where(between, high, 1.0) - np.where(between, low, 0.0)
+        jumps = between & (width <= _JUMP) & (np.abs(off) > _STIFFEST * width)
         still = np.abs(after - load).max(axis=1) <= TOLERANCE * total
-        still &= (np.abs(off) <= TOLERANCE * total) & solved
-        secant = (off - before[rows]) / np.where(moved[rows] != 0.0, moved[rows], 1.0)
-        known = search.stiffness[rows]
-        usable = (moved[rows] != 0.0) & (secant > 0.1 * known) & (secant < 10.0 * known)
-        search.stiffness[rows] = np.where(forced & usable & ~still, secant, known)
+        still &= ((np.abs(off) <= TOLERANCE * total) | jumps) & solved
+        known, tried = search.stiffness[rows], np.abs(moved[rows]) > _NOISE
+        secant = (off - before[rows]) / np.where(tried, moved[rows], 1.0)
+        usable = forced & tried & ~still & (secant > _GENTLE) & (secant < _STIFFEST)
+        search.stiffness[rows] = np.where(usable, secant, np.minimum(known, _STIFFEST))
         step = np.clip(-off / np.maximum(search.stiffness[rows], _GENTLE), -_LONGEST, _LONGEST)
+        low_off, high_off = off_ends[rows].T
+        share = low_off / np.where(between, low_off - high_off, 1.0)
+        step = np.where(between, np.where(between, low, 0.0) + share * width - shift, step)
         step = np.where(forced & solved & ~still, step, 0.0)
         least = _LEAST_LOAD * total[:, None]
         search.shift[rows] = shift + step
         search.load[rows] = np.where((solved & ~still)[:, None], np.maximum(after, least), load)
         before[rows], moved[rows] = off, step
         rows = rows[~still]
-    return rows
+    return np.append(lost, rows)
 
 
 def _walked(search: _Search, rows: IntArray) -> None:
@@ -309,7 +337,7 @@ def _walked(search: _Search, rows: IntArray) -> None:
     search.shift[rows] = root
     step = 2e-6
     ends = [missing(root + side * step, np.ones(rows.size, bool)) for side in (-1.0, 1.0)]
-    search.stiffness[rows] = np.maximum((ends[0] - ends[1]) / (2.0 * step), _GENTLE)
+    search.stiffness[rows] = np.clip((ends[0] - ends[1]) / (2.0 * step), _GENTLE, _STIFFEST)
 
 
 def _indexed(conditions: ContactConditions, index: IntArray) -> ContactConditions:
