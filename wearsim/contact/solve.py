@@ -240,6 +240,9 @@ def _at_rest(
     solved again.
     """
     count = chunk.shift.size
+    if count == 0:  # every point of a chunk has failed
+        nothing = equilibrium(task, chunk, [side_of(task, number, chunk) for number in (0, 1)], speed)
+        return nothing, chunk
     turning, load = np.zeros(count), np.zeros((count, 2))
     wheels: list[Wheels] = []
     contacts: list[TangentialSolution] = []

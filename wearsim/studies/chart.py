@@ -35,6 +35,8 @@ DEPTH = 60e-6
 # of the campaign with which all are compared: a scene's tolerance of steps over its own, its fewest steps
 _FINER, _STEPS = 8.0, 20
 
+_ERROR = 1.0 / 250.0  # of a step over the depth of the campaign, at most
+
 _PLACES = 10  # of a campaign, at which depths are compared
 _ENOUGH = 0.5  # seconds of repeats after which a time is taken as known
 _MOST_REPEATS = 40
@@ -126,7 +128,9 @@ def speed_and_accuracy(
         normal, tangential = CHAINS["accurate"][0]
         models = replace(setup.models, normal=normal, tangential=tangential)
         accurate = replace(setup, models=models, fallbacks=(), tolerance=None)
-        control, finer = setup.control, setup.control.error_tolerance / _FINER
+        # of a short campaign the error of steps is the same share of the depth as that of a long one
+        control = replace(setup.control, error_tolerance=min(setup.control.error_tolerance, _ERROR * depth))
+        finer = control.error_tolerance / _FINER
         fine = replace(control, error_tolerance=finer, depth_cap=min(control.depth_cap, depth / _STEPS))
         true = run_short(replace(accurate, control=fine), depth)
         control = replace(control, distance=float(true.distance[-1]))
