@@ -36,7 +36,7 @@ def figure(table):
     scenes = list(dict.fromkeys(table["scene"]))
     names = list(dict.fromkeys(table["models"]))
     with style():
-        picture, (panels,) = grid(1, len(scenes), height=4.0, width=10.5)
+        picture, (panels,) = grid(1, len(scenes), height=4.4, width=11.5)
         for ax, scene in zip(panels, scenes, strict=True):
             rows = table[(table["scene"] == scene) & table["time_ratio"].notna()]
             for row in rows.itertuples():
@@ -59,7 +59,7 @@ def figure(table):
             ax.set_yscale("log")
             ax.set_title(scene)
             label_axes(ax, "CPU time over that of the half-space", "Largest error of wear depth [%]")
-        legend(picture, columns=3)
+        legend(picture, columns=5)
     return picture
 
 
