@@ -212,7 +212,7 @@ def main(arguments=None):
             sys.stderr.write(f"{row}\n")
             table = pd.concat([table[table["case"] != row["case"]], pd.DataFrame([row])])
             write_csv(table.reindex(columns=COLUMNS).sort_values("case"), values)
-    report(pd.read_csv(values, keep_default_na=True).fillna({"fault": ""}), chosen.out)
+    report(pd.read_csv(values, dtype={"fault": str}).fillna({"fault": ""}), chosen.out)
 
 
 if __name__ == "__main__":

@@ -44,7 +44,7 @@ def test_solved_at_every_step_of_euler_s_rule_it_is_the_half_space(evolution_of,
     assert len(states) > 3
     true = with_control(
         evolution_of(text.replace('model = "auto"\ntolerance = 1e-9', 'model = "accurate"')),
-        error_tolerance=np.inf, stability=1e9, depth_cap=1.0,
+        error_tolerance=np.inf, stability=1e9, depth_cap=1.0, distance=1e9,
     )  # fmt: skip
     length = np.diff([one.distance for one in states])
     other, taken = true.start()

@@ -78,13 +78,24 @@ def new_correction(state: State, points: OperatingPoints) -> Correction:
     )  # fmt: skip
 
 
-def forgotten(state: State) -> State:
-    """State whose points were not solved with the reference on its profiles."""
+def forgotten(state: State, *, wheels: bool = False) -> State:
+    """State whose points were not solved with the reference on its profiles; of reprofiled `wheels`."""
     correction = state.correction
     if correction is None:
         return state
-    nowhere = np.full_like(correction.step, -1)
-    return replace(state, correction=replace(correction, step=nowhere, run=np.zeros_like(correction.run)))
+    nowhere, run = np.full_like(correction.step, -1), np.zeros_like(correction.run)
+    correction = replace(correction, step=nowhere, run=run)
+    if wheels:  # depths count from here, and so does their error
+        models = np.zeros_like(correction.model)
+        correction = replace(
+            correction,
+            model=models,
+            left=np.zeros_like(correction.left),
+            added=0.0,
+            strictness=1.0,
+            overlap=1.0,
+        )
+    return replace(state, correction=correction)
 
 
 def stale(state: State, weight: FloatArray) -> NDArray[np.bool_]:
@@ -143,7 +154,8 @@ def refreshed(
     index = solved[np.isin(solved, passage.contact.point)]
     model, step = old.model.copy(), np.where(among, state.step, old.step)
     model[passage.contact.point] = passage.model
-    known = (old.step[index] >= 0) & (model[index] == old.model[index])
+    other = model != old.model  # differences from models that no longer solve the point
+    known = (old.step[index] >= 0) & ~other[index]
 
     ours, below = _of_points(passage, index, state, setup)
     theirs, their_below = _of_points(by_reference, index, state, setup)
@@ -156,6 +168,8 @@ def refreshed(
             body, rows = state.counterface, change_below[known][:, :, None]
             taken_below[known] = _short_waves_less(body, rows, np.s_[:, :, :], share_short)[:, :, 0]
     wheel, counterface = old.wheel.copy(), old.below.copy()
+    lost = other & ~np.isin(np.arange(other.size), index)
+    wheel[lost], counterface[lost] = 0.0, 0.0
     wheel[index] += taken
     counterface[index] += taken_below
     power, pressure, run = old.power.copy(), old.max_pressure.copy(), old.run.copy()
@@ -281,6 +295,7 @@ def corrected_step(
     )
     stretched = lengths_of_sides(after.y, after.z) / lengths_of_sides(before.y, before.z)
     missing = np.einsum("qj,jwqn->wqn", factor, change) * stretched[:, None]
+    whole = smooth_sides_signed(before, missing[:, :regimes].sum(axis=1), rule.smoothing_wavelength)
     if first_order:  # Euler's rule takes the rates at the beginning
         missing[:] = 0.0
     depth = _long(before, missing[:, :regimes])
@@ -295,7 +310,6 @@ def corrected_step(
     )
     state, _ = worn_by(before, increment, length, rule)
 
-    whole = smooth_sides_signed(before, missing[:, :regimes].sum(axis=1), rule.smoothing_wavelength)
     added = depth.sum(axis=1)
     largest = float(np.abs(whole).max())
     single = waited * points.environment[index] * np.abs(change[:, :, :regimes].sum(axis=2)).max(axis=(1, 2))

@@ -155,7 +155,7 @@ class WheelsetEvolution:
         points = setup.points
         state = replace(state, points=evaluation.points)
         if reprofiling_due(state, setup, evaluation.measures):
-            fresh = correction.forgotten(self._settled(reprofile(state, setup)))
+            fresh = correction.forgotten(self._settled(reprofile(state, setup)), wheels=True)
             return self._solved_with_reference(fresh, points.weight), NO_STEP
         here = setup_of(self.setup, self.threads)
         ahead_of = to_next_reprofiling(state, setup.control)

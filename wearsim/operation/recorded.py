@@ -11,7 +11,7 @@ themselves.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -23,8 +23,8 @@ from wearsim.contact.wheels import TREAD_ANGLE
 from wearsim.damage.wear import WearSettings, passage_depth
 from wearsim.errors import ContactError
 
-MOST_SAMPLES = 2048
-"""Groups that stand for all samples of longer records, divided in the same way."""
+MOST_SAMPLES = 16384
+"""Samples of longer records that stand for all of them, evenly spread."""
 _COUNTS = (8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512)
 """Numbers of operating points that are tried until the binning error is small enough."""
 
@@ -152,8 +152,11 @@ def bisected(values: FloatArray, weight: FloatArray, count: int, start: IntArray
         variance, column, mean = spread[worst]
         own = np.flatnonzero(group == worst)
         upper = own[values[own, column] > mean]
-        if variance <= 0.0 or upper.size in (0, own.size):
+        if variance <= 0.0:
             break
+        if upper.size in (0, own.size):  # alike but for rounding
+            spread[worst] = 0.0, 0, 0.0
+            continue
         group[upper] = len(spread)
         spread[worst] = weigh(own[values[own, column] <= mean])
         spread.append(weigh(upper))
@@ -266,10 +269,10 @@ def reduce_samples(samples: Samples, reducer: Reducer, tolerance: float) -> Redu
         With the error reached, which 512 points may leave above the tolerance.
     """
     total = samples.distance.size
-    if total > MOST_SAMPLES:
-        scaled = samples.matrix / np.maximum(samples.matrix.std(axis=0), 1e-300)
-        nothing = np.zeros(total, dtype=np.int64)
-        samples = merged(samples, bisected(scaled, samples.distance, MOST_SAMPLES, nothing))
+    if total > MOST_SAMPLES:  # evenly thinned, not merged: means of tread and flange contact are neither
+        kept = np.linspace(0, total - 1, MOST_SAMPLES).round().astype(np.int64)
+        values = {name: value[kept] for name, value in samples.values.items()}
+        samples = replace(samples, values=values, distance=samples.distance[kept])
     depth, flange = reducer.worn(samples)
     share = samples.distance / samples.distance.sum()
     whole = np.tensordot(share, depth, axes=1)

@@ -77,8 +77,16 @@ def _failed(setup: CampaignSetup) -> tuple[dict[int, ContactError], float]:
         depth = np.sum(passage_depth(solution.fields, solution.area, setup.wear), axis=(0, 2))
         return solution.point, depth * solution.patch.width
 
-    problem = (setup.wheelset, setup.counterface, replace(setup.models, tangential="fastsim"))
-    parts = solve_each(points.conditions, *problem, worn, failed=failed)
+    parts, rest = list[tuple[IntArray, FloatArray]](), np.arange(len(points.label))
+    for one in (setup.models, *setup.fallbacks):
+        failed, conditions = {}, select(points, rest).conditions
+        problem = (setup.wheelset, setup.counterface, replace(one, tangential="fastsim"))
+        found = solve_each(conditions, *problem, worn, failed=failed)
+        parts += [(rest[point], area) for point, area in found]
+        failed = {int(rest[row]): error for row, error in failed.items()}
+        rest = np.array(sorted(failed), dtype=np.int64)
+        if not failed:
+            break
     if not failed:
         return failed, 0.0
     point, area = (np.concatenate(values) for values in zip(*parts, strict=True))

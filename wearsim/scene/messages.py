@@ -155,6 +155,13 @@ def _contact_faults(scene: Campaign) -> _Messages:
         for key in sorted(contact.model_fields_set & {"normal", "tangential"}):
             text = f'{key} and model = "{contact.model}" exclude each other; delete one of them'
             yield ("contact", key), text
+    for path, run in runs.items() if contact.model == "auto" else ():
+        if _balanced(run):  # positions found by a fast model are not those of the half-space
+            text = (
+                f'{key_of(path)}: forces are balanced by the fast model alone with model = "auto"; write '
+                'model = "accurate", or normal and tangential, in [contact]'
+            )
+            yield path, text
     if contact.model != "auto" and "tolerance" in contact.model_fields_set:
         text = f'tolerance = {contact.tolerance:g} is for model = "auto"; write that, too, or delete it'
         yield ("contact", "tolerance"), text

@@ -133,7 +133,7 @@ def _columns(path: Path) -> dict[str, FloatArray]:
         import xarray as xr
 
         try:
-            with xr.open_dataset(path) as data:
+            with xr.open_dataset(path, decode_times=False) as data:
                 flat = [name for name in data.variables if data[name].ndim == 1]
                 return {str(name): data[name].values.astype(float) for name in flat}
         except (OSError, ValueError) as error:

@@ -125,6 +125,7 @@ def speed_and_accuracy(
     """
     rows = []
     for setup in setups:
+        setup = replace(setup, control=replace(setup.control, reprofiling=None, limits=()), templates=None)
         normal, tangential = CHAINS["accurate"][0]
         models = replace(setup.models, normal=normal, tangential=tangential)
         accurate = replace(setup, models=models, fallbacks=(), tolerance=None)
