@@ -112,3 +112,29 @@ def test_a_merged_sample_is_the_mean_over_the_distance():
     both = merged(samples, np.array([0, 1, 1]))
     np.testing.assert_allclose(both.values["shift"], [1.0, 10.0 / 3.0])
     np.testing.assert_allclose(replace(both).distance, [1.0, 3.0])
+
+
+def test_a_constant_column_that_rounding_spreads_does_not_end_the_division():
+    """The spread of a constant is rounding; scaled to a spread of one it looks like the widest column."""
+    values = np.stack([np.full(100, 1e150), np.linspace(0.0, 1.0, 100)], axis=1)
+    values[0, 0] = np.nextafter(1e150, 0.0)
+    group = bisected(values, np.ones(100), 8, np.zeros(100, dtype=np.int64))
+    assert group.max() == 7
+
+
+def test_long_records_are_thinned_not_merged(monkeypatch):
+    """Means of tread and flange contact are neither: the points are compared with samples themselves."""
+    monkeypatch.setattr("wearsim.operation.recorded.MOST_SAMPLES", 50)
+
+    class Reducer:
+        def worn(self, samples):
+            depth = np.zeros((samples.distance.size, 2, 3))
+            depth[:, 0, 0] = samples.values["shift"] ** 2
+            return depth, np.zeros(samples.distance.size, dtype=np.int64)
+
+    shift = np.tile([-1.0, 1.0], 500)
+    record = Samples({"shift": shift, "speed": np.full(1000, 20.0)}, np.ones(1000))
+    found = reduce_samples(record, Reducer(), 0.02)
+    assert found.samples == 1000
+    assert found.error < 1e-12
+    assert set(found.points.values["shift"]) == {-1.0, 1.0}

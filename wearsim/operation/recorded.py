@@ -142,7 +142,10 @@ def bisected(values: FloatArray, weight: FloatArray, count: int, start: IntArray
         if own.size < 2 or total <= 0.0:
             return 0.0, 0, 0.0
         mean = (share[:, None] * part).sum(axis=0) / total
-        variance = (share[:, None] * (part - mean) ** 2).sum(axis=0)
+        above = part > mean
+        # what is alike but for rounding may lie on one side of its mean
+        divisible = above.any(axis=0) & ~above.all(axis=0)
+        variance = np.where(divisible, (share[:, None] * (part - mean) ** 2).sum(axis=0), 0.0)
         column = int(np.argmax(variance))
         return float(variance[column]), column, float(mean[column])
 
@@ -154,9 +157,6 @@ def bisected(values: FloatArray, weight: FloatArray, count: int, start: IntArray
         upper = own[values[own, column] > mean]
         if variance <= 0.0:
             break
-        if upper.size in (0, own.size):  # alike but for rounding
-            spread[worst] = 0.0, 0, 0.0
-            continue
         group[upper] = len(spread)
         spread[worst] = weigh(own[values[own, column] <= mean])
         spread.append(weigh(upper))
