@@ -65,6 +65,7 @@ def test_a_record_becomes_points_with_the_stated_signs_and_constants(run):
         ("friction = 0.35\n", "", "no column for friction"),
         ("load_kN = 80\n", "", "no column for wheel_load_right, wheel_load_left"),
         ('shift_mm = "y"\n', "", "no column for shift"),
+        ('shift_mm = "y"', 'shift_mm = "y"\nshift_m = "psi"', "are one quantity; delete one of them"),
         ('"run.csv"', '"walk.csv"', "does not exist as given or next to the scene file"),
         ('shift_positive = "left"\n', "", "shift_positive is missing in [recorded]"),
         ("[recorded]", '[[operation.class]]\nname = "a"\nshift_mean_mm = 0\nshift_std_mm = 0\nload_kN = 80\n'
@@ -75,6 +76,15 @@ def test_what_a_record_lacks_is_told_with_its_line(run, changed, faults_of, old,
     faults = faults_of(changed(FIELD, (old, new)))
     assert any(fault in line for line in faults), faults
     assert all(line.startswith("scene.toml:") for line in faults)
+
+
+def test_standstill_does_not_count_and_curves_have_a_range(run, changed, faults_of):
+    text = changed(FIELD, ('yaw_mrad = "psi"', 'track_curvature_per_m = "psi"'))
+    text = changed(text, ('yaw_positive = "right"', 'curve_positive = "right"'))
+    Path("scene.toml").write_text(FIELD)
+    Path("run.csv").write_text(RUN.replace("3,20", "3,0"))
+    assert any("stand still" in str(warning) for warning in warnings_of(load_scene("scene.toml")))
+    assert any("track_curvature = 1 must be" in line for line in faults_of(text))
 
 
 @pytest.mark.parametrize(

@@ -71,6 +71,11 @@ def test_a_programme_is_a_table_of_blocks(folder):
         load_scene("scene.toml")
     places = [Path(line.split(": ")[0]).name for line in str(caught.value).splitlines()]
     assert places == ["table.csv:3"] * 2
+    Path("table.csv").write_text(table.replace("speed_km_h", "load_kN") + "up,0,80,72,0,3,2,3\n")
+    with pytest.raises(SceneError) as caught:
+        load_scene("scene.toml")
+    assert 'column "load_kN" stands twice' in str(caught.value)
+    assert "table.csv:2: more cells than the header has" in str(caught.value)
     Path("table.csv").unlink()
     with pytest.raises(SceneError, match=r'programme = "table.csv" does not exist'):
         load_scene("scene.toml")
@@ -89,6 +94,7 @@ def test_a_programme_is_a_table_of_blocks(folder):
         ("distance_km = 2\n[c", "distance_km = 2\nduration_h = 1\n[c", "distance_km and duration_h exclude"),
         ("lateral_force_kN = 10", "lateral_force_kN = 70", "lateral_force_kN = 70 is beyond the rig"),
         ("speed_km_h = 72", "speed_km_h = 320", "speed_km_h = 320 is beyond the rig"),
+        ("[contact]", '[contact]\nmodel = "auto"', 'forces are balanced by the fast model alone'),
         ("[contact]", '[contact]\nroll = "given"', 'roll = "given" lets no forces of "a" be balanced'),
         ('"full_scale"', '"full_scael"', 'nor a shipped rig; did you mean "full_scale"?'),
         ('rig = "full_scale"', "", "needs roller_radius_mm, or rig = "),

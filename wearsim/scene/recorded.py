@@ -30,7 +30,8 @@ _UNITS: dict[str, tuple[str, float]] = {
 
 _SIGNS = {"yaw": "yaw_positive", "curve_radius": "curve_positive", "track_curvature": "curve_positive"}
 _RANGES = {
-    **{name: name for name in ("speed", "shift", "yaw", "friction", "axle_torque")},
+    **{name: name for name in ("shift", "yaw", "friction", "axle_torque", "track_curvature")},
+    "speed": "speed",
     **{f"wheel_load_{side}": "wheel_load" for side in ("right", "left")},
 }
 """Quantity whose range a column must keep."""
@@ -60,6 +61,11 @@ def read_record(
     faults = []
     columns_of = section.columns.given
     named = {_UNITS[key][0]: key for key in columns_of}
+    for key in columns_of:
+        if (other := named[_UNITS[key][0]]) != key:
+            faults.append(
+                scene.fault((*where, key), f"{key} and {other} are one quantity; delete one of them")
+            )
     for quantity, sign in _SIGNS.items():
         if quantity in named and getattr(section, sign) is None:
             text = f'{named[quantity]} needs {sign} = "right" or "left" in [recorded]: signs are not guessed'
@@ -98,9 +104,11 @@ def read_record(
             faults.append(Fault(f"row {row + 1}: {quantity} is not a number; leave out such rows", str(path)))
         elif quantity in _RANGES:
             known = QUANTITIES[_RANGES[quantity]]
-            wrong = [
-                text for one in (value.min(), value.max()) if (text := known.fault(float(one), quantity))
-            ]
+            moving = (
+                value if quantity != "speed" else value[np.abs(value) >= known.span[0] / known.shown_factor]
+            )
+            ends = () if moving.size == 0 else (moving.min(), moving.max())  # standstill does not count
+            wrong = [text for one in ends if (text := known.fault(float(one), quantity))]
             faults += [Fault(f"{text}; check the unit of its column", str(path)) for text in wrong[:1]]
     count = next(iter(values.values())).size
     factors = {"speed": 1 / 3.6, "friction": 1.0, "wheel_load_right": 1e3, "wheel_load_left": 1e3}
@@ -135,6 +143,8 @@ def _columns(path: Path) -> dict[str, FloatArray]:
         try:
             with xr.open_dataset(path, decode_times=False) as data:
                 flat = [name for name in data.variables if data[name].ndim == 1]
+                if len({data[name].size for name in flat}) > 1:
+                    raise ValueError("its variables have unlike lengths")
                 return {str(name): data[name].values.astype(float) for name in flat}
         except (OSError, ValueError) as error:
             raise SceneError(

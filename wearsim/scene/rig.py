@@ -130,6 +130,13 @@ def with_programme(scene: RigScene, place: Place) -> tuple[RigScene, Path | None
               str(path), 1)
         for name in unknown
     ]  # fmt: skip
+    twice = [name for name in dict.fromkeys(header) if header.count(name) > 1]
+    faults += [
+        Fault(f"column {shown(name)} stands twice; delete one of them", str(path), 1) for name in twice
+    ]
+    long = [line for line, cells in enumerate(rows[1:], 2) if len(cells) > len(header)]
+    text = f"more cells than the header has, {len(header)}; write decimals with a point"
+    faults += [Fault(text, str(path), line) for line in long]
     blocks = []
     for line, cells in enumerate(rows[1:], 2) if not unknown else ():
         if not any(cell.strip() for cell in cells):
