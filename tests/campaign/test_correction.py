@@ -63,7 +63,7 @@ def test_solved_at_every_step_of_euler_s_rule_it_is_the_half_space(evolution_of,
 
 @pytest.fixture(scope="module")
 def spread(tmp_path_factory, scene_text):
-    campaign = "distance_km = 700\npoint_spacing_mm = 0.5"
+    campaign = "distance_km = 400\npoint_spacing_mm = 0.5"
     texts = {
         "auto": 'model = "auto"', "accurate": 'model = "accurate"', "fast": 'normal = "kik_piotrowski"',
     }  # fmt: skip

@@ -33,7 +33,7 @@ def test_the_report_is_what_its_table_says(reports, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("number", [0, 3, 4, 12, 16])
+@pytest.mark.parametrize("number", [0, 12, 16, 28, 34])
 def test_rows_are_found_again(committed, tmp_path, number):
     row = outcome(number, tmp_path)
     assert row["auto_percent"] <= 100.0 * TOLERANCE
