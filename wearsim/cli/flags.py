@@ -26,17 +26,6 @@ def add_renamed(parser: argparse.ArgumentParser, flags: Mapping[str, str]) -> No
         )
 
 
-def whole(low: int, high: int, text: str) -> int:
-    """Whole number of a flag; raises what argparse prints."""
-    try:
-        number = int(text)
-    except ValueError:
-        number = low - 1
-    if not low <= number <= high:
-        raise argparse.ArgumentTypeError(f"{text} must be a whole number, at least {low} and at most {high}")
-    return number
-
-
 def decimal(low: float, high: float, text: str) -> float:
     """Return the number of a flag; raise what argparse prints."""
     try:
