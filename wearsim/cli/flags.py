@@ -26,14 +26,23 @@ def add_renamed(parser: argparse.ArgumentParser, flags: Mapping[str, str]) -> No
         )
 
 
+def whole(low: int, high: int, text: str) -> int:
+    """Return the whole number of a flag; raise what argparse prints."""
+    return int(_within(int, "a whole number", low, high, text))
+
+
 def decimal(low: float, high: float, text: str) -> float:
     """Return the number of a flag; raise what argparse prints."""
+    return _within(float, "a number", low, high, text)
+
+
+def _within(kind: type[float], what: str, low: float, high: float, text: str) -> float:
     try:
-        number = float(text)
+        number = kind(text)
     except ValueError:
-        number = low - 1.0
+        number = low - 1
     if not low <= number <= high:
-        raise argparse.ArgumentTypeError(f"{text} must be a number, at least {low:g} and at most {high:g}")
+        raise argparse.ArgumentTypeError(f"{text} must be {what}, at least {low:g} and at most {high:g}")
     return number
 
 
