@@ -7,19 +7,19 @@ python reports/corrected_campaigns.py --from-csv         writes the text from th
 
 import sys
 import tempfile
-import time
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from scipy.interpolate import PchipInterpolator
 from writing import HERE, Table, options, write_csv, write_report
 
 from wearsim.campaign.correction import estimated_error
-from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.errors import WearsimError
 from wearsim.scene import build, load_campaign
+from wearsim.studies.chart import run_short
 
 TITLE = "Accuracy of corrected fast models over campaigns"
 CASES = 40
@@ -111,23 +111,6 @@ share = {share}
     return text
 
 
-def run(setup, until_um=None):
-    """Depths (steps, 2, n) [m] at distances [m], last state and CPU time [s] of a campaign."""
-    evolution, began = WheelsetEvolution(setup), time.process_time()
-    state, taken = evolution.start()
-    places, depths, stages = [], [], 0
-    while True:
-        evaluation = evolution.evaluate(state, taken)
-        places.append(state.distance)
-        depths.append(state.wear_depth)
-        if state.distance >= evolution.target * (1 - 1e-12) or (
-            until_um and 1e6 * state.wear_depth.max() >= until_um
-        ):
-            return np.array(places), np.array(depths), state, time.process_time() - began, stages
-        state, taken = evolution.advance(state, evaluation)
-        stages += taken.stages
-
-
 def outcome(number: int, folder) -> dict[str, object]:
     """Row of the table."""
     path = folder / f"case{number}.toml"
@@ -137,11 +120,12 @@ def outcome(number: int, folder) -> dict[str, object]:
     row = {"case": number, "kind": setup.kind, "wheel": setup.wheelset.right.name.split("/")[-1]}
     row |= {"points": len(setup.points.label), "fault": ""}
     try:
-        places, true, state, cpu, stages = run(setup, deepest)
+        true = run_short(setup, 1e-6 * deepest)
     except WearsimError as error:
         return row | {"fault": str(error)}
+    state = true.state
     row |= {"deepest_um": 1e6 * state.wear_depth.max(), "distance_km": 1e-3 * state.distance}
-    row |= {"steps_accurate": state.step, "solved_accurate": stages * len(setup.points.label)}
+    row |= {"steps_accurate": state.step, "solved_accurate": true.stages * len(setup.points.label)}
     control = replace(setup.control, distance=state.distance)
     given = path.read_text()
     text = {
@@ -151,26 +135,22 @@ def outcome(number: int, folder) -> dict[str, object]:
     for name, one in text.items():
         path.write_text(one)
         try:
-            at, depths, end, own, _ = run(replace(build(load_campaign(path)), control=control))
+            ours = run_short(replace(build(load_campaign(path)), control=control))
         except WearsimError as error:
             row["fault"] += f"{name}: {error} "
             continue
-        row[f"{name}_percent"] = 100.0 * float(np.abs(depths[-1] - true[-1]).max() / true[-1].max())
+        difference = np.abs(ours.depth[-1] - true.depth[-1]).max()
+        row[f"{name}_percent"] = 100.0 * float(difference / true.depth[-1].max())
         if name == "auto":
             ten = np.linspace(0.1, 1.0, 10) * state.distance
-            ours, theirs = (_at(ten, *pair) for pair in ((at, depths), (places, true)))
-            share = np.abs(ours - theirs).max(axis=(1, 2)) / theirs.max(axis=(1, 2))
+            mine, theirs = (PchipInterpolator(ran.distance, ran.depth)(ten) for ran in (ours, true))
+            share = np.abs(mine - theirs).max(axis=(1, 2)) / theirs.max(axis=(1, 2))
+            end = ours.state
             row["largest_percent"] = 100.0 * float(share.max())
             row["estimate_percent"] = 100.0 * estimated_error(end)
-            row |= {"steps_auto": end.step, "solved_auto": end.correction.solved, "cpu_ratio": cpu / own}
+            row |= {"steps_auto": end.step, "solved_auto": end.correction.solved}
+            row["cpu_ratio"] = true.seconds / ours.seconds
     return row
-
-
-def _at(where, places, depths):
-    """Depths at other places, by a parabola through each place and its neighbours."""
-    from scipy.interpolate import PchipInterpolator
-
-    return PchipInterpolator(places, depths)(where)
 
 
 def report(table: pd.DataFrame, out) -> None:
