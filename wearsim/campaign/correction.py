@@ -28,16 +28,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wearsim.campaign.control import StepChoice
 from wearsim.campaign.counterface import per_passage
 from wearsim.campaign.evaluate import Passage, Setup, carried, mismatched, solve_points
 from wearsim.campaign.left_out import new_history
 from wearsim.campaign.record import MEMORY
 from wearsim.campaign.state import Correction, CounterfaceState, Increment, State
 from wearsim.campaign.step import INTEGRATORS, Step, StepRule, worn_by
-from wearsim.campaign.vertices import lengths_of_sides
+from wearsim.campaign.vertices import lengths_of_sides, spline_sides
 from wearsim.contact.patch import FloatArray, IntArray
-from wearsim.profile.shape import arc_length, vertex_lengths
-from wearsim.profile.smoothing import smoothing_spline
 
 if TYPE_CHECKING:
     from wearsim.operation.points import OperatingPoints
@@ -161,12 +160,12 @@ def refreshed(
     theirs, their_below = _of_points(by_reference, index, state, setup)
     change, change_below = theirs - ours - old.wheel[index], their_below - below - old.below[index]
     taken, taken_below = change.copy(), change_below.copy()
+    regimes = state.regime_depth.shape[1]
     if share_short < 1.0 and known.any():
-        depths = np.s_[:, :, : state.regime_depth.shape[1]]
-        taken[known] = _short_waves_less(state, change[known], depths, share_short)
+        taken[known, :, :regimes] = _short_waves_less(state, change[known, :, :regimes], share_short)
         if state.counterface is not None:
-            body, rows = state.counterface, change_below[known][:, :, None]
-            taken_below[known] = _short_waves_less(body, rows, np.s_[:, :, :], share_short)[:, :, 0]
+            rows = change_below[known][:, :, None]
+            taken_below[known] = _short_waves_less(state.counterface, rows, share_short)[:, :, 0]
     wheel, counterface = old.wheel.copy(), old.below.copy()
     lost = other & ~np.isin(np.arange(other.size), index)
     wheel[lost], counterface[lost] = 0.0, 0.0
@@ -174,7 +173,7 @@ def refreshed(
     counterface[index] += taken_below
     power, pressure, run = old.power.copy(), old.max_pressure.copy(), old.run.copy()
     drift = old.drift.copy()
-    extent = np.abs(change[:, :, : state.regime_depth.shape[1]].sum(axis=2)).max(axis=(1, 2))
+    extent = _extent(change[:, :, :regimes])
     moved = known & (run[index] > 0.0)
     drift[index[np.isinf(drift[index]) & moved]] = 0.0
     drift[index[moved]] = np.maximum(extent[moved] / run[index[moved]], _REMEMBERED * drift[index[moved]])
@@ -209,31 +208,44 @@ def _of_points(
     return wheel, per_passage(contact, law, group, count, state.counterface)
 
 
-def _long(body: State | CounterfaceState, rows: FloatArray) -> FloatArray:
-    """Long waves of rows (..., 2, q, n) along the profiles of both sides."""
-    result = np.empty_like(rows)
-    for side in (0, 1):
-        y, z, own = body.y[side], body.z[side], rows[..., side, :, :]
-        flat = own.reshape(-1, own.shape[-1])
-        arc, length = arc_length(y, z), vertex_lengths(y, z)
-        result[..., side, :, :] = smoothing_spline(arc, flat, length, LONG).reshape(own.shape)
-    return result
+def _extent(change: FloatArray) -> FloatArray:
+    """Largest change (k,) of the depth of each point, of its changes (k, 2, r, n) by regime."""
+    extent: FloatArray = np.abs(change.sum(axis=2)).max(axis=(1, 2))
+    return extent
 
 
-def _short_waves_less(
-    body: State | CounterfaceState, change: FloatArray, rows: Any, share: float
-) -> FloatArray:
-    """Change (k, 2, q, n) with a share of the short waves of some of its rows."""
-    result = change.copy()
-    result[rows] = share * change[rows] + (1.0 - share) * _long(body, change[rows])
-    return result
+def _short_waves_less(body: State | CounterfaceState, change: FloatArray, share: float) -> FloatArray:
+    """Change (k, 2, r, n) of depths along the profiles of a body, with a share of its short waves."""
+    return share * change + (1.0 - share) * spline_sides(body.y, body.z, change, LONG)
+
+
+def _due(
+    old: Correction,
+    run: FloatArray,
+    ahead: FloatArray,
+    environment: FloatArray,
+    unknown: NDArray[np.bool_],
+    allowed: float,
+) -> NDArray[np.bool_]:
+    """Points (n,) that together would leave out more than is allowed [m] if they waited for another step.
+
+    They have run a distance (n,) since they were solved, and would run as far `ahead` [m]; those whose drift
+    is unknown do not wait, those that do not act are not due.
+    """
+    waiting = 0.5 * environment * np.where(unknown, 0.0, old.drift) * (run + ahead) ** 2
+    waiting = np.where(ahead > 0.0, np.where(unknown, math.inf, waiting), 0.0)
+    order = np.argsort(-waiting, kind="stable")
+    rest = np.cumsum(waiting[order][::-1])[::-1]  # of each in this order and those behind it
+    beyond = order[old.overlap * rest > old.strictness * allowed]
+    least = waiting[beyond].min(initial=math.inf)  # with those that are alike but for rounding: mirrored ones
+    due: NDArray[np.bool_] = (ahead > 0.0) & (waiting >= least * (1.0 - 1e-9))
+    return due
 
 
 def corrected_step(
     before: State,
     tried: Step,
-    weight: FloatArray,
-    limit: tuple[float, float],
+    choice: StepChoice,
     points: OperatingPoints,
     setup: Setup,
     passage: Passage,
@@ -248,10 +260,8 @@ def corrected_step(
         At the beginning of the step.
     tried : Step
         The step with the differences known then.
-    weight : (n,) array
-        Share with which each point acted.
-    limit : tuple of float
-        Length [m] and stability number [-] of the step.
+    choice : StepChoice
+        Shares with which the points acted, and length of the step.
     points, setup, rule
         As those of the step.
     passage : Passage
@@ -267,23 +277,16 @@ def corrected_step(
         Factor on the length of the next step with which it would leave out what the tolerance allows [-];
         infinite while fewer points than all are solved.
     """
-    length, stability = limit
+    weight, length = choice.weight, choice.limit.step_length
     after, old = tried.state, before.correction
     assert old is not None
-    run = old.run + weight * length
-    acts = weight > 0.0
-    # what each point would leave out if it waited for another step
-    unknown = np.isinf(old.drift) | mismatched(passage, old) | (old.step < 0)
-    waiting = 0.5 * points.environment * np.where(unknown, 0.0, old.drift) * (run + weight * length) ** 2
-    waiting = np.where(acts, np.where(unknown, math.inf, waiting), 0.0)
-    order = np.argsort(-waiting, kind="stable")
-    rest = np.cumsum(waiting[order][::-1])[::-1]  # of each in this order and those behind it
+    run, acts = old.run + weight * length, weight > 0.0
     allowed = _OF_STEP * tolerance * float(after.wear_depth.max())
-    beyond = order[old.overlap * rest > old.strictness * allowed]
-    least = waiting[beyond].min(initial=math.inf)  # with those that are alike but for rounding: mirrored ones
-    due = acts & (waiting >= least * (1.0 - 1e-9))
+    unknown = np.isinf(old.drift) | mismatched(passage, old) | (old.step < 0)
+    due = _due(old, run, weight * length, points.environment, unknown, allowed)
     first_order = INTEGRATORS[rule.integrator][0].order == 1
-    short = 1.0 if first_order else min(1.0, _SHORT / -math.expm1(-max(stability, 1e-9)))
+    stability = max(choice.limit.stiffness * length, 1e-9)
+    short = 1.0 if first_order else min(1.0, _SHORT / -math.expm1(-stability))
     here = replace(after, correction=replace(old, run=run))
     new, index, change = refreshed(here, points, due, setup, passage, short)
 
@@ -295,10 +298,11 @@ def corrected_step(
     )
     stretched = lengths_of_sides(after.y, after.z) / lengths_of_sides(before.y, before.z)
     missing = np.einsum("qj,jwqn->wqn", factor, change) * stretched[:, None]
-    whole = smooth_sides_signed(before, missing[:, :regimes].sum(axis=1), rule.smoothing_wavelength)
+    summed = missing[:, :regimes].sum(axis=1, keepdims=True)
+    whole = spline_sides(before.y, before.z, summed, rule.smoothing_wavelength)[:, 0]
     if first_order:  # Euler's rule takes the rates at the beginning
         missing[:] = 0.0
-    depth = _long(before, missing[:, :regimes])
+    depth = spline_sides(before.y, before.z, missing[:, :regimes], LONG)
     sizes = [one.shape[1] for one in tried.increment.comparison]
     further = np.split(missing[:, regimes:of_laws], np.cumsum(sizes)[:-1], axis=1) if sizes else []
     damage = np.moveaxis(missing[:, of_laws + 1 :], 1, 0)
@@ -312,7 +316,7 @@ def corrected_step(
 
     added = depth.sum(axis=1)
     largest = float(np.abs(whole).max())
-    single = waited * points.environment[index] * np.abs(change[:, :, :regimes].sum(axis=2)).max(axis=(1, 2))
+    single = waited * points.environment[index] * _extent(change[:, :, :regimes])
     overlap = largest / float(single.sum()) if single.any() else 1.0
     left = old.left + whole - added
     more = float(np.abs(left).max() - np.abs(old.left).max()) + _SECOND * float(np.abs(added).max())
@@ -325,22 +329,6 @@ def corrected_step(
     )  # fmt: skip
     longer = 1.0 / math.sqrt(excess) if excess > (0.0 if every else _MUCH) else math.inf
     return replace(state, points=after.points, running=after.running, correction=new), longer
-
-
-def smooth_sides_signed(body: State, depth: FloatArray, wavelength: float) -> FloatArray:
-    """Smooth a depth (2, n) of any sign along the profiles of both wheels."""
-    if wavelength == 0.0:
-        return depth
-    sides = [
-        smoothing_spline(
-            arc_length(body.y[k], body.z[k]),
-            depth[k : k + 1],
-            vertex_lengths(body.y[k], body.z[k]),
-            wavelength,
-        )
-        for k in (0, 1)
-    ]
-    return np.concatenate(sides)
 
 
 def estimated_error(state: State) -> float:

@@ -215,8 +215,7 @@ class WheelsetEvolution:
                 if state.correction is not None and setup.tolerance is not None:
                     ahead = self._where(tried.state).points
                     worn, factor = correction.corrected_step(
-                        state, tried, weight, (length, taken.stability), ahead, here, end.passage, rule,
-                        setup.tolerance,
+                        state, tried, choice, ahead, here, end.passage, rule, setup.tolerance
                     )  # fmt: skip
                     taken = replace(taken, end=None)
                     of_step = max(error, control.error_for(max(factor, _MUCH_SHORTER), setup.control))

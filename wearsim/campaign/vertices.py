@@ -125,6 +125,22 @@ def worn_off_sides(
     return np.stack(new_y), np.stack(new_z)
 
 
+def spline_sides(y: FloatArray, z: FloatArray, rows: FloatArray, wavelength: float) -> FloatArray:
+    """Smoothing spline of rows (..., 2, q, n) of any sign along the profiles (2, n) of both sides [m].
+
+    Neither clipped nor scaled to its area, which `smooth_sides` are; no smoothing with a wavelength of 0.
+    """
+    if wavelength == 0.0:
+        return rows
+    result = np.empty_like(rows)
+    for side in (0, 1):
+        arc, length = arc_length(y[side], z[side]), vertex_lengths(y[side], z[side])
+        flat = rows[..., side, :, :].reshape(-1, rows.shape[-1])
+        smoothed = smoothing_spline(arc, flat, length, wavelength)
+        result[..., side, :, :] = smoothed.reshape(result[..., side, :, :].shape)
+    return result
+
+
 def smooth_sides(y: FloatArray, z: FloatArray, depth: FloatArray, wavelength: float) -> FloatArray:
     """Smooth a wear increment (2, ..., n) along the profiles (2, n) of both sides, see `smooth` [m]."""
     return np.stack([
