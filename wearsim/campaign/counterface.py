@@ -85,7 +85,7 @@ def with_counterface(
     state: State,
     radius: float,
     settings: CounterfaceWear,
-    difference: FloatArray | float = 0.0,
+    difference: FloatArray | None = None,
 ) -> WearRate:
     r"""Add the wear rate of the counterface by the same passages to that of the wheels.
 
@@ -118,8 +118,9 @@ def with_counterface(
     """
     worn, solution = state.counterface, rate.solution
     assert worn is not None  # it wears
-    depth = per_passage(solution, law, np.zeros(solution.side.size, dtype=np.int64), 1, worn)[0] + difference
-    depth = only_worn(depth[:, None], lengths_of_sides(worn.y, worn.z))[0][:, 0]
+    depth = per_passage(solution, law, np.zeros(solution.side.size, dtype=np.int64), 1, worn)[0]
+    if difference is not None:
+        depth = only_worn((depth + difference)[:, None], lengths_of_sides(worn.y, worn.z))[0][:, 0]
     result = CounterfaceRate(depth, np.zeros_like(worn.y))
     stability = rate.stability.copy()
     for side in (0, 1):

@@ -100,6 +100,13 @@ def passage_of(solution: ContactSolution, setup: Setup) -> Passage:
     return faded(whole)
 
 
+def worn_bodies(state: State, setup: Setup) -> tuple[Wheelset, Counterface]:
+    """Return wheelset and counterface of a setup with the profiles of a state."""
+    right, left = worn_wheels(setup.wheelset, state.y, state.z)
+    wheelset = replace(setup.wheelset, right=right, left=left)
+    return wheelset, worn_counterface(setup.counterface, state.counterface)
+
+
 def solve_passage(
     state: State, points: OperatingPoints, setup: Setup, begin: IntArray | None = None
 ) -> Passage:
@@ -112,11 +119,7 @@ def solve_passage(
     not solved twice. Each point begins at the models `begin` (n,) of the chain, by default the first, and
     goes on to the next where they have no solution.
     """
-    right, left = worn_wheels(setup.wheelset, state.y, state.z)
-    bodies = (
-        replace(setup.wheelset, right=right, left=left),
-        worn_counterface(setup.counterface, state.counterface),
-    )
+    bodies, groups = worn_bodies(state, setup), 0
     parts: list[Passage] = []
     failed: Failed = {}
     history, last = state.points, len(setup.chain) - 1
@@ -126,6 +129,7 @@ def solve_passage(
         for index in (np.flatnonzero((place == number) & (before == out)) for out in (False, True)):
             if not index.size:
                 continue
+            groups += 1
             own: Failed | None = None if history is None and number == last else {}
             conditions = select(points, index).conditions
             try:
@@ -146,7 +150,7 @@ def solve_passage(
             else:
                 place[list(errors)] = number + 1
     order = np.argsort(np.concatenate([part.contact.point for part in parts]), kind="stable")
-    whole: Passage = joined(parts, order)
+    whole: Passage = joined(parts, order if groups > 1 else None)
     return replace(whole, failed=failed)
 
 
@@ -200,11 +204,11 @@ def accumulate(
     every = weight * points.environment
     scale = np.stack([every[point], weight[point]])
     total = carried(passage, scale, np.zeros(point.size, dtype=np.int64), 1, state, setup)[0]
-    below: FloatArray | float = 0.0
+    laws = [len(passage.depth), *(len(by_law) for by_law in passage.comparison.depth)]
+    below = None
     if state.correction is not None:
-        total, below = _corrected(total, passage, (every, weight), state)
-    n_regimes, laws = len(passage.depth), [len(by_law) for by_law in passage.comparison.depth]
-    depth, *comparison = np.split(total, np.cumsum([n_regimes, *laws]), axis=1)
+        total, below = _corrected(total, passage, (every, weight), state, laws)
+    depth, *comparison = np.split(total, np.cumsum(laws), axis=1)
     work_and_damage = comparison.pop()
 
     gap = solution.patch.interpenetration
@@ -284,24 +288,28 @@ def _edges(passage: Passage, at: IntArray, wheel: int, state: State) -> tuple[Fl
 
 
 def _corrected(
-    total: FloatArray, passage: Passage, scale: tuple[FloatArray, FloatArray], state: State
+    total: FloatArray,
+    passage: Passage,
+    scale: tuple[FloatArray, FloatArray],
+    state: State,
+    laws: list[int],
 ) -> tuple[FloatArray, FloatArray]:
     """Add the differences of the correction to a rate (2, q, n); also those of the counterface (2, k).
 
+    The first rows are those of `laws`, as many of each; the others are on their own.
     Points that other models solved than those their difference is from have none. No depth becomes
     negative, and areas are those of the sum.
     """
     correction = state.correction
     assert correction is not None
     known = np.flatnonzero((scale[1] > 0.0) & (correction.step >= 0) & ~mismatched(passage, correction))
-    n_regimes, laws = len(passage.depth), [len(by_law) for by_law in passage.comparison.depth]
-    rows, of_laws = total.shape[1], n_regimes + sum(laws)
+    rows, of_laws = total.shape[1], sum(laws)
     factor = np.where(np.arange(rows)[:, None] < of_laws, scale[0][known], scale[1][known])
     total = total + np.einsum("qj,jwqn->wqn", factor, correction.wheel[known])
     below = np.einsum("j,jwk->wk", scale[0][known], correction.below[known])
     length = lengths_of_sides(state.y, state.z)
     singly = [1] * (rows - of_laws)
-    parts = np.split(total, np.cumsum([n_regimes, *laws, *singly])[:-1], axis=1)
+    parts = np.split(total, np.cumsum([*laws, *singly])[:-1], axis=1)
     return np.concatenate([only_worn(part, length)[0] for part in parts], axis=1), below
 
 

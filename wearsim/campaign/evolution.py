@@ -81,6 +81,11 @@ class WheelsetEvolution:
         header = header_of(self.setup, self.command)
         return replace(header, attributes={**header.attributes, CHANGES: self.changes})
 
+    @cached_property
+    def _contact(self) -> Setup:
+        """What a wear rate depends on."""
+        return setup_of(self.setup, self.threads)
+
     def _in_force(self, state: State) -> CampaignSetup:
         """Return the setup with the settings of the step from a state."""
         made = [control for first, control in self.controls if first <= state.step + 1]
@@ -113,14 +118,14 @@ class WheelsetEvolution:
 
     def _settled(self, state: State) -> State:
         """Return the state with the shifts and loads that balance what is controlled."""
-        return settled_state(state, self.setup.points, setup_of(self.setup, self.threads))
+        return settled_state(state, self.setup.points, self._contact)
 
     def _solved_with_reference(self, state: State, weight: FloatArray) -> State:
         """Return the state with what the reference says of the points that act and need it."""
         stale = correction.stale(state, weight)
         if not stale.any():
             return state
-        setup, points = setup_of(self.setup, self.threads), self._where(state).points
+        setup, points = self._contact, self._where(state).points
         return replace(state, correction=correction.refreshed(state, points, stale, setup).correction)
 
     def evaluate(self, state: State, taken: StepTaken | None = None) -> Evaluation:
@@ -129,7 +134,7 @@ class WheelsetEvolution:
         At all operating points where nothing acted or the distance is reached, else at those of the last
         step and the monitoring points.
         """
-        setup, points = setup_of(self.setup, self.threads), self._where(state).points
+        setup, points = self._contact, self._where(state).points
         weight, end = state.active_weight, None if taken is None else taken.end
         ends = control.reached(state.distance, self.target)
         if ends or not weight.any():
@@ -157,7 +162,7 @@ class WheelsetEvolution:
         if reprofiling_due(state, setup, evaluation.measures):
             fresh = correction.forgotten(self._settled(reprofile(state, setup)), wheels=True)
             return self._solved_with_reference(fresh, points.weight), NO_STEP
-        here = setup_of(self.setup, self.threads)
+        here = self._contact
         ahead_of = to_next_reprofiling(state, setup.control)
         wave = setup.control.smoothing_wavelength
 

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wearsim.campaign.counterface import worn_counterface
-from wearsim.campaign.evaluate import Passage, Setup
-from wearsim.campaign.state import PatchWear, State, worn_wheels
+from wearsim.campaign.evaluate import Passage, Setup, worn_bodies
+from wearsim.campaign.state import PatchWear, State
 from wearsim.contact.patch import FloatArray
 from wearsim.errors import NumericalError
-from wearsim.operation.points import OperatingPoints, select
+from wearsim.operation.points import OperatingPoints
 from wearsim.operation.resultants import resultants
 from wearsim.operation.states import Running, StateError, settle
 from wearsim.results import FILL_FLOAT
@@ -30,32 +29,16 @@ def settled_state(state: State, points: OperatingPoints, setup: Setup) -> State:
     NumericalError
         If no shift or loads do.
     """
-    before = state.running
-    if before is None or points.controlled is None:
+    if state.running is None or points.controlled is None:
         return state
-    right, left = worn_wheels(setup.wheelset, state.y, state.z)
-    bodies = (
-        replace(setup.wheelset, right=right, left=left),
-        worn_counterface(setup.counterface, state.counterface),
-    )
-    model = (
-        np.zeros(len(points.label), dtype=np.int64) if state.correction is None else state.correction.model
-    )
-    after = Running(before.shift.copy(), before.load.copy(), before.stiffness.copy())
-    for place, one in enumerate(setup.chain):
-        index = np.flatnonzero(model == place)
-        if not index.size:
-            continue
-        own = select(points, index)
-        assert own.controlled is not None
-        start = before.at(index)
-        try:
-            found = settle(own.conditions, own.controlled, *bodies, one, start, threads=setup.threads)
-        except StateError as error:
-            text = "; ".join(f"{own.label[k]}: {text}" for k, text in error.messages.items())
-            raise NumericalError(f"after {state.distance / 1e3:.6g} km {text}; lower the force") from error
-        after.shift[index], after.load[index] = found.shift, found.load
-        after.stiffness[index] = found.stiffness
+    bodies, conditions = worn_bodies(state, setup), points.conditions
+    try:
+        after = settle(
+            conditions, points.controlled, *bodies, setup.models, state.running, threads=setup.threads
+        )
+    except StateError as error:
+        text = "; ".join(f"{points.label[k]}: {text}" for k, text in error.messages.items())
+        raise NumericalError(f"after {state.distance / 1e3:.6g} km {text}; lower the force") from error
     return replace(state, running=after)
 
 

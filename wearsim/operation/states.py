@@ -39,7 +39,7 @@ _LONGEST = 0.5e-3  # correction of the shift [m]
 _STIFFEST = 1e9  # dH/dy that a correction takes [N/m]
 _MOST_TRIALS = 24
 _NOISE = 1e-8  # difference of shifts below which the roll's tolerance decides that of the forces [m]
-_JUMP = 1e-6  # widest bracket in which the force jumps: it changes by more than `_STIFFEST` tells [m]
+_JUMP = 1e-6  # widest bracket in which the force jumps: it changes by more than `_STIFFEST` explains [m]
 _LEAST_LOAD = 0.02  # of a wheel, over the axle load: below it is unloaded
 _GENTLE = 1e4  # dH/dy of a start without a known one [N/m]
 
@@ -81,10 +81,6 @@ class Running:
         alike = conditions.wheel_load.ndim == 1 and bool((self.load == conditions.loads).all())
         load = conditions.wheel_load if alike else self.load
         return replace(conditions, shift=self.shift, wheel_load=load)
-
-    def at(self, index: IntArray) -> Running:
-        """Return the state of the points at `index`."""
-        return Running(self.shift[index], self.load[index], self.stiffness[index])
 
 
 class StateError(ContactError):
