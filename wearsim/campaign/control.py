@@ -98,8 +98,8 @@ def half_space_depth_limit(
 def remembered_limit(state: State, weight: FloatArray, settings: ControlSettings) -> tuple[float, str]:
     r"""Length to which the last steps of the acting points limit the next one [m], and the reason.
 
-    Each point was part of steps of its own length, share times distance, and error. Infinite before anything
-    is known.
+    Each point was part of steps of its own length, share times distance, and error; a correction limits its
+    points, too. Infinite before anything is known.
 
     Notes
     -----
@@ -115,7 +115,11 @@ def remembered_limit(state: State, weight: FloatArray, settings: ControlSettings
         for own, of_step, share in zip(length.tolist(), error.tolist(), weight[acting].tolist(), strict=True)
     ]
     by_error, by_growth = (min(values) for values in zip(*limits, strict=True))
-    return (by_error, "error") if by_error <= by_growth else (by_growth, "growth")
+    by = {"error": by_error, "growth": by_growth}
+    if state.correction is not None:
+        by["correction"] = float((state.correction.length[acting] / weight[acting]).min())
+    reason = min(by, key=by.__getitem__)
+    return by[reason], reason
 
 
 def error_limit(step_length: float, step_error: float, settings: ControlSettings) -> float:
@@ -124,14 +128,6 @@ def error_limit(step_length: float, step_error: float, settings: ControlSettings
         return math.inf
     order = INTEGRATORS[settings.integrator][0].order
     return float(_SAFETY * step_length * (settings.error_tolerance / step_error) ** (1.0 / (order + 1)))
-
-
-def error_for(ratio: float, settings: ControlSettings) -> float:
-    """Error of a step after which `error_limit` is `ratio` times as long; 0 for an infinite one [m]."""
-    if math.isinf(settings.error_tolerance) or math.isinf(ratio):
-        return 0.0
-    order = INTEGRATORS[settings.integrator][0].order
-    return settings.error_tolerance * (_SAFETY / ratio) ** (order + 1)
 
 
 def acts_before(state: State, weight: FloatArray) -> bool:

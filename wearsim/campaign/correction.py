@@ -55,6 +55,9 @@ depth so far, in tolerances."""
 _MUCH = 2.0
 """Excess of that from which a step is too long even if not all points were solved after it."""
 
+MUCH_SHORTER = 0.7
+"""Least factor on the length of a step for the next one; a step that asks for less is repeated."""
+
 _SECOND = 0.15
 """Error of what is added for waiting, over it."""
 
@@ -73,7 +76,8 @@ def new_correction(state: State, points: OperatingPoints) -> Correction:
     nothing, never = np.zeros((count, 2)), np.full(count, -1, dtype=np.int64)
     return Correction(
         np.zeros((count, 2, rows, n)), np.zeros((count, 2, below)), never, np.zeros(count, dtype=np.int64),
-        np.zeros(count), np.full(count, math.inf), nothing, nothing, left=np.zeros_like(state.y),
+        np.zeros(count), np.full(count, math.inf), np.full(count, math.inf), nothing, nothing,
+        left=np.zeros_like(state.y),
     )  # fmt: skip
 
 
@@ -274,8 +278,8 @@ def corrected_step(
     State
         At the end of the step.
     float
-        Factor on the length of the next step with which it would leave out what the tolerance allows [-];
-        infinite while fewer points than all are solved.
+        Factor on the length of the step with which it would have left out what the tolerance allows [-];
+        infinite where it may be longer, or more points need to be solved instead.
     """
     weight, length = choice.weight, choice.limit.step_length
     after, old = tried.state, before.correction
@@ -323,11 +327,13 @@ def corrected_step(
     excess = max(more, 0.0) / allowed if allowed > 0.0 else 0.0
     every = bool(due[acts].all())
     strictness = old.strictness / (1.0 if every else min(2.0, max(0.7, excess)))
-    new = replace(
-        new, strictness=min(1.0, max(_STRICTEST, strictness)), overlap=max(overlap, 0.5 * old.overlap),
-        left=left, added=old.added + float(np.abs(added).max()),
-    )  # fmt: skip
     longer = 1.0 / math.sqrt(excess) if excess > (0.0 if every else _MUCH) else math.inf
+    lengths = old.length.copy()
+    lengths[acts] = weight[acts] * length * max(longer, MUCH_SHORTER)
+    new = replace(
+        new, length=lengths, strictness=min(1.0, max(_STRICTEST, strictness)), left=left,
+        overlap=max(overlap, 0.5 * old.overlap), added=old.added + float(np.abs(added).max()),
+    )  # fmt: skip
     return replace(state, points=after.points, running=after.running, correction=new), longer
 
 

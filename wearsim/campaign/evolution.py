@@ -40,10 +40,7 @@ _CLIPPED = 0.01
 
 _SHORTER = 0.3  # of a step that was clipped, or whose stages have no contact solution
 
-# factor on its length which the correction asks for, below which a step is repeated
-_MUCH_SHORTER = 0.7
-
-_REPEATED = 3  # times at most that a step is repeated for that
+_REPEATED = 3  # times at most that a step is repeated because the correction asks for a shorter one
 
 # depth of a step from which both are no matter of its length: a patch vanishes, a point has no solution [m]
 _SHALLOW = 1e-7
@@ -216,15 +213,14 @@ class WheelsetEvolution:
                     length, choice.limit.stiffness * length, error, rejected, tried.stages,
                     choice.limit.reason, end,
                 )  # fmt: skip
-                worn, of_step, factor = tried.state, error, math.inf
+                worn, factor = tried.state, math.inf
                 if state.correction is not None and setup.tolerance is not None:
                     ahead = self._where(tried.state).points
                     worn, factor = correction.corrected_step(
                         state, tried, choice, ahead, here, end.passage, rule, setup.tolerance
                     )  # fmt: skip
                     taken = replace(taken, end=None)
-                    of_step = max(error, control.error_for(max(factor, _MUCH_SHORTER), setup.control))
-                if factor > _MUCH_SHORTER or shallow or rejected >= _REPEATED:
+                if factor > correction.MUCH_SHORTER or shallow or rejected >= _REPEATED:
                     break
                 limit = max(_SHORTER, factor) * length, "correction"
                 continue
@@ -242,7 +238,7 @@ class WheelsetEvolution:
             worn,
             active_weight=weight,
             point_length=np.where(acts, weight * length, state.point_length),
-            point_error=np.where(acts, of_step, state.point_error),
+            point_error=np.where(acts, error, state.point_error),
             point_stiffness=np.where(
                 acts, np.maximum(stiffness, _REMEMBERED * state.point_stiffness), state.point_stiffness
             ),

@@ -56,6 +56,7 @@ class Correction:
     model: IntArray  # (n,) the difference is from, in `Setup.chain`
     run: FloatArray  # (n,) distance since then times share [m]
     drift: FloatArray  # (n,) largest change of the depth rate over `run`, infinite if unknown [1/m]
+    length: FloatArray  # (n,) its next step is limited to by what the last one left out [m]
     power: FloatArray  # (n, 2) of each wheel by the reference [W]
     max_pressure: FloatArray  # (n, 2) [Pa]
     strictness: float = 1.0  # factor on what points may leave out by waiting [-]
