@@ -131,12 +131,12 @@ def test_result_warnings_and_differing_settings_are_listed(rig, field):
     other = field.assign_attrs(poisson_ratio=0.28)
     other["load_scale"] = other["load_scale"].copy(deep=True)
     other["load_scale"].values[1:3, 0, 0] = 1.2
-    told = lines("warnings", datasets=[rig, other], factors=translate(rig, other))
-    assert "Poisson ratio differs: 0.3 on the rig, 0.28 in the field." in told
-    assert any(line.startswith("Field: contact patches merge") for line in told)
+    warned = lines("warnings", datasets=[rig, other], factors=translate(rig, other))
+    assert "Poisson ratio differs: 0.3 on the rig, 0.28 in the field." in warned
+    assert any(line.startswith("Field: contact patches merge") for line in warned)
     # 0.72 mm in 90 km
-    assert any(line.startswith("Field: tread wear of 800 mm per 100 000 km is above") for line in told)
-    assert not any(line.startswith("Rig: tread wear") for line in told)
+    assert any(line.startswith("Field: tread wear of 800 mm per 100 000 km is above") for line in warned)
+    assert not any(line.startswith("Rig: tread wear") for line in warned)
 
 
 def test_every_figure_and_section_is_there(page, text, rig, field):
@@ -229,9 +229,9 @@ def test_report_of_the_first_row_only(tmp_path, write_campaign, drawing, drawn):
 def test_unfinished_and_regimes_are_warned_of(rig, field):
     unfinished = rig.copy()
     del unfinished.attrs["finished"]
-    told = lines("warnings", datasets=[unfinished, field], factors=translate(unfinished, field))
-    assert "Rig: the campaign is unfinished, these are the first 60.00 km." in told
-    assert any("different regimes" in line for line in told)
+    warned = lines("warnings", datasets=[unfinished, field], factors=translate(unfinished, field))
+    assert "Rig: the campaign is unfinished, these are the first 60.00 km." in warned
+    assert any("different regimes" in line for line in warned)
 
 
 def test_warnings_of_the_campaigns_are_repeated(rig: xr.Dataset):

@@ -8,7 +8,6 @@ by bit and rebuilds it if it differs.
 from __future__ import annotations
 
 import contextlib
-import os
 import signal
 import threading
 import time
@@ -36,6 +35,7 @@ from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.record import Writer
 from wearsim.campaign.row import StepTaken, state_of
 from wearsim.campaign.state import State
+from wearsim.contact.solve import available_cores
 from wearsim.errors import (
     ContactError,
     Fault,
@@ -293,13 +293,6 @@ STOPPING_SIGNALS = [
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
 ]
 """Signals of terminals and batch systems after which a run stops in a valid state, where they raise."""
-
-
-def available_cores() -> int:
-    """Return the number of cores this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 class _Interrupts:

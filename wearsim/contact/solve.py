@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import fields, replace
@@ -37,6 +38,7 @@ __all__ = [
     "ContactSolution",
     "Counterface",
     "Wheelset",
+    "available_cores",
     "solve",
     "solve_each",
 ]
@@ -99,6 +101,13 @@ def solve(
         threads=threads,
     )
     return parts[0] if len(parts) == 1 else joined(parts)
+
+
+def available_cores() -> int:
+    """Return the number of cores this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 def solve_each(

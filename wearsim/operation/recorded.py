@@ -92,10 +92,10 @@ def samples_of(values: Mapping[str, FloatArray]) -> Samples:
     if spacing <= _SAMPLED:
         run = np.cumsum(distance) - 0.5 * distance
         rising = np.maximum.accumulate(run) + 1e-9 * np.arange(run.size)  # at standstill, too
-        beside = np.append(gaps, False) | np.insert(gaps, 0, False)
+        at_gap = np.append(gaps, False) | np.insert(gaps, 0, False)
         for name, rate in (("shift", "drift"), ("yaw", "track_curvature")):
             if name in others:  # the contact sees the yaw less y', and the curvature and psi'
-                along_run = np.where(beside, 0.0, np.gradient(others[name], rising))
+                along_run = np.where(at_gap, 0.0, np.gradient(others[name], rising))
                 others[rate] = others.get(rate, np.zeros(run.size)) + along_run
     else:
         notes.append(

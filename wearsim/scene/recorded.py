@@ -30,8 +30,7 @@ _UNITS: dict[str, tuple[str, float]] = {
 
 _SIGNS = {"yaw": "yaw_positive", "curve_radius": "curve_positive", "track_curvature": "curve_positive"}
 _RANGES = {
-    **{name: name for name in ("shift", "yaw", "friction", "axle_torque", "track_curvature")},
-    "speed": "speed",
+    **{name: name for name in ("speed", "shift", "yaw", "friction", "axle_torque", "track_curvature")},
     **{f"wheel_load_{side}": "wheel_load" for side in ("right", "left")},
 }
 """Quantity whose range a column must keep."""
@@ -104,10 +103,9 @@ def read_record(
             faults.append(Fault(f"row {row + 1}: {quantity} is not a number; leave out such rows", str(path)))
         elif quantity in _RANGES:
             known = QUANTITIES[_RANGES[quantity]]
-            moving = (
-                value if quantity != "speed" else value[np.abs(value) >= known.span[0] / known.shown_factor]
-            )
-            ends = () if moving.size == 0 else (moving.min(), moving.max())  # standstill does not count
+            if quantity == "speed":  # standstill does not count
+                value = value[np.abs(value) >= known.span[0] / known.shown_factor]
+            ends = (value.min(), value.max()) if value.size else ()
             wrong = [text for one in ends if (text := known.fault(float(one), quantity))]
             faults += [Fault(f"{text}; check the unit of its column", str(path)) for text in wrong[:1]]
     count = next(iter(values.values())).size

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any, Literal
 
 import numpy as np
 
-from wearsim.contact.solve import ContactModels, Counterface, Wheelset
+from wearsim.contact.solve import ContactModels, Counterface, Wheelset, available_cores
 from wearsim.damage.fatigue import FatigueSettings
 from wearsim.damage.wear import WearSettings
 from wearsim.errors import Fault, SceneError
@@ -185,14 +184,12 @@ def _reduced(scene: FieldScene, bodies: tuple[Wheelset, Counterface], wear: Wear
     assert isinstance(samples, Samples)
     assert section is not None
     if scene._reduction is None:
-        fast = ContactModels(strips=12, cells=12, cell_size=1e-3)  # the same for all samples and the points
-        models = replace(
-            fast,
-            youngs_modulus=1e9 * scene.contact.youngs_GPa,
+        models = ContactModels(  # coarse: the same for all samples and the points
+            strips=12, cells=12, cell_size=1e-3, youngs_modulus=1e9 * scene.contact.youngs_GPa,
             poisson_ratio=scene.contact.poisson,
-        )
+        )  # fmt: skip
         wavelength = 1e-3 * scene.campaign.smoothing_wavelength_mm
-        reducer = Reducer(*bodies, models, wear, wavelength, threads=os.cpu_count() or 1)
+        reducer = Reducer(*bodies, models, wear, wavelength, threads=available_cores())
         scene._reduction = reduce_samples(samples, reducer, section.binning_tolerance)
     reduction = scene._reduction
     assert isinstance(reduction, Reduction)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import os
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from types import SimpleNamespace
@@ -16,6 +15,7 @@ from wearsim.contact.dataset import Side, solve_contact
 from wearsim.contact.equilibrium import RULES
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
+from wearsim.contact.solve import available_cores
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.errors import ContactError, NumericalError, ProfileError
 from wearsim.operation.resultants import resultants
@@ -388,7 +388,7 @@ def solve_batch(points: Sequence[Request], *, fields: bool = False) -> tuple[xr.
             sides=_SIDES[first.side],
             load="wheel" if first.normal_force is None else "normal_force",
             fields=fields,
-            threads=os.cpu_count() or 1,
+            threads=available_cores(),
         )
     except ContactError as error:  # the user does not know the index of the point in the batch
         text = str(error).removeprefix(f"point {error.row}, ")

@@ -36,7 +36,8 @@ from wearsim.campaign.directory import (
     read_status,
     require_same_scene,
 )
-from wearsim.campaign.run import Event, Observer, available_cores, run_scene, scene_files
+from wearsim.campaign.run import Event, Observer, run_scene, scene_files
+from wearsim.contact.solve import available_cores
 from wearsim.errors import Fault, ResultError, SceneError, WearsimError
 from wearsim.scene import load_campaign
 from wearsim.scene.initial_contact import check_contact

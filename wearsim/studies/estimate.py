@@ -80,9 +80,9 @@ def estimate(setup: CampaignSetup, start: State, threads: int = 1) -> Estimate:
     Parameters
     ----------
     setup : CampaignSetup
-        The campaign; contact models are not chosen again.
+        The campaign.
     start : State
-        At its start, with the contact models chosen for it.
+        At its start.
     threads : int
         Of the contact solver.
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from wearsim.campaign.evolution import WheelsetEvolution
-from wearsim.campaign.run import available_cores
+from wearsim.contact.solve import available_cores
 from wearsim.damage import fatigue, wear
 from wearsim.damage.fatigue import FATIGUE_LAWS, FatigueSettings
 from wearsim.errors import Fault, WearsimError

@@ -17,7 +17,8 @@ import xarray as xr
 
 from wearsim.campaign.directory import acquired, is_claimed
 from wearsim.campaign.record import readable_errors, write_atomically
-from wearsim.campaign.run import Observer, available_cores
+from wearsim.campaign.run import Observer
+from wearsim.contact.solve import available_cores
 from wearsim.errors import Fault, ResultError, SceneError, WearsimError
 from wearsim.quantities import QUANTITIES
 from wearsim.results import GROUPS, LAYOUT, open_results
