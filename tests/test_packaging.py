@@ -90,7 +90,7 @@ def test_the_links_of_documents_lead_somewhere(document):
 def test_the_scenes_of_the_readme_have_no_faults(tmp_path):
     """The first one is complete, the tables of the others are added to it."""
     complete, *tables = (text for language, text in BLOCKS if language == "toml")
-    assert len(tables) == 4
+    assert len(tables) == 5
     for number, text in enumerate(["", *tables]):
         scene = tmp_path / f"scene_{number}.toml"
         scene.write_text(f"{complete}\n{text}")

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from wearsim.campaign.control import choose, error_limit, reached
+from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.state import WearRate
 from wearsim.campaign.step import StepRule, advance, error_of
 from wearsim.profile.shape import polygon_area_between, vertex_lengths, vertex_normals
+from wearsim.scene import build, load_scene
 from wearsim.scene.campaign import ControlSettings
 
 
@@ -144,3 +146,22 @@ def test_uniform_wear_keeps_the_shape(state, solution, made_points):
     tread = state.y[0] > 0.0
     slope = np.diff(last.z[0][tread]) / np.diff(last.y[0][tread])
     np.testing.assert_allclose(slope[:-3], -0.05, rtol=1e-9)
+
+
+def test_twice_the_coefficient_is_half_the_distance(scene_text, tmp_path, all_states):
+    """Of a collective one factor on all wear is a clock: 1e-9 of the depth; of blocks it is none."""
+
+    def depth(kind, running, environment, km):
+        path = tmp_path / "scene.toml"
+        blocks = [{**one, "environment": environment} for one in running]
+        campaign = f"distance_km = {km}\npoint_spacing_mm = 0.5\nmax_step_depth_um = 5"
+        path.write_text(scene_text(*blocks, kind=kind, campaign=campaign))
+        return all_states(WheelsetEvolution(build(load_scene(path))))[0][-1].wear_depth
+
+    spread = {"shift_mean_mm": 1, "shift_std_mm": 1.5, "positions": 10, "share": 1}
+    one, two = (depth("field", [spread], k, 60 / k) for k in (0.5, 1.0))
+    assert one.max() > 2e-6
+    np.testing.assert_allclose(two, one, rtol=0.0, atol=1e-9 * one.max())
+    programme = [{"shift_mm": -2, "distance_km": 40}, {"shift_mm": 3, "distance_km": 40}]
+    one, two = (depth("rig", programme, k, 40 / k) for k in (0.5, 1.0))
+    assert np.abs(two - one).max() > 0.05 * one.max()

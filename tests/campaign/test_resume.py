@@ -102,6 +102,7 @@ def test_stopped_after_each_step_resumes_to_the_same_bits(
     assert_tidy(tmp_path)
 
 
+@pytest.mark.slow
 def test_sigkill_at_random_moments_loses_no_finished_step(synthetic, tmp_path, uninterrupted, forked):
     """One process after the other is killed until one gets through; each must at least keep its steps."""
     random = np.random.default_rng(7)

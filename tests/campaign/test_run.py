@@ -256,10 +256,8 @@ run_scene({scene!r}, {out!r}, command="wearsim run compare.toml --out out", obse
 """
 
 
-@pytest.mark.parametrize(
-    ("name", "step", "how"),
-    [("rig", 2, "SIGKILL"), pytest.param("field", 1, "SIGINT", marks=pytest.mark.slow)],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "step", "how"), [("rig", 2, "SIGKILL"), ("field", 1, "SIGINT")])
 def test_killed_comparison_resumes_to_the_same_bits(
     scenes, finished, tmp_path, forked, name, step, how, monkeypatch
 ):

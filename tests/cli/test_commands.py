@@ -179,9 +179,14 @@ def test_translate_prints_a_table_and_writes_the_factors(out, tmp_path, capsys):
     assert [len(line.split()) for line in lines] == [8 + 1 + 9] * 6
     assert "nan" not in printed.out.lower()
     assert (tmp_path / "factors.nc").is_file()
+    assert cli.main([*words, "--field-km", "1e7", "--rig-km", "0.001"]) == 0
+    asked = [line for line in capsys.readouterr().out.splitlines() if line.startswith("  by ")]
+    assert ["no answer" in line for line in asked] == [True, True, False, False]
+    assert all("the two results reach" in line for line in asked)
     assert cli.main([*words, "--json"]) == 0
-    rows = json.loads(capsys.readouterr().out)
-    points = [row for row in rows if row["variable"] == "wear_depth_rate_max_point"]
+    printed = json.loads(capsys.readouterr().out)
+    rows = printed["factors"]
+    points = [row for row in printed["points"] if row["variable"] == "wear_depth_rate_max_point"]
     assert len(points) == 3 * 9 * 2
     assert all(row["factor"] == pytest.approx(row["rig"] / row["field"], rel=1e-14) for row in points)
     depth = next(row for row in rows if row["variable"] == "max_wear_depth")
@@ -203,7 +208,7 @@ def test_differing_settings_stand_below_the_table(out, tmp_path, capsys):
     assert cli.main([*words, "--json"]) == 0
     printed = capsys.readouterr()
     assert "warning: youngs modulus differs" in printed.err
-    assert not any(row["variable"].endswith("_point") for row in json.loads(printed.out))
+    assert json.loads(printed.out)["points"] == []
 
 
 def test_what_a_result_deserves_to_be_doubted_for_is_told_after_the_run(out, tmp_path, capsys):

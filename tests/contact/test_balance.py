@@ -33,6 +33,7 @@ def balanced(wheelset, counterface):
             counterfaces=(geometry.counterface_profile(ground.profile),) * 2,
             wheelset=wheelset,
             curvature=curvature,
+            rolling_curvature=curvature,
             models=models,
             sides=(0, 1),
             vertical=True,

@@ -81,9 +81,10 @@ def test_factor_lines_are_the_translation(translation):
     expected = translation["worn_area_factor"].values[1, :, 2]
     np.testing.assert_array_equal(ax.lines[0].get_ydata(), expected)
     np.testing.assert_array_equal(ax.lines[0].get_xdata(), 1e3 * translation["worn_depth"].values[1, :, 0])
-    ax = figures_translation.plot_equivalent_distance(translation)
-    expected = 1e-3 * translation["equivalent_distance_max_wear_depth"].values[:, 2]
-    np.testing.assert_array_equal(ax.lines[0].get_ydata(), expected)
+    for of, other in (("rig", "field"), ("field", "rig")):
+        ax = figures_translation.plot_equivalent_distance(translation, of=of)
+        expected = 1e-3 * translation[f"equivalent_{other}_distance_max_wear_depth"].values[:, 2]
+        np.testing.assert_array_equal(ax.lines[0].get_ydata(), expected)
 
 
 def test_svg_has_own_ids_and_no_links():

@@ -63,7 +63,7 @@ def test_every_number_of_the_verdict_is_the_dataset(page, rig, field):
     for variable, cells in page.rows.items():
         entries = [
             rows[(rows["variable"] == variable) & (rows["basis"] == b)].iloc[0]
-            for b in rows["basis"].unique()
+            for b in rows["basis"].unique()[:2]
         ]
         expected = [entry[key] for entry in entries for key in ("rig", "field", "factor")]
         for value, (exact, shown) in zip(expected, cells[1:7], strict=True):
@@ -153,8 +153,8 @@ def test_every_figure_and_section_is_there(page, text, rig, field):
     for name in names:
         figure = text[text.index(f'id="figure-{name}"') :]
         assert "<path" in figure[: figure.index("</figure>")]
-    # neither campaign has fatigue laws, and results of before do not hold where the wheelset ran
-    assert {section.key for section in SECTIONS} - set(page.ids) == {"fatigue", "running"}
+    # neither campaign has fatigue laws or bands, and results of before do not hold where the wheelset ran
+    assert {section.key for section in SECTIONS} - set(page.ids) == {"fatigue", "running", "bands"}
     assert text.count("<figure ") == len(names)
 
 

@@ -4,7 +4,9 @@ import pytest
 from wearsim.results import open_results, result_warnings
 from wearsim.results.checks import (
     TREAD_WEAR_BAND,
+    doubtful_shares,
     load_scaling,
+    low_friction_warning,
     outside_warning,
     regime_shares,
     seizure_warning,
@@ -122,3 +124,34 @@ def test_wear_outside_the_rows_of_a_table_is_warned_of(make):
     assert message in result_warnings(data)
     data["wear_depth_by_regime"].values[-1][:, 0] = 0.0
     assert outside_warning(data) is None
+
+
+def test_doubtful_wear_is_counted_by_patch_and_distance(make):
+    """One of two equal points in one of two equal steps above shakedown; tests of the law up to 1.8 GPa."""
+    data = make(rate=10e-12).isel(step=slice(0, 3)).assign_attrs(wear_coefficients="lewis_dwyer_joyce_2004")
+    acts = data["weight"].values > 0.0
+    data["wear_area_rate"].values[:] = 0.0
+    data["wear_area_rate"].values[:, np.flatnonzero(acts)[:2], 0] = 1e-12
+    data["environment"].values[:] = 0.5
+    data["active_weight"].values[1:] = 0.5
+    data["step_length"].values[:] = (0.0, 1e3, 1e3)
+    data["wear_index_mean"].values[:] = 1e6
+    data["force_x"].values[:] = 0.0
+    data["force_y"].values[:] = 0.0
+    data["max_pressure"].values[:] = 0.9e9
+    assert doubtful_shares(data) == {"above shakedown": 0.0, "beyond the tests of the law": 0.0}
+    # 300 MPa of yield stress in shear: 4.7 k = 1.41 GPa without friction
+    data["max_pressure"].values[1, np.flatnonzero(acts)[0], 0] = 1.5e9
+    assert doubtful_shares(data) == {"above shakedown": 0.25, "beyond the tests of the law": 0.0}
+    data["wear_index_mean"].values[2, np.flatnonzero(acts)[:2], 0] = 130e6
+    assert doubtful_shares(data) == {"above shakedown": 0.25, "beyond the tests of the law": 0.5}
+    assert doubtful_shares(data.isel(step=slice(0, 1))) == {}
+
+
+def test_lubrication_counted_twice_is_warned_of(make):
+    data = make(rate=10e-12)
+    data["environment"].values[:] = 1.0
+    data["friction"].values[:] = 0.15
+    assert low_friction_warning(data) is None
+    data["environment"].values[0] = 0.2
+    assert "1 of" in low_friction_warning(data)

@@ -269,6 +269,7 @@ def test_a_run_directory_is_no_directory_for_a_sweep(sweep, folder, cases):
         run_sweep(sweep, "out", jobs=1)
 
 
+@pytest.mark.slow
 def test_ctrl_c_stops_after_the_running_case_and_the_rest_follows(sweep, folder, monkeypatch, cases):
     def obey(event):
         if event.kind == "step" and event.step == 1:

@@ -1,3 +1,5 @@
+import math
+
 import netCDF4
 import numpy as np
 import pytest
@@ -6,8 +8,9 @@ import xarray as xr
 from wearsim.errors import ResultError
 from wearsim.results import open_results
 from wearsim.translation import factors
-from wearsim.translation.factors import STATUS
-from wearsim.translation.translate import content_hash, point_table, table, translate, translate_files
+from wearsim.translation.compare import answers
+from wearsim.translation.factors import SIMILARITY, STATUS, similarity
+from wearsim.translation.translate import content_hash, point_table, table, translate, write
 
 
 @pytest.fixture(scope="module")
@@ -67,12 +70,67 @@ def test_contact_factors_at_equal_points(translation):
 def test_equivalent_distance_ends_with_the_field(translation):
     """Rig distance s wears as deep as 2.5 s in the field, which ends at 90 km, so at s = 36 km."""
     s = translation["rig_distance"].values
-    actual = translation["equivalent_distance_max_wear_depth"].values[:, 2]
+    actual = translation["equivalent_field_distance_max_wear_depth"].values[:, 2]
     inside = s <= 36e3
     np.testing.assert_allclose(actual[inside], 2.5 * s[inside], rtol=1e-12, atol=1e-9)
     assert np.isnan(actual[~inside]).all()
-    status = translation["equivalent_distance_max_wear_depth_status"].values[:, 2]
+    status = translation["equivalent_field_distance_max_wear_depth_status"].values[:, 2]
     np.testing.assert_array_equal(status, np.where(inside, STATUS["defined"], STATUS["beyond_range"]))
+
+
+def test_equivalent_distance_of_the_field_ends_with_the_rig(translation):
+    """Field distance s wears as deep as 0.4 s on the rig, whose 60 km are more than the 90 km need."""
+    s = translation["field_distance"].values
+    found = translation["equivalent_rig_distance_max_wear_depth"].values[:, 2]
+    np.testing.assert_allclose(found, 0.4 * s, rtol=1e-12, atol=1e-9)
+
+
+def test_there_and_back_is_the_same_distance(rig, field):
+    asked = 20e3
+    there = answers(rig, field, "rig", asked)["field_km"]
+    assert there[0] == pytest.approx(2.5 * 1e-3 * asked, rel=1e-12)
+    for k, km in enumerate(there):
+        back = answers(rig, field, "field", 1e3 * km)["rig_km"][k]
+        assert back == pytest.approx(1e-3 * asked, rel=1e-12)
+
+
+def test_beyond_the_reach_is_no_number_but_what_is_missing(rig, field):
+    """The rig's 60 km are 150 km of a field of which 90 km were run: of its 100 km 10 are missing."""
+    row = answers(rig, field, "field", 100e3).iloc[0]
+    assert np.isnan(row["rig_km"])
+    assert np.isnan(row["field_km_per_rig_km"])
+    assert row["field_km_within_reach"] == pytest.approx(90.0, rel=1e-12)
+    assert row["field_km_missing"] == pytest.approx(10.0, rel=1e-12)
+    row = answers(rig, field, "rig", 50e3).iloc[0]  # 36 km of the rig wear as the whole field campaign
+    assert row["rig_km_within_reach"] == pytest.approx(36.0, rel=1e-12)
+    assert row["rig_km_missing"] == pytest.approx(14.0, rel=1e-12)
+
+
+def test_area_factor_at_equal_area(translation):
+    """By definition 1 for both wheels together, at all stations between the new wheel and the end."""
+    np.testing.assert_allclose(translation["worn_area_factor"].values[2, 1:, 2], 1.0, rtol=1e-12)
+    area = translation["worn_area"].values[2, :, 0, 2]
+    np.testing.assert_allclose(np.diff(area), area[-1] / 40, rtol=1e-9)
+
+
+def test_deepest_zone_is_the_deepest_place(translation):
+    zone, whole = translation["zone_depth"].values, translation["max_wear_depth"].values
+    np.testing.assert_allclose(zone.max(axis=3), whole, rtol=0.0, atol=1e-15)
+    status = translation["zone_depth_factor_status"].values[0, -1, :, 2]
+    names = list(translation["zone_name"].values)
+    assert status[names.index("tread")] == STATUS["defined"]
+
+
+def test_curves_of_one_shape_are_alike_whatever_their_depth():
+    arc = np.linspace(0.0, 0.1, 2001)
+    rig, moved = (np.exp(-(((arc - at) / 4e-3) ** 2)) for at in (0.04, 0.05))
+    wide = np.exp(-(((arc - 0.04) / 8e-3) ** 2))
+    alike = similarity(np.stack([rig, rig, rig, 0.0 * rig]), np.stack([7.0 * rig, moved, wide, rig]), arc)
+    np.testing.assert_allclose([alike[name][0] for name in SIMILARITY], [1.0, 0.0, 1.0, 1.0], atol=1e-12)
+    assert alike["depth_shift"][1] == pytest.approx(-0.01, rel=1e-9)
+    assert alike["depth_width"][1:3] == pytest.approx([1.0, 0.5], rel=1e-3)  # tails below 1 % are cut
+    assert alike["depth_overlap"][1] == pytest.approx(math.erfc(0.005 / 4e-3), abs=0.01)
+    assert all(np.isnan(alike[name][3]) for name in ("depth_shift", "depth_width", "depth_correlation"))
 
 
 def test_unknown_conicity_is_missing(translation):
@@ -100,7 +158,7 @@ def test_table_never_contradicts_the_file(rig, field, translation):
     assert status[1, -1, 2] == STATUS["small_denominator"]
     for data in (translation, actual):
         for _, row in table(data).iterrows():
-            basis = ["equal distance", "equal worn depth"].index(row["basis"])
+            basis = ["equal distance", "equal worn depth", "equal worn area"].index(row["basis"])
             place = (basis, -1) if data[row["variable"]].dims[-1] != "wheel_group" else (basis, -1, 2)
             factor = data[f"{row['variable']}_factor"].values[place]
             assert STATUS[row["status"]] == data[f"{row['variable']}_factor_status"].values[place]
@@ -179,7 +237,7 @@ def test_no_wear_leaves_factors_undefined(tmp_path, write_campaign, rig):
 
 
 def test_file_holds_neither_nan_nor_infinity(tmp_path, campaign_files, translation):
-    path = translate_files(*campaign_files, tmp_path / "translation.nc")
+    path = write(translate(*campaign_files), tmp_path / "translation.nc")
     with netCDF4.Dataset(path) as file:
         file.set_auto_maskandscale(False)
         for name, variable in file.variables.items():
@@ -215,18 +273,18 @@ def test_unreadable_file_is_one_line(tmp_path, campaign_files, monkeypatch):
     bad = tmp_path / "rig.nc"
     bad.write_text("not netCDF")
     with pytest.raises(ResultError, match=r"rig\.nc cannot be read") as caught:
-        translate_files(bad, campaign_files[1], tmp_path / "out.nc")
+        translate(bad, campaign_files[1])
     assert "\n" not in str(caught.value)
 
 
 def test_unwritable_place_is_one_line(tmp_path, campaign_files):
     with pytest.raises(ResultError, match="cannot be written"):
-        translate_files(*campaign_files, tmp_path / "absent" / "translation.nc")
+        write(translate(*campaign_files), tmp_path / "absent" / "translation.nc")
 
 
 @pytest.mark.cf
 def test_compliance_checker_finds_nothing(tmp_path, campaign_files, assert_cf):
-    assert_cf(translate_files(*campaign_files, tmp_path / "translation.nc"))
+    assert_cf(write(translate(*campaign_files), tmp_path / "translation.nc"))
 
 
 def test_reprofiled_wheels_have_no_factors(rig, field):

@@ -26,7 +26,17 @@ import numpy as np
 
 from wearsim.errors import ResultError
 from wearsim.quantities import QUANTITIES
-from wearsim.results import ROW, Header, append, create, open_results, row_count, row_names, verify
+from wearsim.results import (
+    ROW,
+    Header,
+    append,
+    attribute_of,
+    create,
+    open_results,
+    row_count,
+    row_names,
+    verify,
+)
 from wearsim.results.checks import step_limits
 from wearsim.results.limits import ending_limits, first_met, limits_of, met_attributes
 from wearsim.results.schema import CHANGES, RENAMED
@@ -265,8 +275,7 @@ class Writer:
         return count
 
     def _changes(self) -> str:
-        with open_results(self.path) as data:
-            return str(data.attrs.get(CHANGES, ""))
+        return attribute_of(self.path, CHANGES)
 
     def write(self, index: int, row: Mapping[str, np.ndarray], memory: Mapping[str, np.ndarray] = {}) -> bool:
         """Write record and row of one step; return True if the row waits for a reader."""

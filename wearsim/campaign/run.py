@@ -46,9 +46,10 @@ from wearsim.errors import (
     WearsimError,
 )
 from wearsim.quantities import STEP_LIMITS
-from wearsim.results import check_row
+from wearsim.results import check_row, open_results
 from wearsim.scene import (
     CampaignScene,
+    CampaignSetup,
     CompareScene,
     FieldScene,
     RigScene,
@@ -214,10 +215,26 @@ def _run_claimed(
         evolution = WheelsetEvolution(setup, manifest.command, threads, *changed)
         paths.append(run_evolution(evolution, out, setup.kind, observer))
     if isinstance(scene, CompareScene):
-        from wearsim.translation.translate import translate_files
-
-        paths.append(translate_files(paths[0], paths[1], out / "translation.nc"))
+        paths.append(
+            _translated(paths, out / "translation.nc", setups if scene.compare.causes else None, threads)
+        )
     return tuple(paths)
+
+
+def _translated(
+    results: Sequence[Path], file: Path, setups: Sequence[CampaignSetup] | None, threads: int
+) -> Path:
+    """Write the factors of rig and field, with their causes where setups are given, and return the file."""
+    from wearsim.campaign.causes import add_causes
+    from wearsim.translation.translate import translate, with_known_causes, write
+
+    with open_results(results[0]) as rig, open_results(results[1]) as field:
+        factors = translate(rig, field)
+        if setups is not None:
+            known = with_known_causes(factors, file)
+            asked = "cause_factor" in known or "causes" in known.attrs
+            factors = known if asked else add_causes(factors, setups, (rig, field), threads)
+    return write(factors, file)
 
 
 def run_evolution(

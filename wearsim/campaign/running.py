@@ -45,7 +45,7 @@ def settled_state(state: State, points: OperatingPoints, setup: Setup) -> State:
 def new_running(setup: CampaignSetup) -> Running:
     """Return where the new wheelset runs."""
     conditions = setup.points.conditions
-    given = Running(conditions.shift, conditions.loads, np.zeros(conditions.shift.size))
+    given = Running(conditions.shift, conditions.loads, np.zeros(conditions.shift.size), conditions.yaw)
     return setup.running or given
 
 
@@ -76,6 +76,7 @@ def row_running(
     return {
         "lateral_position": conditions.shift,
         "wheel_loads": conditions.loads,
+        "wheelset_yaw": conditions.yaw,
         "lateral_stiffness": stiffness,
         "lateral_force": np.where(known, -forces.force, FILL_FLOAT),
         "derailment_quotient": np.where(known[:, None], quotient, FILL_FLOAT),
@@ -89,4 +90,5 @@ def running_of(row: Mapping[str, np.ndarray]) -> Running | None:
     """Return where the wheelset ran in a row, bit by bit; None in rows of earlier versions."""
     if "lateral_position" not in row:
         return None
-    return Running(row["lateral_position"], row["wheel_loads"], row["lateral_stiffness"])
+    names = ("lateral_position", "wheel_loads", "lateral_stiffness", "wheelset_yaw")
+    return Running(*(row[name] for name in names))

@@ -6,10 +6,11 @@ import argparse
 import math
 import sys
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from wearsim.cli.flags import add_override_flags, load_overridden
+from wearsim.cli.flags import add_override_flags, load_overridden, whole
 from wearsim.cli.progress import observer
 from wearsim.cli.report import print_warnings, reported
 
@@ -20,7 +21,8 @@ if TYPE_CHECKING:
 SUMMARY = "run the campaign or comparison of a scene file and write its report"
 EXAMPLES = (
     "wearsim run workflows/rig_vs_field.toml --out out\n"
-    "wearsim run workflows/rig.toml --smoothing half --set campaign.error_tolerance_um=0.5 --out half"
+    "wearsim run workflows/rig.toml --smoothing half --set campaign.error_tolerance_um=0.5 --out half\n"
+    "wearsim run workflows/uncertainty.toml --bands --out bands"
 )
 
 
@@ -49,6 +51,15 @@ def add_flags(parser: argparse.ArgumentParser) -> None:
         help="also run with these contact models, such as half_space+half_space, and report in the same "
         "table how far the end differs; with --converge KM over that distance; can be repeated",
     )
+    parser.add_argument(
+        "--bands",
+        action="store_true",
+        help="also run the draws of [uncertainty] and report the bands that they leave to wear and factors",
+    )
+    parser.add_argument(
+        "--jobs", type=partial(whole, 1, 4096), metavar="N",
+        help="processes for the draws of --bands (default: as many as cores)",
+    )  # fmt: skip
 
 
 def _models(text: str) -> tuple[str, str]:
@@ -83,14 +94,20 @@ def execute(arguments: argparse.Namespace) -> int:
     scene, overrides = load_overridden(arguments)
     out = Path(arguments.out or Path(arguments.scene).stem)
     if isinstance(scene, SweepScene):
-        if arguments.converge or arguments.against:
-            flag = "--converge" if arguments.converge else "--against"
+        if arguments.converge or arguments.against or arguments.bands:
+            given = (("--converge", arguments.converge), ("--against", arguments.against))
+            flag = next((name for name, value in given if value), "--bands")
             message = f"{flag} is for campaigns; this scene is of kind {scene.scene.kind}"
             raise SceneError([Fault(message, str(scene.origin.path))])
         from wearsim.cli.sweep_run import run_all
         from wearsim.studies.sweep import sweep_of
 
         return run_all(sweep_of(scene), out, None, arguments.command_line, False)
+    if arguments.bands:
+        from wearsim.studies.bands import plan_of
+        from wearsim.studies.ensemble import check_cases
+
+        check_cases(plan_of(scene.origin.path, overrides).cases(0, 1))  # faults before anything is run
     with reported(out), observer() as observe:
         results = run_scene(
             arguments.scene, out, command=arguments.command_line, observer=observe, overrides=overrides,
@@ -99,6 +116,8 @@ def execute(arguments: argparse.Namespace) -> int:
     print_warnings(results)
     if arguments.converge or arguments.against:
         _converge(arguments, out, overrides)
+    if arguments.bands:
+        _bands(arguments, out, scene.origin.path, overrides)
     print(f"report: {write_report(out)}")
     return 0
 
@@ -116,3 +135,22 @@ def _converge(arguments: argparse.Namespace, out: Path, overrides: Sequence[Over
         )  # fmt: skip
     for table in read_convergence(out):
         print(f"{table.title}\n{table.frame.to_string(index=False)}\n")
+
+
+def _bands(arguments: argparse.Namespace, out: Path, scene: Path, overrides: Sequence[Override]) -> None:
+    from wearsim.studies.bands import run_bands, text_of
+    from wearsim.studies.ensemble import Outcome
+
+    ended = 0
+
+    def report(count: int, outcome: Outcome) -> None:
+        nonlocal ended
+        if outcome.state != "running":
+            ended += 1
+            text = f"draw {outcome.number}: {outcome.state} ({ended} of {count}) {outcome.fault}"
+            print(text.rstrip(), file=sys.stderr, flush=True)
+
+    made = run_bands(
+        scene, out, overrides=overrides, jobs=arguments.jobs, command=arguments.command_line, report=report
+    )
+    print(text_of(*made))

@@ -3,22 +3,32 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from wearsim.cli import print_json
+from wearsim.cli.flags import decimal
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
 
 SUMMARY = "compare a rig result with a field result: factors at equal distance and equal depth"
-EXAMPLES = "wearsim translate out/rig.nc out/field.nc --out translation.nc"
+EXAMPLES = """wearsim translate out/rig.nc out/field.nc --out translation.nc
+wearsim translate out/rig.nc out/field.nc --field-km 20000   how many rig km for 20 000 km of the field"""
 
 
 def add_flags(parser: argparse.ArgumentParser) -> None:
     """Add the flags."""
     parser.add_argument("rig", metavar="RIG", help="result file of the rig")
     parser.add_argument("field", metavar="FIELD", help="result file of the field")
+    for of, other in (("field", "rig"), ("rig", "field")):
+        parser.add_argument(
+            f"--{of}-km", type=partial(decimal, 1e-3, 1e8), metavar="KM",
+            help=f"also say which distance of the {other} wears as much as this distance of the {of}",
+        )  # fmt: skip
     parser.add_argument(
         "--out", metavar="FILE", help="also write all factors, as functions, to this netCDF file"
     )
@@ -29,31 +39,87 @@ def execute(arguments: argparse.Namespace) -> int:
     """Print the factors where both campaigns end; write all of them on request."""
     import sys
 
+    import pandas as pd
+
     from wearsim.results import open_results
-    from wearsim.translation.translate import point_table, table, translate, write
+    from wearsim.translation.bands import band_table, known_bands
+    from wearsim.translation.compare import answers
+    from wearsim.translation.translate import (
+        cause_table,
+        point_table,
+        power_cause_table,
+        table,
+        translate,
+        with_known_causes,
+        write,
+    )
 
     with open_results(arguments.rig) as rig, open_results(arguments.field) as field:
         for kind, path, result in (("rig", arguments.rig, rig), ("field", arguments.field, field)):
             held = result.attrs.get("scene_kind")
             if held != kind:  # allowed, to compare two rigs, but an exchange would invert every factor
                 print(f"warning: {path} holds a {held} campaign and is taken as the {kind}", file=sys.stderr)
-        factors = translate(rig, field)
+        factors = with_known_causes(translate(rig, field), Path(arguments.rig).with_name("translation.nc"))
         rows, points = table(factors), point_table(factors)
+        asked = {of: getattr(arguments, f"{of}_km") for of in ("field", "rig")}
+        hashes = {role: str(factors.attrs[f"{role}_sha256"]) for role in ("rig", "field")}
+        bands, steels = known_bands(Path(arguments.rig).parent, hashes)
+        sure = pd.DataFrame() if bands is None else band_table(bands)
+        found = {of: answers(rig, field, of, 1e3 * km) for of, km in asked.items() if km is not None}
         if arguments.out:
             write(factors, arguments.out)
     if arguments.json:
-        records = [row for part in (rows, points) for row in part.to_dict(orient="records")]
-        known = [{k: v if v == v else None for k, v in row.items()} for row in records]  # NaN equals nothing
+        tables = {
+            "factors": rows,
+            "points": points,
+            "causes": cause_table(factors).reset_index(),
+            "power_causes": power_cause_table(factors),
+        }
+        tables |= {"bands": sure, "materials": steels}
+        tables |= {f"{of}_distance": answer for of, answer in found.items()}
+        known = {  # NaN equals nothing
+            name: [
+                {k: v if v == v else None for k, v in row.items()} for row in part.to_dict(orient="records")
+            ]
+            for name, part in tables.items()
+        }
         print_json(known, allow_nan=False)
     else:
         print(_text(rows, index=False))
         for state in dict.fromkeys(points["state"]):
             print(f"\nFactors at equal operating points, {state}, by shift [mm]:")
             print(_text(_by_shift(points[points["state"] == state])))
+        if len(causes := cause_table(factors)):
+            print("\nCauses of the worn area per distance, by share of the common range of worn depth:")
+            print(_text(causes))
+        if len(power := power_cause_table(factors)):
+            print("\nCauses of the frictional power at equal operating points, new wheels:")
+            print(_text(power, index=False))
+        if len(sure):
+            print("\nBands of the draws:")
+            print(_text(sure.drop(columns="variable"), index=False))
+        if len(steels):
+            print("\nWorn area over that of the scene's steel:")
+            print(_text(steels, index=False))
+        for of, answer in found.items():
+            print(f"\nWhat {asked[of]:.10g} km of the {of} wear:")
+            for row in answer.to_dict("records"):
+                print(_answered(row, *((of, "rig") if of == "field" else (of, "field"))))
     # after the table where people read it, on stderr where a program does
     for line in rows.attrs["warnings"]:
         print(f"warning: {line}", file=sys.stderr if arguments.json else sys.stdout)
     return 0
+
+
+def _answered(row: Mapping[Any, Any], of: str, other: str) -> str:
+    """Answer as a sentence; beyond the end of a campaign what is missing, nothing extrapolated."""
+    if row[f"{of}_km_missing"] > 0.0:
+        found = f"no answer, {row[f'{of}_km_missing']:.5g} km are missing"
+    else:
+        found = f"like {row[f'{other}_km']:.5g} km of the {other}"
+        found += f"; 1 km of the rig like {row['field_km_per_rig_km']:.4g} km of the field"
+    reach = f"the two results reach {row[f'{of}_km_within_reach']:.6g} km of the {of}"
+    return f"  by {row['quantity']}: {found}; {reach}"
 
 
 def _text(rows: DataFrame, index: bool = True) -> str:

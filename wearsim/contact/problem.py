@@ -251,11 +251,15 @@ class Counterface:
         1/s0, s0 the roller's radius at the profile's top when new [1/m]; a rail has 0.
     left : Profile, optional
         Of the left side, if it differs; in the axes of a right side, too.
+    rolling_curvature : float, optional
+        Curvature as the motion of the surfaces sees it, where creepages shall be those of another roller
+        than the gap is; by default `curvature` [1/m].
     """
 
     profile: Profile
     curvature: float
     left: Profile | None = None
+    rolling_curvature: float | None = None
 
     @property
     def profiles(self) -> tuple[Profile, Profile]:

@@ -164,11 +164,15 @@ def _task(
     sides: tuple[int, ...],
     vertical: bool,
 ) -> Task:
+    rolling = (
+        counterface.curvature if counterface.rolling_curvature is None else counterface.rolling_curvature
+    )
     return Task(
         wheels=wheelset.surfaces,
         counterfaces=counterface.surfaces,
         wheelset=wheelset,
         curvature=counterface.curvature,
+        rolling_curvature=counterface.curvature if rolling is None else rolling,
         models=models,
         sides=sides,
         vertical=vertical,

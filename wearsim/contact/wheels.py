@@ -37,6 +37,7 @@ class Task:
     counterfaces: tuple[CounterfaceProfile, ...]
     wheelset: Wheelset
     curvature: float
+    rolling_curvature: float
     models: ContactModels
     sides: tuple[int, ...]
     vertical: bool
@@ -174,7 +175,7 @@ def wheels_of(
         track_curvature=sign * chunk.track_curvature[row],
         half_span=task.wheelset.half_span,
         nominal_radius=task.wheelset.radius,
-        curvature=task.curvature,
+        curvature=task.rolling_curvature,
     )
     if chunk.speed_difference is not None:  # a curved track has no rollers: all of it at rest is rolling
         faster = 1.0 - 0.5 * sign * chunk.speed_difference[row]

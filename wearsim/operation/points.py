@@ -60,24 +60,29 @@ def recorded_points(
     """Operating points of a record: set-points (n,) by name, the distance and the group of each."""
     runs = [{name: float(value[k]) for name, value in values.items()} for k in range(distance.size)]
     label = tuple(f"{name} {k + 1}" for k, name in enumerate(group))
-    return _points(runs, rules, distance / distance.sum(), label, tuple(group))
+    return points_of(runs, rules, distance / distance.sum(), label, tuple(group))
 
 
 def select(points: OperatingPoints, index: IntArray) -> OperatingPoints:
     """Return the operating points at `index`, in that order; weights are not rescaled."""
-
-    def chosen(one: Any) -> dict[str, Any]:
-        values = {f.name: getattr(one, f.name) for f in fields(one)}
-        return {name: value[index] for name, value in values.items() if isinstance(value, np.ndarray)}
-
     return replace(
         points,
-        **chosen(points),
-        conditions=replace(points.conditions, **chosen(points.conditions)),
+        **_chosen(points, index),
+        conditions=conditions_at(points.conditions, index),
         label=tuple(points.label[i] for i in index),
         class_name=tuple(points.class_name[i] for i in index) if points.class_name else (),
         controlled=None if points.controlled is None else points.controlled.at(index),
     )
+
+
+def conditions_at(conditions: ContactConditions, index: IntArray) -> ContactConditions:
+    """Return the conditions of the operating points at `index`, in that order."""
+    return replace(conditions, **_chosen(conditions, index))
+
+
+def _chosen(one: Any, index: IntArray) -> dict[str, Any]:
+    values = {f.name: getattr(one, f.name) for f in fields(one)}
+    return {name: value[index] for name, value in values.items() if isinstance(value, np.ndarray)}
 
 
 def where_it_runs(points: OperatingPoints, running: Running | None) -> OperatingPoints:
@@ -127,7 +132,7 @@ def with_monitors(
     controlled = points.controlled
     if controlled is not None:
         force, load = (appended(each, np.nan) for each in (controlled.lateral_force, controlled.axle_load))
-        controlled = Controlled(force, load, appended(controlled.box_moment, 0.0))
+        controlled = Controlled(force, load, appended(controlled.box_moment, 0.0), controlled.bogies)
     return OperatingPoints(
         conditions=replace(old, shift=np.concatenate([old.shift, shift]), **new),
         weight=appended(points.weight, 0.0),
@@ -207,7 +212,7 @@ def programme(blocks: Sequence[Run], **rules: Any) -> OperatingPoints:
     distance = np.array([run["distance"] for run in runs], dtype=np.float64)
     label = tuple(run["name"] for run in runs)
     names = tuple(run.get("block", run["name"]) for run in runs)
-    points = _points(runs, rules, distance / distance.sum(), label, names)
+    points = points_of(runs, rules, distance / distance.sum(), label, names)
     return replace(points, block_length=distance)
 
 
@@ -227,7 +232,7 @@ def _ramp(blocks: Sequence[Run], k: int) -> list[Run]:
     return parts
 
 
-def _points(
+def points_of(
     runs: Sequence[Run], rules: Mapping[str, Any], weight: FloatArray, label: tuple[str, ...],
     class_name: tuple[str, ...],
 ) -> OperatingPoints:  # fmt: skip
@@ -294,4 +299,4 @@ def collective(classes: Sequence[Run], **rules: Any) -> OperatingPoints:
         runs += [{**item, "shift": place} for place in position]
         weights.append(part * weight)
     label = tuple(f"{run['name']} {1e3 * run['shift']:+.2f} mm" for run in runs)
-    return _points(runs, rules, np.concatenate(weights), label, tuple(str(run["name"]) for run in runs))
+    return points_of(runs, rules, np.concatenate(weights), label, tuple(str(run["name"]) for run in runs))

@@ -26,6 +26,7 @@ from wearsim.contact.problem import ContactConditions, ContactModels, ContactPat
 from wearsim.contact.solve import ContactSolution, solve_each
 from wearsim.contact.wheels import joined
 from wearsim.errors import ContactError
+from wearsim.operation.bogie import Bogies, curved
 from wearsim.operation.resultants import Resultants, resultants
 
 MOST_WARM = 5
@@ -51,6 +52,7 @@ class Controlled:
     lateral_force: FloatArray  # (n,) on the wheelset at axle height, to the right [N]
     axle_load: FloatArray  # (n,) that both wheels carry [N]
     box_moment: FloatArray  # (n,) of the axle boxes, right side down positive [N m]
+    bogies: Bogies | None = None  # points whose shift and yaw follow from the balance of a bogie
 
     @classmethod
     def nothing(cls, count: int) -> Controlled:
@@ -64,8 +66,8 @@ class Controlled:
         return found
 
     def at(self, index: IntArray) -> Controlled:
-        """Return what is controlled of the points at `index`."""
-        return Controlled(*(getattr(self, one.name)[index] for one in fields(self)))
+        """Return forces and loads of the points at `index`; bogies are those of all points."""
+        return Controlled(self.lateral_force[index], self.axle_load[index], self.box_moment[index])
 
 
 @dataclass(frozen=True)
@@ -75,12 +77,13 @@ class Running:
     shift: FloatArray  # (n,) [m]
     load: FloatArray  # (n, 2) of the right and the left wheel [N]
     stiffness: FloatArray  # (n,) dH/dy where it runs; 0 where the shift is given [N/m]
+    yaw: FloatArray  # (n,) [rad]
 
     def conditions(self, conditions: ContactConditions) -> ContactConditions:
         """Contact conditions of the `n` points where the wheelset runs."""
         alike = conditions.wheel_load.ndim == 1 and bool((self.load == conditions.loads).all())
         load = conditions.wheel_load if alike else self.load
-        return replace(conditions, shift=self.shift, wheel_load=load)
+        return replace(conditions, shift=self.shift, yaw=self.yaw, wheel_load=load)
 
 
 class StateError(ContactError):
@@ -92,7 +95,7 @@ class StateError(ContactError):
 
 
 @dataclass
-class _Search:
+class Search:
     """Points on their way to balance; arrays over all `n` of them."""
 
     conditions: ContactConditions
@@ -102,15 +105,21 @@ class _Search:
     models: ContactModels
     threads: int
     shift: FloatArray
+    yaw: FloatArray
     load: FloatArray
     stiffness: FloatArray
 
     def solve(
-        self, rows: IntArray, shift: FloatArray, load: FloatArray, coarse: bool = False
+        self,
+        rows: IntArray,
+        shift: FloatArray,
+        load: FloatArray,
+        coarse: bool = False,
+        yaw: FloatArray | None = None,
     ) -> tuple[Resultants, NDArray[np.bool_]]:
         """Resultants at shifts (k,) under loads (k, 2) of `rows` (k,), and which have a solution."""
         index = _indexed(self.conditions, rows)
-        here = replace(index, shift=shift, wheel_load=load)
+        here = replace(index, shift=shift, wheel_load=load, yaw=self.yaw[rows] if yaw is None else yaw)
         models = self.models
         if coarse:
             models = replace(models, strips=_COARSE, cells=_COARSE, cell_size=_COARSE_CELL)
@@ -179,15 +188,20 @@ def settle(
     count = conditions.shift.size
     load = conditions.loads.copy()
     if start is None:
-        start = Running(np.zeros(count), np.where(np.isfinite(controlled.axle_load)[:, None],
-                        0.5 * controlled.axle_load[:, None], load), np.zeros(count))  # fmt: skip
+        half = 0.5 * controlled.axle_load[:, None]
+        half = np.where(np.isfinite(controlled.axle_load)[:, None], half, load)
+        start = Running(np.zeros(count), half, np.zeros(count), conditions.yaw)
     forced, loaded = np.isfinite(controlled.lateral_force), np.isfinite(controlled.axle_load)
-    search = _Search(
+    search = Search(
         conditions, controlled, wheelset, counterface, models, threads,
-        np.where(forced, start.shift, conditions.shift), np.where(loaded[:, None], start.load, load),
-        np.where(forced, start.stiffness, 0.0),
+        np.where(forced, start.shift, conditions.shift), conditions.yaw.copy(),
+        np.where(loaded[:, None], start.load, load), np.where(forced, start.stiffness, 0.0),
     )  # fmt: skip
-    rows = np.flatnonzero(controlled.any)
+    alone = controlled.any
+    if controlled.bogies is not None:
+        alone = alone & ~np.isin(np.arange(count), controlled.bogies.points)
+        _curved(search, controlled.bogies, start)
+    rows = np.flatnonzero(alone)
     known = ~forced[rows] | (search.stiffness[rows] > 0.0)
     rest = np.concatenate([_corrected(search, rows[known], MOST_WARM), rows[~known]])
     if rest.size:
@@ -197,10 +211,34 @@ def settle(
         raise StateError(
             {int(k): "shift and wheel loads do not settle; smooth measured profiles" for k in rest}
         )
-    return Running(search.shift, search.load, search.stiffness)
+    return Running(search.shift, search.load, search.stiffness, search.yaw)
 
 
-def _corrected(search: _Search, rows: IntArray, most: int) -> IntArray:
+def _curved(search: Search, bogies: Bogies, start: Running) -> None:
+    """Balance all bogies, in place, from where they ran before if they did.
+
+    Raises
+    ------
+    StateError
+        For the points of bogies without balance.
+    """
+    rows = bogies.points
+    warm = bool((start.stiffness[rows] > 0.0).all())
+    search.shift[rows], search.yaw[rows] = start.shift[rows], start.yaw[rows]
+    left = curved(search, bogies, warm, TOLERANCE)
+    if left.size and warm:
+        left = left[curved(search, bogies.at(left), False, TOLERANCE)]
+    if left.size:
+        radius = 1.0 / search.conditions.track_curvature[bogies.leading[left]]
+        text = (
+            "no equilibrium of the bogie in the curve of {:.4g} m: the flange climbs or a wheel is unloaded"
+        )
+        places = zip(bogies.leading[left].tolist(), radius, strict=True)
+        raise StateError({point: text.format(one) for point, one in places})
+    search.stiffness[rows] = 1.0  # found before: the next search starts here
+
+
+def _corrected(search: Search, rows: IntArray, most: int) -> IntArray:
     """Correct shifts and loads, in place; the rows that are not balanced then.
 
     Loads by their levers; shifts by secants, and by regula falsi (Illinois) once the force wanted lies
@@ -253,7 +291,7 @@ def _corrected(search: _Search, rows: IntArray, most: int) -> IntArray:
     return np.append(lost, rows)
 
 
-def _walked(search: _Search, rows: IntArray) -> None:
+def _walked(search: Search, rows: IntArray) -> None:
     """Walk to a shift near the first stable balance of the lateral force, in place.
 
     Raises

@@ -21,9 +21,9 @@ _SPACING = 0.1e-3  # of the points [m]: the work grows with its square
 _ROWS = 256  # points of the old profile whose normals are cut with the new one at once
 
 
-WHEEL_ZONES = {"flange": -38e-3, "root": -26e-3, "tread": math.inf}
-"""Zones of a wheel and the y of their ends [m]: flange with its straight flank, root (fillet of S1002 and
-EPS), tread. Own borders."""
+WHEEL_ZONES = {"flange": -38e-3, "flange root": -26e-3, "tread": 32e-3, "field side": math.inf}
+"""Zones of a wheel and the y of their ends [m]: flange with its straight flank, flange root (fillet of S1002
+and EPS), tread, field side (the straight end of S1002). Own borders."""
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+import pandas as pd
 import xarray as xr
 
 from wearsim.campaign.directory import read_status
@@ -15,7 +16,8 @@ from wearsim.report.tables import Table, exact
 from wearsim.report.tables_quality import read_convergence
 from wearsim.report.texts import environment
 from wearsim.results import open_results
-from wearsim.translation.translate import content_hash, translate
+from wearsim.translation.bands import known_bands
+from wearsim.translation.translate import content_hash, translate, with_known_causes
 
 
 def write_report(directory: str | Path) -> Path:
@@ -49,7 +51,12 @@ def write_report(directory: str | Path) -> Path:
                 datasets.append(data.load())
     if not datasets:
         raise ResultError(f"{directory}: there is no rig.nc or field.nc; {_advice(directory, failures)}")
-    text = render(datasets, read_convergence(directory), failures)
+    factors = None
+    if len(datasets) == 2:
+        factors = with_known_causes(translate(datasets[0], datasets[1]), directory / "translation.nc")
+    hashes = {role_of(data): content_hash(data) for data in datasets}
+    known = known_bands(directory, hashes)
+    text = render(datasets, read_convergence(directory), failures, factors, known)
     return write_text(text, directory / "report.html")
 
 
@@ -69,7 +76,11 @@ def _advice(directory: Path, failures: Mapping[str, str]) -> str:
 
 
 def render(
-    datasets: list[xr.Dataset], convergence: Sequence[Table] = (), failures: Mapping[str, str] | None = None
+    datasets: list[xr.Dataset],
+    convergence: Sequence[Table] = (),
+    failures: Mapping[str, str] | None = None,
+    factors: xr.Dataset | None = None,
+    bands: tuple[xr.Dataset | None, pd.DataFrame] | None = None,
 ) -> str:
     """Make the HTML page of a report.
 
@@ -81,9 +92,14 @@ def render(
         Results of `wearsim run --converge`.
     failures : mapping of str to str, optional
         Why campaigns failed, by role.
+    factors : Dataset, optional
+        Of two results, by default as `translate` makes them, without causes.
+    bands : tuple, optional
+        Bands and ranking of steels, from `known_bands`.
     """
-    factors = translate(datasets[0], datasets[1]) if len(datasets) == 2 else None
-    campaigns = Campaigns(datasets, factors, convergence)
+    if factors is None and len(datasets) == 2:
+        factors = translate(datasets[0], datasets[1])
+    campaigns = Campaigns(datasets, factors, convergence, *(bands or ()))
     page = environment()
     page.filters |= {
         "svg": lambda plate: to_svg(plate.figure, plate.name),

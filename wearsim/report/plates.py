@@ -12,18 +12,21 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from wearsim.report.figures import bands as band_figures
 from wearsim.report.figures import campaign, translation
 from wearsim.report.figures.campaign import WHEELS
-from wearsim.report.style import COLOURS, panels, plain, role_title, shown
+from wearsim.report.style import COLOURS, capital, panels, plain, role_title, shown, wrapped
 from wearsim.report.texts import caption, run, wears
 from wearsim.results.checks import last_worn_row
+from wearsim.translation.bands import PER_KM, asked_of
+from wearsim.translation.compare import CAMPAIGN
 
 _FACTOR_POINTS = (
     "area", "max_pressure", "spin", "creepage_x", "force_x", "force_y", "power", "wear_area_rate",
     "wear_depth_rate_max",
 )  # fmt: skip
 _FACTOR_COLLECTIVE = ("area", "max_pressure", "spin", "power", "wear_index_max")
-BASES = ("Equal distance", "Equal worn depth")
+BASES = ("Equal distance", "Equal worn depth", "Equal worn area")
 COUNTERFACE_MEASURES = ("counterface_max_wear_depth", "counterface_worn_area", "counterface_redressed_depth")
 
 Datasets = Sequence[xr.Dataset]
@@ -156,9 +159,16 @@ def wear_depth(datasets: Datasets) -> Figure:
 
 
 def positions(datasets: Datasets) -> Figure | None:
-    """Lateral position of the operating points over the distance, where results hold it."""
-    held = all("lateral_position" in data for data in datasets)
-    return _by_campaign(datasets, campaign.plot_positions, sharey=False) if held else None
+    """Lateral position of the operating points over the distance, of campaigns whose forces decide it."""
+    moved = [
+        data for data in datasets if "lateral_stiffness" in data and (data["lateral_stiffness"] > 0.0).any()
+    ]
+
+    def draw(ax: Axes, row: int, _: int) -> None:
+        campaign.plot_positions(moved[row], ax)
+        ax.set_title(role_title(moved[row]))
+
+    return panels(len(moved), 1, draw, height=2.2) if moved else None
 
 
 def wear_over_distance(datasets: Datasets) -> Figure:
@@ -254,8 +264,20 @@ def factors_wear(_: Datasets, factors: xr.Dataset) -> Figure:
     return _factor_curves(factors, series)
 
 
+def causes(_: Datasets, factors: xr.Dataset) -> Figure | None:
+    """Causes of the factor of the worn area, of new wheels and where both campaigns end."""
+    if "cause_factor" not in factors:
+        return None
+
+    def draw(ax: Axes, row: int, _: int) -> None:
+        translation.plot_causes(factors, ax, way=-row)
+        ax.set_title(("New wheels", "At the end of the common range of worn depth")[row])
+
+    return panels(2, 1, draw, height=0.6 + 0.28 * factors.sizes["cause"], keys=())
+
+
 def factors_contact(_: Datasets, factors: xr.Dataset) -> Figure:
-    """Factors of the contact of the collectives over distance and over worn depth."""
+    """Factors of the contact of the collectives over distance, worn depth and worn area."""
     names = [f"{name}_collective" for name in _FACTOR_COLLECTIVE]
     texts = {name: str(factors[name].attrs["long_name"]) for name in names}
     return _factor_curves(factors, {n: text.removesuffix(", collective mean") for n, text in texts.items()})
@@ -268,12 +290,16 @@ def _factor_curves(factors: xr.Dataset, series: dict[str, str]) -> Figure:
         translation.mark_one(ax)
         ax.set_title(BASES[basis])
 
-    return panels(1, 2, draw, height=2.5, key_columns=3)
+    return panels(1, len(BASES), draw, height=2.5, key_columns=3, outer=True)
 
 
 def equivalent_distance(_: Datasets, factors: xr.Dataset) -> Figure:
-    """Field distance that wears as much as the rig."""
-    return panels(1, 1, lambda ax, *_: translation.plot_equivalent_distance(factors, ax), height=2.4)
+    """Field distance that wears as much as the rig, and the reverse."""
+
+    def draw(ax: Axes, _: int, of: int) -> None:
+        translation.plot_equivalent_distance(factors, ax, of=CAMPAIGN[of])
+
+    return panels(1, 2, draw, height=2.4)
 
 
 def factor_along_profile(datasets: Datasets, factors: xr.Dataset) -> Figure:
@@ -309,3 +335,29 @@ def steps(datasets: Datasets) -> Figure:
     if any(bool(data["step_error"].notnull().any()) for data in datasets):
         names.append("step_error")
     return _by_campaign(datasets, campaign.plot_steps, names, height=1.6, gap=0.85, sharey=False)
+
+
+def bands(made: xr.Dataset) -> Figure:
+    """Bands of what 1 km on the rig stands for, of the depth over the distance and along the profile."""
+    roles = [role for role in CAMPAIGN if f"{role}_way" in made]
+    draws = [partial(band_figures.plot_band, made, role) for role in roles]
+    draws += [partial(band_figures.plot_depth_band, made, role) for role in roles]
+    if len(roles) == len(CAMPAIGN):
+        draws = [partial(band_figures.plot_per_km, made, basis) for basis in (0, 1)] + draws
+
+    def draw(ax: Axes, row: int, column: int) -> None:
+        draws[len(roles) * row + column](ax=ax)
+
+    return panels(len(draws) // len(roles), len(roles), draw, height=2.2, gap=0.5)
+
+
+def sensitivity(made: xr.Dataset) -> Figure:
+    """Which inputs decide the answers."""
+    names = asked_of(made)[: len(PER_KM)]
+
+    def draw(ax: Axes, _: int, column: int) -> None:
+        band_figures.plot_sensitivity(made, names[column], ax)
+        ax.set_title(wrapped(capital(str(made[names[column]].attrs["long_name"])), 40))
+
+    height = 0.6 + 0.25 * made.sizes["input"]
+    return panels(1, len(names), draw, height=height, gap=0.3)

@@ -6,9 +6,10 @@ To add a section: its figure or table in a file of its own subject, and an entry
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
+import pandas as pd
 import xarray as xr
 from matplotlib.figure import Figure
 
@@ -16,7 +17,7 @@ from wearsim.report import plates, tables, tables_damage, tables_quality, tables
 from wearsim.report.plates import Plate
 from wearsim.report.style import plain, role_of, role_title, shown
 from wearsim.report.tables import Table
-from wearsim.report.texts import lines, run
+from wearsim.report.texts import caption, lines, run
 from wearsim.results.checks import last_worn_row, wear_steps
 from wearsim.translation.translate import table
 
@@ -31,11 +32,13 @@ class Block:
 
 @dataclass(frozen=True)
 class Campaigns:
-    """What a report is about: one result or rig and field, their factors, tables of `read_convergence`."""
+    """What a report is about: results, their factors, tables of convergence, bands, ranking of steels."""
 
     datasets: list[xr.Dataset]
     factors: xr.Dataset | None = None
     convergence: Sequence[Table] = ()
+    bands: xr.Dataset | None = None
+    materials: pd.DataFrame = field(default_factory=pd.DataFrame)
 
     def each(self, make: Callable[[xr.Dataset], Iterable[Table]]) -> Iterator[Table]:
         """Tables of each campaign, with its role in name and caption."""
@@ -78,7 +81,7 @@ def _verdict(c: Campaigns) -> Content:
         yield tables.state(c.datasets)
         return
     rows = table(c.factors)
-    for line in tables_translation.verdict_sentences(rows, c.factors):
+    for line in tables_translation.verdict_sentences(rows, c.factors, c.datasets, c.bands):
         yield Block("lead", line)
     yield warnings
     yield tables_translation.verdict(rows, c.factors, c.datasets)
@@ -129,10 +132,13 @@ def _factors(c: Campaigns) -> Content:
     if c.factors is None:
         return
     yield Block("about_factors")
+    yield from tables_translation.causes(c.factors)
     yield from figures(
-        c, plates.factors_wear, plates.factors_contact, plates.equivalent_distance,
+        c, plates.causes, plates.factors_wear, plates.factors_contact, plates.equivalent_distance,
         plates.factor_along_profile, plates.factors_at_points, factors=True,
     )  # fmt: skip
+    yield from tables_translation.zones(c.factors)
+    yield from tables_translation.power_causes(c.factors)
     yield from tables_translation.factors_at_points(c.factors)
 
 
@@ -145,6 +151,17 @@ def _regimes(c: Campaigns) -> Content:
     yield from by_point
     if not by_point:
         yield Block("no_equal_points")
+
+
+def _bands(c: Campaigns) -> Content:
+    if c.bands is None:
+        return
+    yield tables_translation.bands_table(c.bands)
+    yield from tables_translation.materials(c.materials)
+    for draw in (plates.bands, plates.sensitivity):
+        drawn = draw(c.bands)
+        text = caption("figure", draw.__name__, datasets=c.datasets)
+        yield Plate(draw.__name__, drawn, text)
 
 
 def _quality(c: Campaigns) -> Content:
@@ -163,6 +180,7 @@ SECTIONS = (
     Section("contact", "Contact", lambda c: figures(c, plates.contact)),
     Section("fatigue", "Rolling contact fatigue", _fatigue),
     Section("factors", "Factors from rig to field", _factors),
+    Section("bands", "How sure it is", _bands),
     Section("regimes", "Wear regimes", _regimes),
     Section("quality", "Numerical quality", _quality),
     Section("provenance", "Provenance", lambda c: (Block("provenance", data) for data in c.datasets)),

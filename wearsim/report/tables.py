@@ -142,7 +142,7 @@ def running(dataset: xr.Dataset) -> list[Table]:
     points = dataset["operating_point_name"].values[acting]
     heads = [*(label(dataset, name) for name in names), "Y/Q right", "left"]
     rows = [[name, *numbers] for name, numbers in zip(points, values, strict=True)]
-    fold = "Lateral position, forces and wear number of the operating points at the end"
+    fold = f"{role_title(dataset)}: lateral position, forces and wear number at the end"
     return [table("running", rows, *heads, digits=3, look="numbers", fold=fold)]
 
 

@@ -13,18 +13,24 @@ import xarray as xr
 from wearsim.quantities import QUANTITIES
 from wearsim.report.figures.campaign import WHEELS
 from wearsim.report.plates import BASES, Datasets
-from wearsim.report.style import capital, plain, shown, values_of, with_unit
+from wearsim.report.style import capital, plain, role_of, shown, values_of, with_unit
 from wearsim.report.tables import GIVEN, UNDEFINED, Table, table
 from wearsim.report.texts import lines, words
-from wearsim.translation.factors import POINT_QUANTITIES
-from wearsim.translation.translate import point_table
+from wearsim.results.checks import DOUBTED, doubtful_shares
+from wearsim.translation.bands import PER_KM, band_table
+from wearsim.translation.factors import POINT_QUANTITIES, SIMILARITY
+from wearsim.translation.translate import BASIS, cause_table, point_table, power_cause_table
+
+MAIN_CAUSES = 4
+"""Causes that the verdict names."""
 
 
 def verdict(factors: pd.DataFrame, translation: xr.Dataset, datasets: Datasets) -> Table:
     """Verdict from `wearsim.translation.translate.table`: values and ratios where both campaigns end."""
     reasons, headings = words("reasons"), words("groups")
     rows: dict[tuple[str, str], list[object]] = {}
-    for name, both in factors.groupby("variable", sort=False):
+    shown_here = factors[factors["basis"].isin(BASIS[:2])]  # figures show them at equal area, too
+    for name, both in shown_here.groupby("variable", sort=False):
         variable = str(name)
         notes = [reasons[key] for key in dict.fromkeys([*both["status"], variable]) if key in reasons]
         values = [
@@ -54,8 +60,10 @@ def patch_rules() -> str:
     return "; ".join(f"{rule}: {', '.join(names)}" for rule, names in rules.items())
 
 
-def verdict_sentences(factors: pd.DataFrame, translation: xr.Dataset) -> list[str]:
-    """Say in words what the factors say."""
+def verdict_sentences(
+    factors: pd.DataFrame, translation: xr.Dataset, datasets: Datasets, bands: xr.Dataset | None = None
+) -> list[str]:
+    """Say in words what the factors say, with bands unless much of the wear is doubtful."""
     rows = {(row["basis"], row["variable"]): row for row in factors.to_dict("records")}
     context: dict[str, Any] = {
         f"{short}{'_alike' if basis == 'equal worn depth' else ''}": rows[basis, name]
@@ -63,6 +71,19 @@ def verdict_sentences(factors: pd.DataFrame, translation: xr.Dataset) -> list[st
         for short, name in (("run", "distance_run"), ("depth", "max_wear_depth"), ("area", "worn_area"))
     }
     factor = translation["max_wear_depth_factor"].values[0, :, -1]
+    context["causes"] = []
+    if "cause_factor" in translation:
+        shares = translation["cause_factor"].values[-1]
+        order = np.argsort(-np.abs(np.log(shares)), kind="stable")
+        context["causes"] = [(translation["cause_name"].values[k], shares[k]) for k in order[:MAIN_CAUSES]]
+        context["rest"] = np.exp(np.log(shares[order[MAIN_CAUSES:]]).sum())
+        context["rate"] = translation["rate_factor"].values[-1]
+    shares = [doubtful_shares(data) for data in datasets]
+    context["doubts"] = [(role_of(data), share) for data, share in zip(datasets, shares, strict=True)]
+    doubted = any(part > DOUBTED for share in shares for part in share.values())
+    sure = pd.DataFrame() if bands is None or doubted else band_table(bands)
+    context["without"] = bands is not None and doubted
+    context["bands"] = sure.to_dict("records")[: len(PER_KM)]
     return lines("verdict", **context, factor=factor[np.isfinite(factor)], say=partial(plain, digits=3))
 
 
@@ -109,9 +130,9 @@ def regimes(translation: xr.Dataset) -> list[Table]:
 
 
 def regime_bands(translation: xr.Dataset, rig: xr.Dataset) -> list[str]:
-    """Say where along the profiles the prevailing wear regime differs, at the end of each basis."""
+    """Say where along the profiles the prevailing wear regime differs, at equal distance and worn depth."""
     sentences = []
-    for b, basis in enumerate(translation["basis_name"].values):
+    for b, basis in enumerate(BASIS[:2]):
         for wheel, side in enumerate(WHEELS):
             differs = translation["regime_profile_differs"].values[b, -1, wheel] == 1
             y = values_of(rig, "profile_y", 0, wheel)
@@ -121,7 +142,7 @@ def regime_bands(translation: xr.Dataset, rig: xr.Dataset) -> list[str]:
                 for i, j in zip(edges[::2], edges[1::2], strict=True)
             ]
             where = "differs at " + ", ".join(bands) if bands else "is the same wherever both wear"
-            sentences.append(f"{str(basis).capitalize()}, {side} wheel: the prevailing regime {where}.")
+            sentences.append(f"{capital(basis)}, {side} wheel: the prevailing regime {where}.")
     return sentences
 
 
@@ -134,7 +155,56 @@ def damage_factors(translation: xr.Dataset, group: str) -> list[Table]:
     for k, law in enumerate(translation[f"{group}_name"].values):
         for name in names:
             text = f"{law}: {translation[name].attrs['long_name']}{with_unit('', name)}"
-            values = shown(name, translation[name].values[:, -1, :, k, 2])
-            factors = translation[f"{name}_factor"].values[:, -1, k, 2:]
+            values = shown(name, translation[name].values[:2, -1, :, k, 2])
+            factors = translation[f"{name}_factor"].values[:2, -1, k, 2:]
             rows.append([text, *np.hstack((values, factors)).ravel()])
     return [replace(table("damage_factors", rows, digits=3), name=f"{group}-factors-translation")]
+
+
+def causes(translation: xr.Dataset) -> list[Table]:
+    """Causes of the factor of the worn area per distance, with their product, along the way."""
+    frame = cause_table(translation)
+    rows = [[capital(str(name)), *values] for name, values in zip(frame.index, frame.to_numpy(), strict=True)]
+    return [table("causes", rows, *map(capital, frame.columns), digits=3)] if rows else []
+
+
+def bands_table(bands: xr.Dataset) -> Table:
+    """Quantiles of the answers, and what decides them."""
+    rows = [[capital(str(row[0])), *row[1:]] for row in band_table(bands).to_numpy()[:, 1:].tolist()]
+    return table("bands", rows, digits=3)
+
+
+def materials(ranked: pd.DataFrame) -> list[Table]:
+    """Steels against that of the scene, by worn area."""
+    if not len(ranked):
+        return []
+    return [table("materials", ranked.to_numpy().tolist(), *map(capital, ranked.columns), digits=3)]
+
+
+def power_causes(translation: xr.Dataset) -> list[Table]:
+    """Causes of the frictional power at equal operating points, new wheels."""
+    frame = power_cause_table(translation)
+    if not len(frame):
+        return []
+    rows = [[row[0], row[2], row[1], *row[3:]] for row in frame.to_numpy().tolist()]
+    heads = [capital(str(name)) for name in frame.columns[3:]]
+    fold = "Frictional power at equal operating points: patch, creepages and spin, new wheels"
+    made = table(
+        "power_causes", rows, *heads, look="points", fold=fold, digits=(3, 3, GIVEN, *[3] * len(heads))
+    )
+    return [replace(made, name="")]
+
+
+def zones(translation: xr.Dataset) -> list[Table]:
+    """Largest depth by zone of the profile, and how alike the depth curves are, where both campaigns end."""
+    rows = []
+    for k, zone in enumerate(translation["zone_name"].values):
+        depth = translation["zone_depth"].values[:2, -1, :, k, -1].round(9)  # smoothing leaves less than a nm
+        depth = shown("max_wear_depth", depth)
+        ratio = translation["zone_depth_factor"].values[:2, -1, k, -1:]
+        rows.append([capital(zone), *np.hstack((depth, ratio)).ravel()])
+    alike = []
+    for name, (unit, meaning) in SIMILARITY.items():
+        scale, text = (1e3, " [mm]") if unit == "m" else (1.0, "")
+        alike.append([f"{capital(meaning)}{text}", *(scale * translation[name].values[:2, -1]).ravel()])
+    return [table("zones", rows, digits=3), table("similarity", alike, digits=3)]

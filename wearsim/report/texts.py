@@ -13,7 +13,13 @@ import xarray as xr
 
 from wearsim.report.figures.campaign import shear_yield_text
 from wearsim.report.style import capital, plain, role_of, role_title, values_of
-from wearsim.results.checks import closing_reprofiling, cracks_left, reprofiled_rows, result_warnings
+from wearsim.results.checks import (
+    closing_reprofiling,
+    cracks_left,
+    percent,
+    reprofiled_rows,
+    result_warnings,
+)
 
 
 def environment_text(dataset: xr.Dataset) -> str:
@@ -58,7 +64,7 @@ def stated_warnings(dataset: xr.Dataset) -> list[str]:
 
 
 _SAYS = (
-    capital, closing_reprofiling, cracks_left, environment_note, environment_text, compares, plain,
+    capital, closing_reprofiling, cracks_left, environment_note, environment_text, compares, percent, plain,
     reprofiled_rows, result_warnings, role_of, role_title, rolls, run, shear_yield_text, stated_warnings,
     wears,
 )  # fmt: skip

@@ -1,7 +1,7 @@
 """The result file: what it holds, and how it is created, appended to, verified and opened."""
 
 from wearsim.results.checks import result_warnings
-from wearsim.results.file import append, create, open_results, row_count, verify
+from wearsim.results.file import append, attribute_of, create, open_results, row_count, verify
 from wearsim.results.schema import (
     FILL_FLOAT,
     FILL_INT,
@@ -17,7 +17,22 @@ from wearsim.results.schema import (
 )
 
 __all__ = [
-    "FILL_FLOAT", "FILL_INT", "GROUPS", "LAYOUT", "PATCH_SLOTS", "ROW", "Header", "Row", "append",
-    "check_row", "create", "layout_of", "open_results", "result_warnings", "row_count",
-    "row_names", "verify",
+    "FILL_FLOAT",
+    "FILL_INT",
+    "GROUPS",
+    "LAYOUT",
+    "PATCH_SLOTS",
+    "ROW",
+    "Header",
+    "Row",
+    "append",
+    "attribute_of",
+    "check_row",
+    "create",
+    "layout_of",
+    "open_results",
+    "result_warnings",
+    "row_count",
+    "row_names",
+    "verify",
 ]  # fmt: skip

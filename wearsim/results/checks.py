@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from wearsim.damage.coefficients import COEFFICIENT_SETS
+from wearsim.damage.fatigue.shakedown import shakedown_limit
 from wearsim.damage.wear import WEAR_LAWS
 from wearsim.quantities import STEP_LIMITS
 
@@ -33,6 +35,14 @@ SEIZURE_SHARE = 0.01
 
 OUTSIDE_SHARE = 0.01
 """Share of the worn area outside the rows of a wear table that deserves a word."""
+
+DOUBTED = 0.2
+"""Share of the wear made in a doubtful way from which on no band is stated."""
+
+LOW_FRICTION = 0.3
+"""Friction below which surfaces are lubricated or wet."""
+
+_SHEAR_YIELD = "ekberg_kabo_andersson_2002"
 
 
 class Reprofiling(NamedTuple):
@@ -278,6 +288,50 @@ def seizure_warning(dataset: xr.Dataset) -> str | None:
     )
 
 
+def doubtful_shares(dataset: xr.Dataset) -> dict[str, float]:
+    """Share of the worn area that an expert would doubt first, by the reason.
+
+    Made in patches above the shakedown limit, by seizure, and in patches whose largest pressure or mean wear
+    index exceeds that of the tests behind the coefficients, where those are known. Contacts count in the
+    state that a step leads to. Empty before the first step.
+    """
+    ran = dataset["step_length"].values[:, None] * dataset["active_weight"].values
+    wear = np.nan_to_num(dataset["wear_area_rate"].values) * (ran * dataset["environment"].values)[..., None]
+    if wear.sum() <= 0.0:
+        return {}
+    force, pressure = dataset["normal_force"].values, dataset["max_pressure"].values
+    shear = np.hypot(dataset["force_x"].values, dataset["force_y"].values)
+    friction = np.divide(shear, force, out=np.zeros_like(force), where=force > 0.0)
+    above = pressure / shear_yield(dataset) > shakedown_limit(np.nan_to_num(friction))
+    shares = {"above shakedown": float(wear[above].sum() / wear.sum())}
+    if (seizure := regime_shares(dataset, "seizure").get(str(dataset.attrs["wear_law"]))) is not None:
+        shares["in seizure"] = seizure
+    known = COEFFICIENT_SETS.get(str(dataset.attrs.get("wear_coefficients", "")))
+    if known is not None and known.tested_up_to:
+        beyond = np.any([dataset[name].values > most for name, most in known.tested_up_to.items()], axis=0)
+        shares["beyond the tests of the law"] = float(wear[beyond].sum() / wear.sum())
+    return shares
+
+
+def shear_yield(dataset: xr.Dataset) -> float:
+    """Yield stress in cyclic shear of a campaign's fatigue laws, else that of a published set [Pa]."""
+    own = dataset["fatigue_shear_yield"].values if "fatigue_shear_yield" in dataset else np.empty(0)
+    known = own[np.isfinite(own)]
+    return float(known[0]) if known.size else 1e6 * COEFFICIENT_SETS[_SHEAR_YIELD]["shear_yield"]
+
+
+def low_friction_warning(dataset: xr.Dataset) -> str | None:
+    """Warn of low friction with an environment factor below 1, where lubrication may be counted twice."""
+    acts = dataset["weight"].values > 0.0
+    twice = acts & (dataset["friction"].values < LOW_FRICTION) & (dataset["environment"].values < 1.0)
+    if not twice.any():
+        return None
+    return (
+        f"{int(twice.sum())} of {int(acts.sum())} operating points combine friction below {LOW_FRICTION:g} "
+        "with an environment factor below 1: lubrication may be counted twice"
+    )
+
+
 def outside_warning(dataset: xr.Dataset) -> str | None:
     """Warn of wear in regimes in which a law goes beyond its data, such as the rows of a wear table."""
     for name, law in WEAR_LAWS.items():
@@ -315,6 +369,7 @@ def result_warnings(dataset: xr.Dataset) -> list[str]:
         left_out_warning,
         load_scale_warning,
         seizure_warning,
+        low_friction_warning,
         outside_warning,
         cracks_warning,
     )

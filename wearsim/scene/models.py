@@ -17,6 +17,7 @@ from wearsim.quantities import QUANTITIES
 from wearsim.scene.campaign import CampaignSection, RailWearSection, RollerWearSection
 from wearsim.scene.damage import FatigueSection, WearSection
 from wearsim.scene.section import Registered, Section, Text, number, range_of, words
+from wearsim.scene.uncertainty import UncertaintySection
 from wearsim.toml_faults import KeyPath, Lines, line_of
 
 
@@ -386,6 +387,9 @@ class ComparedSection(Section):
 
     rig: Text = words("the scene file of the roller rig")
     field: Text = words("the scene file of the service on track")
+    causes: bool = Field(
+        False, description="split the factor of the worn area among the differences of the two scenes"
+    )
 
 
 @dataclass(frozen=True)
@@ -453,6 +457,7 @@ class _Campaign(SceneModel):
     fatigue: FatigueSection | None = None
     operation: RigOperation | FieldOperation
     campaign: CampaignSection
+    uncertainty: UncertaintySection | None = None
 
 
 class RigScene(_Campaign):
@@ -474,7 +479,9 @@ class FieldScene(_Campaign):
     _reduction: object = PrivateAttr(None)  # set once it is reduced to operating points
 
 
-_ELSEWHERE = "a compare scene holds [scene] and [compare] only; move it into the two scenes it names"
+_ELSEWHERE = (
+    "a compare scene holds [scene], [compare] and [uncertainty]; move it into the two scenes it names"
+)
 
 
 class CompareScene(SceneModel):
@@ -485,6 +492,7 @@ class CompareScene(SceneModel):
     )
     scene: CompareHeader
     compare: ComparedSection
+    uncertainty: UncertaintySection | None = None
     _rig: RigScene = PrivateAttr()
     _field: FieldScene = PrivateAttr()
 

@@ -60,7 +60,7 @@ def merge(data: Mapping[str, Any], overrides: Sequence[Override], lines: Lines) 
     merged = copy.deepcopy(dict(data))
     faults = []
     for override in overrides:
-        paths = list(_paths(merged, override.keys))
+        paths = list(paths_of(merged, override.keys))
         if not paths or not all([_put(merged, path, override.value) for path in paths]):
             message = f"the scene has no table for {override.key}; tables of a list are counted from 1"
             faults.append(Fault(message, override.source, override.line))
@@ -105,18 +105,18 @@ def value_of(text: str) -> Any:
     return {"true": True, "false": False, "": None}.get(text, text)
 
 
-def _paths(data: Any, keys: Sequence[str]) -> Iterator[KeyPath]:
+def paths_of(data: Any, keys: Sequence[str]) -> Iterator[KeyPath]:
     """Paths that a dotted key means in a scene; keys that are not there yet end the search."""
     if isinstance(data, list) and any(isinstance(item, Mapping) for item in data):
         if keys[0].isdecimal():
             if 1 <= int(keys[0]) <= len(data) and len(keys) > 1:
                 index = int(keys[0]) - 1
-                yield from ((index, *rest) for rest in _paths(data[index], keys[1:]))
+                yield from ((index, *rest) for rest in paths_of(data[index], keys[1:]))
             return
         for index, item in enumerate(data):
-            yield from ((index, *rest) for rest in _paths(item, keys))
+            yield from ((index, *rest) for rest in paths_of(item, keys))
     elif len(keys) > 1 and isinstance(data, Mapping) and keys[0] in data:
-        yield from ((keys[0], *rest) for rest in _paths(data[keys[0]], keys[1:]))
+        yield from ((keys[0], *rest) for rest in paths_of(data[keys[0]], keys[1:]))
     else:
         yield tuple(keys)
 

@@ -287,12 +287,12 @@ def _read(path: Path, role: str, overrides: Sequence[Override] = (), content: by
 def _overrides_of(overrides: Sequence[Override], kind: Any, role: str) -> list[Override]:
     """Return the overrides of one file, without rig or field at the start of their keys."""
     if kind == "compare":
-        return [item for item in overrides if item.keys[0] in ("scene", "compare")]
+        return [item for item in overrides if item.keys[0] in ("scene", "compare", "uncertainty")]
     own = []
     for item in overrides:
         if item.keys[0] == kind and len(item.keys) > 1:
             own.append(replace(item, key=".".join(item.keys[1:])))
-        elif role == "scene" or item.keys[0] not in ("rig", "field", "scene", "compare"):
+        elif role == "scene" or item.keys[0] not in ("rig", "field", "scene", "compare", "uncertainty"):
             own.append(item)
     return own
 

@@ -167,15 +167,17 @@ def time_per_solution(setup: CampaignSetup) -> float:
     state, _ = WheelsetEvolution(setup).start()
     acting = np.flatnonzero(setup.points.weight)
     best, spent, batch = np.inf, 0.0, select(setup.points, acting)
-    for repeat in range(_MOST_REPEATS):
+    for _ in range(_MOST_REPEATS):
         start = time.perf_counter()
         solve_passage(replace(state, points=None), batch, setup_of(setup))
         took = time.perf_counter() - start
         spent += took
-        if repeat == 0 and took < _FAST:
-            batch = select(setup.points, np.resize(acting, CHUNK))
+        count = len(batch.label)
+        if took < _FAST and count < CHUNK:
+            more = min(CHUNK, int(np.ceil(2.0 * count * _FAST / took)))
+            batch = select(setup.points, np.resize(acting, more))
             continue
-        best = min(best, took / (2 * len(batch.label)))
+        best = min(best, took / (2 * count))
         if spent > _ENOUGH:
             break
     return best

@@ -157,7 +157,7 @@ def run_cases(
             report(outcome)
 
     task = partial(run_case, out=Path(out).absolute(), command=command)
-    jobs = min(jobs or available_cores(), len(cases))
+    jobs = min(jobs or available_cores(), max(len(cases), 1))
     if executor is not None:
         for case, _ in _hand_out(cases, executor, len(cases), task, ended):
             ended(Outcome(case.number, "failed", _LOST, 3))

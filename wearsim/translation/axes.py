@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,11 +15,11 @@ IntArray = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class CommonAxes:
-    """Where two campaigns are compared; basis 0 = equal distance, 1 = equal worn depth."""
+    """Where two campaigns are compared; basis 0: equal distance, 1: equal worn depth, 2: equal worn area."""
 
-    distance: FloatArray  # (2, k, 2) run, by basis, progress and campaign (rig, field) [m]
-    depth: FloatArray  # (2, k, 2) largest wear depth of the two wheels there [m]
-    reachable: NDArray[np.bool_]  # (2, k) whether both campaigns reach it
+    distance: FloatArray  # (3, k, 2) run, by basis, progress and campaign (rig, field) [m]
+    depth: FloatArray  # (3, k, 2) largest wear depth of the two wheels there [m]
+    reachable: NDArray[np.bool_]  # (3, k) whether both campaigns reach it
 
 
 def at_distances(distance: FloatArray, values: FloatArray, targets: FloatArray) -> FloatArray:
@@ -62,25 +63,52 @@ def distance_at(growing: FloatArray, distance: FloatArray, targets: FloatArray) 
     return np.where(targets <= level[-1], np.where(targets <= level[0], distance[0], reached), np.nan)
 
 
-def common_axes(rig: xr.Dataset, field: xr.Dataset, count: int = 41) -> CommonAxes:
-    """Lay `count` equally spaced stations over the range both campaigns cover, by distance and by worn depth.
+def equivalent_distance(
+    asked: FloatArray, run: Sequence[FloatArray], wear: Sequence[FloatArray]
+) -> FloatArray:
+    """Distance at which one campaign has worn as much as another one has at the distances asked for.
 
-    Worn depth is the larger one of the two wheels. Without wear in one campaign only the new wheel can be
-    compared at equal depth.
+    Parameters
+    ----------
+    asked : (k,) array
+        Distances of the first campaign [m].
+    run, wear : two (step,) arrays each
+        Distance [m] and a measure of wear of both campaigns, the first one first.
+
+    Returns
+    -------
+    (k,) array
+        Distance of the second campaign [m], NaN where one of them ends before.
+    """
+    within = np.where(asked <= run[0][-1], asked, np.nan)
+    known = np.isfinite(within)
+    found = np.full(asked.shape, np.nan)
+    found[known] = distance_at(wear[1], run[1], at_distances(run[0], wear[0], within[known]))
+    return found
+
+
+def common_axes(
+    rig: xr.Dataset, field: xr.Dataset, count: int = 41, reach: Sequence[float] | None = None
+) -> CommonAxes:
+    """Lay `count` stations over the range both campaigns cover, equally spaced by each basis.
+
+    Worn depth is the larger one of the two wheels, worn area the sum of both. Without wear in one campaign
+    only the new wheel can be compared at equal depth or area. `reach` gives the range of each basis as other
+    campaigns cover it: stations beyond that of these are not reachable, and NaN.
     """
     run = [data["distance"].values for data in (rig, field)]
     worst = [data["max_wear_depth"].max("wheel").values for data in (rig, field)]
+    bases = (run, worst, [data["worn_area"].sum("wheel").values for data in (rig, field)])
     part = np.linspace(0.0, 1.0, count)
-    equal_distance = part * min(run[0][-1], run[1][-1])
-    equal_depth = part * min(worst[0][-1], worst[1][-1])
-    distance = np.empty((2, count, 2))
-    depth = np.empty((2, count, 2))
-    for c in (0, 1):
-        distance[0, :, c] = equal_distance
-        depth[0, :, c] = at_distances(run[c], worst[c], equal_distance)
-        distance[1, :, c] = distance_at(worst[c], run[c], equal_depth)
-        depth[1, :, c] = equal_depth
-    reachable = np.ones((2, count), dtype=bool)
-    reachable[0, 1:] = equal_distance[-1] > 0.0
-    reachable[1, 1:] = equal_depth[-1] > 0.0
+    distance, depth = np.empty((2, len(bases), count, 2))
+    reachable = np.ones((len(bases), count), dtype=bool)
+    for b, measure in enumerate(bases):
+        common = min(measure[0][-1], measure[1][-1])
+        equal = part * (common if reach is None else reach[b])
+        reachable[b, 1:] = (equal[1:] <= common * (1.0 + 1e-12)) & (equal[-1] > 0.0)
+        equal = np.minimum(equal, common)
+        for c in (0, 1):
+            distance[b, :, c] = equal if measure is run else distance_at(measure[c], run[c], equal)
+            at_station = at_distances(run[c], worst[c], distance[b, :, c])
+            depth[b, :, c] = equal if measure is worst else at_station
     return CommonAxes(distance, depth, reachable)

@@ -2,15 +2,26 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Collection, Sequence
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
+from wearsim.profile.worn import WHEEL_ZONES
 from wearsim.quantities import QUANTITIES
 from wearsim.translation import factors
-from wearsim.translation.axes import FloatArray, IntArray, at_distances, common_axes, distance_at, rows_at
+from wearsim.translation.axes import (
+    FloatArray,
+    IntArray,
+    at_distances,
+    common_axes,
+    distance_at,
+    equivalent_distance,
+    rows_at,
+)
 from wearsim.translation.factors import STATUS, WORN_SHARE, Factor
 
 CAMPAIGN = ("rig", "field")
@@ -18,6 +29,9 @@ STAGES = (0.25, 0.5, 0.75, 1.0)
 """Shares of the common range at which values along the profile are compared."""
 
 STATIONS = ("basis", "progress", "campaign")
+
+EQUIVALENT_BY = {"max_wear_depth": "largest wear depth", "worn_area": "worn area"}
+"""Measures of wear by which distances of rig and field are equivalent."""
 
 _BOTH_WHEELS = {
     "sum": "both wheels: sum",
@@ -50,6 +64,8 @@ class Comparison:
         Results of the two campaigns.
     count : int
         Number of stations along each axis.
+    reach : sequence of float, optional
+        Of `common_axes`.
 
     Attributes
     ----------
@@ -61,9 +77,11 @@ class Comparison:
         Equal operating points of rig and field, from `factors.match_points`.
     """
 
-    def __init__(self, rig: xr.Dataset, field: xr.Dataset, count: int) -> None:
+    def __init__(
+        self, rig: xr.Dataset, field: xr.Dataset, count: int, reach: Sequence[float] | None = None
+    ) -> None:
         self.pair = (rig, field)
-        self.axes = common_axes(rig, field, count)
+        self.axes = common_axes(rig, field, count, reach)
         self.matched = factors.match_points(rig, field)
         self.variables: dict[str, Any] = {}
         self.notes: list[str] = []
@@ -100,17 +118,22 @@ class Comparison:
     def add_rows(
         self, variable: str, dims: tuple[str, ...], rows: Sequence[FloatArray],
         quantity: str, meaning: str = "", comment: str = "", scale_axis: tuple[int, ...] | None = None,
+        share: float | None = None,
     ) -> None:  # fmt: skip
-        """Add rows (step, *dims) of rig and field at all stations; axes in `scale_axis` share one scale."""
+        """Add rows (step, *dims) of rig and field at all stations; axes in `scale_axis` share one scale.
+
+        Denominators below `share` of it are too small to divide by, by default that of the quantity.
+        """
         distance, reachable = self.axes.distance, self.axes.reachable
         run = [data["distance"].values for data in self.pair]
         values = np.stack([
             np.stack([at_distances(run[c], rows[c], distance[b, :, c]) for c in (0, 1)], axis=1)
-            for b in (0, 1)
+            for b in range(len(distance))
         ])  # fmt: skip
         scale = np.nan_to_num(np.abs(values)).max(axis=scale_axis)
         reach = reachable.reshape(reachable.shape + (1,) * len(dims))
-        factor = factors.ratio(values[:, :, 0], values[:, :, 1], scale, factors.zero_share(quantity), reach)
+        share = factors.zero_share(quantity) if share is None else share
+        factor = factors.ratio(values[:, :, 0], values[:, :, 1], scale, share, reach)
         self.add_factor(variable, (*STATIONS, *dims), values, factor, quantity, meaning, comment)
 
 
@@ -188,13 +211,13 @@ def _add_points(comparison: Comparison) -> None:
     for name in factors.MATCH_KEYS:
         attrs = {"units": QUANTITIES[name].unit, "long_name": QUANTITIES[name].meaning}
         comparison.variables[name] = ("matched_point", pair[0][name].values[matched[:, 0]], attrs)
-    regime = np.empty((2, axes.distance.shape[1], 2, len(matched), 2), dtype=np.int64)
+    regime = np.empty((*axes.distance.shape, len(matched), 2), dtype=np.int64)
     for c, (role, data) in enumerate(zip(CAMPAIGN, pair, strict=True)):
         labels = [str(label) for label in data["operating_point_name"].values[matched[:, c]]]
         text = f"operating point of the {role} campaign"
         comparison.variables[f"{role}_label"] = ("matched_point", labels, {"long_name": text})
         own = comparison.regime_numbers[c][factors.highest_regime(data)][:, matched[:, c]]
-        for b in (0, 1):
+        for b in range(len(axes.distance)):
             regime[b, :, c] = own[rows_at(data["distance"].values, axes.distance[b, :, c])]
     _add_regimes(
         comparison, "regime_point", (*STATIONS, "matched_point", "wheel"), regime,
@@ -237,32 +260,105 @@ def _along_regimes(comparison: Comparison, distance: FloatArray) -> list[FloatAr
     result = []
     for c, data in enumerate(comparison.pair):
         run, depth = data["distance"].values, data["wear_depth_by_regime"].values
-        own = np.stack([at_distances(run, depth, np.nan_to_num(distance[b, :, c])) for b in (0, 1)])
+        own = np.stack([at_distances(run, depth, np.nan_to_num(at)) for at in distance[..., c]])
         merged = np.zeros((*own.shape[:3], len(comparison.regimes), own.shape[-1]))
         merged[:, :, :, comparison.regime_numbers[c][:-1]] = own
         result.append(merged)
     return result
 
 
-def add_equivalent_distance(comparison: Comparison) -> None:
-    """Add the field distance that wears as much as the rig, by largest depth and by worn area."""
-    run = [data["distance"].values for data in comparison.pair]
-    asked = np.linspace(0.0, run[0][-1], comparison.axes.distance.shape[1])
-    dims = ("rig_progress", "wheel_group")
-    comparison.variables["rig_distance"] = (
-        dims[0], asked, {"units": "m", "long_name": "distance run on the rig"}
+def add_similarity(comparison: Comparison) -> None:
+    """Add how alike the depth curves of rig and field are, (basis, stage, wheel)."""
+    depth = comparison.variables["wear_depth_profile"][1]
+    arc = comparison.pair[0]["arc_length"].values
+    alike = factors.similarity(depth[:, :, 0], depth[:, :, 1], arc)
+    for name, (unit, meaning) in factors.SIMILARITY.items():
+        attrs = {"units": unit, "long_name": f"{meaning}, of the depth curves of rig and field"}
+        comparison.variables[name] = (("basis", "stage", "wheel"), alike[name], attrs)
+
+
+def add_zones(comparison: Comparison) -> None:
+    """Add the largest depth by zone of the wheel profile, (basis, progress, zone, wheel_group)."""
+    borders = [-np.inf, *WHEEL_ZONES.values()]
+    limits = [f"{name} to y = {1e3 * end:g} mm" for name, end in list(WHEEL_ZONES.items())[:-1]]
+    comparison.variables["zone_name"] = (
+        "zone", list(WHEEL_ZONES),
+        {"long_name": "zone of the wheel profile", "comment": "of the new profile: " + ", ".join(limits)},
     )  # fmt: skip
-    for name, meaning in (("max_wear_depth", "largest wear depth"), ("worn_area", "worn area")):
-        mine, theirs = (factors.wear_by_wheel(data, name) for data in comparison.pair)
-        reached = [
-            distance_at(theirs[:, w], run[1], at_distances(run[0], mine[:, w], asked)) for w in range(3)
-        ]
-        variable, text = f"equivalent_distance_{name}", f"field distance of equal {meaning}"
-        distance = np.stack(reached, axis=1)
-        status = np.where(np.isfinite(distance), STATUS["defined"], STATUS["beyond_range"])
-        attrs = {"units": "m", "long_name": text, "ancillary_variables": f"{variable}_status"}
-        comparison.variables[variable] = (dims, distance, attrs)
-        comparison.add_status(variable, dims, status, text)
+    rows = []
+    for data in comparison.pair:
+        depth, y = data["wear_depth"].values, data["profile_y"].values[0]
+        within = [(y >= low) & (y < high) for low, high in itertools.pairwise(borders)]
+        zones = [np.where(here, depth, 0.0).max(axis=-1) for here in within]
+        rows.append(factors.with_both(np.stack(zones, axis=1), "largest"))
+    comparison.add_rows(
+        "zone_depth", ("zone", "wheel_group"), rows, "max_wear_depth", "largest wear depth of the zone",
+        f"{_BOTH_WHEELS['largest']}; no factor of zones below {WORN_SHARE:.0%} of the deepest place",
+        scale_axis=(0, 1, 2, 3), share=WORN_SHARE,
+    )  # fmt: skip
+
+
+def add_equivalent_distance(comparison: Comparison) -> None:
+    """Add the distance of each campaign that wears as much as the other, by depth and by worn area."""
+    run = [data["distance"].values for data in comparison.pair]
+    wears = {name: [factors.wear_by_wheel(data, name) for data in comparison.pair] for name in EQUIVALENT_BY}
+    for of, (role, other) in enumerate((CAMPAIGN, CAMPAIGN[::-1])):
+        asked = np.linspace(0.0, run[of][-1], comparison.axes.distance.shape[1])
+        dims = (f"{role}_progress", "wheel_group")
+        comparison.variables[f"{role}_distance"] = (
+            dims[0], asked, {"units": "m", "long_name": f"distance run by the {role} campaign"}
+        )  # fmt: skip
+        order = slice(None, None, -1 if of else 1)
+        for name, meaning in EQUIVALENT_BY.items():
+            found = [
+                equivalent_distance(asked, run[order], [wear[:, w] for wear in wears[name][order]])
+                for w in range(3)
+            ]
+            variable, text = f"equivalent_{other}_distance_{name}", f"{other} distance of equal {meaning}"
+            distance = np.stack(found, axis=1)
+            status = np.where(np.isfinite(distance), STATUS["defined"], STATUS["beyond_range"])
+            attrs = {"units": "m", "long_name": text, "ancillary_variables": f"{variable}_status"}
+            comparison.variables[variable] = (dims, distance, attrs)
+            comparison.add_status(variable, dims, status, text)
+
+
+def answers(rig: xr.Dataset, field: xr.Dataset, of: str, distance: float) -> pd.DataFrame:
+    """Distance of one campaign that wears as much as a given distance of the other one.
+
+    Parameters
+    ----------
+    rig, field : Dataset
+        Results of the two campaigns.
+    of : str
+        Campaign whose distance is given: "rig" or "field".
+    distance : float
+        That distance [m].
+
+    Returns
+    -------
+    DataFrame
+        A row for each measure of wear of both wheels together: quantity, distance asked for, its answer on
+        the other campaign [km], field distance for each rig distance [-], the distance up to which the two
+        campaigns have an answer, and what is missing of the distance asked for [km]. Beyond that the answer
+        is NaN: nothing is extrapolated.
+    """
+    pair = (rig, field) if of == CAMPAIGN[0] else (field, rig)
+    other = CAMPAIGN[1 - CAMPAIGN.index(of)]
+    run = [data["distance"].values for data in pair]
+    rows = []
+    for name, meaning in EQUIVALENT_BY.items():
+        wear = [factors.wear_by_wheel(data, name)[:, 2] for data in pair]
+        answer = float(equivalent_distance(np.array([distance]), run, wear)[0])
+        end = float(distance_at(wear[0], run[0], wear[1][-1:])[0])
+        reach = float(run[0][-1]) if np.isnan(end) else end
+        ratio = distance / answer if answer > 0.0 else np.nan
+        rows.append({
+            "quantity": meaning, f"{of}_km": 1e-3 * distance, f"{other}_km": 1e-3 * answer,
+            "field_km_per_rig_km": ratio if of == CAMPAIGN[1] else 1.0 / ratio,
+            f"{of}_km_within_reach": 1e-3 * reach,
+            f"{of}_km_missing": 1e-3 * max(distance - reach, 0.0),
+        })  # fmt: skip
+    return pd.DataFrame(rows)
 
 
 def common_laws(pair: tuple[xr.Dataset, xr.Dataset], group: str) -> tuple[list[str], list[str]]:

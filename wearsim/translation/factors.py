@@ -6,12 +6,14 @@ no meaning it is NaN in memory and its status says why; files hold a fill value 
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from wearsim.damage.fatigue.loads import WEAR_NUMBERS
 from wearsim.translation.axes import FloatArray, IntArray, at_distances
 
 STATUS: dict[str, int] = {
@@ -62,12 +64,18 @@ POINT_QUANTITIES: dict[str, str] = {
     "force_y": "sum",
     "slip_area": "sum",
     "power": "sum",
+    "wear_number_without_spin": "sum",
+    "wear_number_with_spin": "sum",
     "wear_index_mean": "area-weighted mean",
     "wear_index_max": "largest",
     "wear_area_rate": "sum",
     "wear_depth_rate_max": "largest",
 }
 """Quantities of operating points compared, and how the patches of one wheel make one value."""
+
+_WEAR_NUMBERS: dict[str, Callable[[Any], Any]] = {
+    f"wear_number_{kind}": number for kind, number in WEAR_NUMBERS.items()
+}
 
 COMPARED_KEYS = (
     "rotation_rule", "axle_torque", "wheel_radius", "half_span", "youngs_modulus", "poisson_ratio",
@@ -168,7 +176,9 @@ def per_wheel(dataset: xr.Dataset, name: str) -> FloatArray:
         NaN where the wheel has no contact patch [SI unit of the quantity].
     """
     rule = POINT_QUANTITIES[name]
-    value, side = dataset[name].values, dataset["side"].values
+    # results of campaigns without fatigue laws hold what the wear numbers are made of
+    value = dataset[name].values if name in dataset else _WEAR_NUMBERS[name](dataset).values
+    side = dataset["side"].values
     weight = np.ones_like(value)
     if rule.endswith("mean"):
         weight = dataset["normal_force" if rule.startswith("load") else "area"].values
@@ -255,6 +265,44 @@ def with_both(value: FloatArray, rule: str) -> FloatArray:
         both = np.where(np.abs(right) >= np.abs(left), right, left)
         both = np.where(np.isnan(value).any(axis=-1), np.nan, both)
     return np.concatenate([value, both[..., None]], axis=-1)
+
+
+SIMILARITY: dict[str, tuple[str, str]] = {
+    "depth_correlation": ("1", "correlation over the places worn on either"),
+    "depth_shift": ("m", "centroid on the rig less that in the field, along the arc"),
+    "depth_width": ("1", "ratio of widths, twice the standard deviation of place each, rig over field"),
+    "depth_overlap": ("1", "common share of the curves, each normalised to area one"),
+}
+"""Measures of `similarity`: unit and meaning."""
+
+
+def similarity(rig: FloatArray, field: FloatArray, arc: FloatArray) -> dict[str, FloatArray]:
+    """Say how alike two depth curves (..., n) over one arc length (n,) are, whatever their depths.
+
+    Returns
+    -------
+    dict of (...) arrays
+        By the names of `SIMILARITY`; NaN where one of them has no wear.
+    """
+    length = np.gradient(arc)
+    # what smoothing spreads beyond the running band is no wear, and places one campaign lacks are neither
+    curves = [np.nan_to_num(depth) for depth in (rig, field)]
+    curves = [np.where(d > WORN_SHARE * d.max(axis=-1, keepdims=True), d, 0.0) for d in curves]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        parts = [d * length / (d * length).sum(axis=-1, keepdims=True) for d in curves]
+        place = [(part * arc).sum(axis=-1) for part in parts]
+        width = [
+            np.sqrt((part * (arc - at[..., None]) ** 2).sum(axis=-1))
+            for part, at in zip(parts, place, strict=True)
+        ]
+        either = np.where((parts[0] > 0.0) | (parts[1] > 0.0), length, 0.0)
+        mean = [(d * either).sum(axis=-1, keepdims=True) / either.sum(axis=-1)[..., None] for d in curves]
+        a, b = (d - m for d, m in zip(curves, mean, strict=True))
+        varied = np.sqrt((a * a * either).sum(axis=-1) * (b * b * either).sum(axis=-1))
+        correlation = (a * b * either).sum(axis=-1) / varied
+    overlap = np.minimum(parts[0], parts[1]).sum(axis=-1)
+    values = (correlation, place[0] - place[1], width[0] / width[1], overlap)
+    return dict(zip(SIMILARITY, values, strict=True))
 
 
 def dominant_regime(depth_by_regime: FloatArray, share: float = WORN_SHARE) -> IntArray:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +23,7 @@ from wearsim.translation.factors import NUMBERS_KEY, STATUS
 Result = str | Path | xr.Dataset
 """A result file, or its Dataset."""
 
-BASIS = ("equal distance", "equal worn depth")
+BASIS = ("equal distance", "equal worn depth", "equal worn area")
 WHEELS = ("right", "left", "both")
 
 POINT_STATES = (("new wheels", 0, 0), ("equal distance", 0, -1), ("equal worn depth", 1, -1))
@@ -39,11 +39,13 @@ _FILL = 9.969209968386869e36  # the netCDF library's own fill value: every viewe
 _NEEDED = ("distance", "max_wear_depth", "arc_length", "wear_depth_by_regime", "side", "weight")
 
 
-def translate(rig: Result, field: Result, count: int = 41) -> xr.Dataset:
+def translate(
+    rig: Result, field: Result, count: int = 41, reach: Sequence[float] | None = None
+) -> xr.Dataset:
     """Compare a rig campaign with a field campaign.
 
-    No single factor leads from rig to field: each one is given as a function, at equal distance and at
-    equal worn depth.
+    No single factor leads from rig to field: each one is given as a function, at equal distance, at equal
+    worn depth and at equal worn area.
 
     Parameters
     ----------
@@ -51,14 +53,18 @@ def translate(rig: Result, field: Result, count: int = 41) -> xr.Dataset:
         Result files, or results as `wearsim.open_results` gives them.
     count : int
         Number of stations along each axis; a multiple of 4 plus 1, so that the quarters are met.
+    reach : sequence of float, optional
+        Distance [m], largest depth [m] and worn area of both wheels [m2] at the last station, by default as
+        far as both campaigns come.
 
     Returns
     -------
     Dataset
-        Dimensions: `basis` (equal distance, equal worn depth), `progress` (0 = new wheel, 1 = as far as
-        both campaigns come), `campaign` (rig, field), `matched_point`, `wheel`, `wheel_group` (right,
-        left, both), `stage` and `arc` for values along the profile. Every `x_factor` is rig over field
-        of `x`, NaN where undefined, with the reason in `x_factor_status`.
+        Dimensions: `basis` (equal distance, equal worn depth, equal worn area), `progress` (0 = new
+        wheel, 1 = as far as both campaigns come), `campaign` (rig, field), `matched_point`, `wheel`,
+        `wheel_group` (right, left, both), `zone` of the wheel profile, `stage` and `arc` for values along
+        the profile. Every `x_factor` is rig over field of `x`, NaN where undefined, with the reason in
+        `x_factor_status`.
 
     Raises
     ------
@@ -84,7 +90,7 @@ def translate(rig: Result, field: Result, count: int = 41) -> xr.Dataset:
                 f"{role} result: its wheels were reprofiled, and factors are of the wear since new; compare "
                 "a campaign without [campaign.reprofiling]"
             )
-    comparison = compare.Comparison(rig, field, count)
+    comparison = compare.Comparison(rig, field, count, reach)
     axes = comparison.axes
     comparison.variables |= {
         "basis_name": ("basis", list(BASIS), {"long_name": "what is equal in both campaigns"}),
@@ -103,7 +109,9 @@ def translate(rig: Result, field: Result, count: int = 41) -> xr.Dataset:
     compare.add_distance(comparison)
     compare.add_wear(comparison)
     compare.add_contact(comparison)
+    compare.add_zones(comparison)
     compare.add_profile(comparison)
+    compare.add_similarity(comparison)
     compare.add_equivalent_distance(comparison)
     compare.add_damage(comparison)
     share = {"units": "1", "long_name": "share of the range both campaigns cover"}
@@ -119,9 +127,29 @@ def translate(rig: Result, field: Result, count: int = 41) -> xr.Dataset:
     )
 
 
-def translate_files(rig: str | Path, field: str | Path, out: str | Path) -> Path:
-    """Compare two result files and write the factors to `out`, see `translate` and `write`."""
-    return write(translate(rig, field), out)
+CAUSES = (
+    "power_cause_name", "power_cause_factor", "power_factor",
+    "way", "cause_name", "cause_factor", "cause_zone_factor", "rate_factor", "rate_zone_factor",
+)  # fmt: skip
+"""Variables of the causes of a factor, where a comparison has looked for them."""
+
+
+def with_known_causes(dataset: xr.Dataset, file: Path) -> xr.Dataset:
+    """Return a dataset of `translate` with the causes that a file of the same two results holds, if any."""
+    if not file.is_file():
+        return dataset
+    try:
+        with xr.open_dataset(file, engine="netcdf4") as opened:
+            other = opened.load()
+    except (OSError, ValueError):
+        return dataset
+    if any(other.attrs.get(f"{role}_sha256") != dataset.attrs[f"{role}_sha256"] for role in CAMPAIGN):
+        return dataset
+    if "causes" in other.attrs:
+        dataset = dataset.assign_attrs(causes=other.attrs["causes"])
+    same_points = other.attrs.get("matched_points") == dataset.attrs["matched_points"]
+    names = [name for name in CAUSES if same_points or not name.startswith("power")]
+    return dataset.assign({name: other[name].variable for name in names if name in other})
 
 
 def _loaded(result: Result) -> xr.Dataset:
@@ -183,6 +211,46 @@ def table(dataset: xr.Dataset) -> pd.DataFrame:
     )
     frame.attrs["warnings"] = str(dataset.attrs.get("warnings", "")).splitlines()
     return frame
+
+
+def cause_table(dataset: xr.Dataset) -> pd.DataFrame:
+    """Causes of the rate of worn area, a row each and their product, a column for each share of the way.
+
+    Then a column for each zone of the wheel that wears on both, where the campaigns end.
+
+    Without rows where a comparison has not looked for them, see `[compare] causes`.
+    """
+    if "cause_factor" not in dataset:
+        return pd.DataFrame()
+    names = [*map(str, dataset["cause_name"].values), "all causes: rig over field"]
+    values = np.vstack([dataset["cause_factor"].values.T, dataset["rate_factor"].values])
+    ways = ["new wheels", *(f"{way:.0%}" for way in dataset["way"].values[1:])]
+    frame = pd.DataFrame(values, index=pd.Index(names, name="cause"), columns=ways)
+    zones = np.vstack([dataset["cause_zone_factor"].values[-1], dataset["rate_zone_factor"].values[-1]])
+    for zone, column in zip(dataset["zone_name"].values, zones.T, strict=True):
+        if np.isfinite(column).all():
+            frame[str(zone)] = column
+    return frame
+
+
+def power_cause_table(dataset: xr.Dataset) -> pd.DataFrame:
+    """Causes of the frictional power at equal operating points, new wheels: a row for each point and wheel.
+
+    Columns point, shift [mm], wheel, a factor of each cause, and their product; without rows where a
+    comparison has not looked for them, and without wheels that have several patches.
+    """
+    if "power_cause_factor" not in dataset:
+        return pd.DataFrame()
+    names = [str(name) for name in dataset["power_cause_name"].values]
+    shift = dataset["shift"].values * QUANTITIES["shift"].shown_factor
+    causes, factor = dataset["power_cause_factor"].values, dataset["power_factor"].values
+    rows = [
+        [str(dataset["rig_label"].values[i]), float(shift[i]), wheel, *causes[i, w], factor[i, w]]
+        for i in np.argsort(shift, kind="stable")
+        for w, wheel in enumerate(WHEELS[:2])
+        if np.isfinite(factor[i, w])
+    ]
+    return pd.DataFrame(rows, columns=["point", "shift", "wheel", *names, "all: rig over field"])
 
 
 def point_table(dataset: xr.Dataset) -> pd.DataFrame:

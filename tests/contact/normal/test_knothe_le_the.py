@@ -1,5 +1,6 @@
 """The strip model: ellipses of Hertz, a half-space program's patches, and what must not depend on strips."""
 
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 
@@ -7,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+import wearsim
 from wearsim.contact import geometry
 from wearsim.contact.geometry import CounterfaceProfile, Gap, WheelsetPose
 from wearsim.contact.normal import half_space
@@ -14,6 +16,8 @@ from wearsim.contact.normal.knothe_le_the import solve
 from wearsim.contact.normal.knothe_le_the.equations import averages, in_the_middle, influence_table
 from wearsim.contact.patch import Resolution
 from wearsim.contact.reference.hertzian import axis_ratio, hertz
+from wearsim.contact.solve import solve as solve_contact
+from wearsim.errors import ContactError
 
 DATA = Path(__file__).parents[2] / "data"
 E_STAR = 210e9 / (2.0 * (1.0 - 0.3**2))
@@ -279,3 +283,24 @@ def test_soft_bodies_start_from_patches_of_less_load(gap_of):
     assert got.patch.area[soft].sum() == pytest.approx(exact.patch.area.sum(), rel=0.03)
     assert got.max_pressure[soft].max() == pytest.approx(exact.max_pressure.max(), rel=0.05)
     np.testing.assert_array_equal(alone.max_pressure, got.max_pressure[~soft])
+
+
+@pytest.mark.parametrize("load", [80e3, 150e3])
+def test_a_profile_that_ends_beyond_the_patch_gives_its_patch(load):
+    """Cut 1 mm off the patch, where trial ends overshoot: 1e-3 in pressure; cut within: no solution."""
+    rail, wheelset = wearsim.rails("60E1", inclination=1 / 40, gauge=1.435), wearsim.wheelset("S1002")
+    conditions = wearsim.ContactConditions.of([0.0], wheel_load=load)
+    models = wearsim.ContactModels(normal="knothe_le_the")
+
+    def on(rail):
+        return solve_contact(conditions, wheelset, rail, models, sides=(0,))
+
+    def cut(y):
+        keep = rail.profile.y > y
+        return replace(rail, profile=replace(rail.profile, y=rail.profile.y[keep], z=rail.profile.z[keep]))
+
+    whole = on(rail)
+    end = whole.strip_edges_rail_y[0, 0]
+    assert on(cut(end - 1e-3)).max_pressure == pytest.approx(whole.max_pressure, rel=1e-3)
+    with pytest.raises(ContactError, match="edge of a profile"):
+        on(cut(end + 1e-3))

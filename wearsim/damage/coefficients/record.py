@@ -64,6 +64,8 @@ class CoefficientSet:
         Where our law differs from the printed one, and why.
     values : mapping of str to Coefficient
         The numbers by symbol.
+    tested_up_to : mapping of str to float
+        Largest values in the tests, by variable of the result file [SI]; empty where they are not known.
     certainty : str
         Of a set of the user's own: how sure it is, in their words; empty for published sets.
     """
@@ -75,6 +77,7 @@ class CoefficientSet:
     validity: str
     departures: tuple[str, ...]
     values: Mapping[str, Coefficient]
+    tested_up_to: Mapping[str, float] = field(default_factory=dict, kw_only=True)
     certainty: str = field(default="", kw_only=True)
 
     def __post_init__(self) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -49,20 +49,22 @@ def patch_loads(solution: ContactSolution) -> PatchLoads:
     return PatchLoads(y=0.5 * (edges[:, 1:] + edges[:, :-1]), **own)
 
 
-def wear_number_without_spin(loads: PatchLoads) -> FloatArray:
-    r"""Classical wear number :math:`T\gamma = |F_x \xi_x| + |F_y \xi_y|` (m,) [N]."""
-    return np.abs(loads.force_x * loads.creepage_x) + np.abs(loads.force_y * loads.creepage_y)
+def wear_number_without_spin(loads: Any) -> FloatArray:
+    r"""Classical wear number :math:`T\gamma = |F_x \xi_x| + |F_y \xi_y|` [N] of patches or of a result."""
+    number: FloatArray = np.abs(loads.force_x * loads.creepage_x) + np.abs(loads.force_y * loads.creepage_y)
+    return number
 
 
-def wear_number_with_spin(loads: PatchLoads) -> FloatArray:
-    r"""Frictional work per metre rolled :math:`-(F_x \xi_x + F_y \xi_y + M \varphi)` (m,), at least 0 [N]."""
+def wear_number_with_spin(loads: Any) -> FloatArray:
+    r"""Frictional work per metre rolled :math:`-(F_x \xi_x + F_y \xi_y + M \varphi)` at least 0 [N]."""
     work = (
         loads.force_x * loads.creepage_x + loads.force_y * loads.creepage_y + loads.spin_moment * loads.spin
     )
-    return np.maximum(-work, 0.0)
+    number: FloatArray = np.maximum(-work, 0.0)
+    return number
 
 
-WEAR_NUMBERS: dict[WearNumber, Callable[[PatchLoads], FloatArray]] = {
+WEAR_NUMBERS: dict[WearNumber, Callable[[Any], FloatArray]] = {
     "without_spin": wear_number_without_spin,
     "with_spin": wear_number_with_spin,
 }

@@ -1,10 +1,12 @@
 """Figures of rig against field: `plot_x(translation, ax=None) -> Axes`.
 
 The datasets are those of `wearsim.translation.translate.translate`. `basis` is 0 at equal distance, 1 at
-equal worn depth; `wheel` 0 for the right, 1 for the left one.
+equal worn depth, 2 at equal worn area; `wheel` 0 for the right, 1 for the left one.
 """
 
 from __future__ import annotations
+
+import itertools
 
 import numpy as np
 import xarray as xr
@@ -18,19 +20,24 @@ from wearsim.report.style import (
     label,
     label_axes,
     own_axes,
+    plain,
     shown,
     values_of,
     wrapped,
 )
+from wearsim.translation.compare import CAMPAIGN, EQUIVALENT_BY
 
 _FACTOR = "Factor, rig over field"
-_X_LABELS = ("Distance run by each [km]", "Largest wear depth of each [mm]")
+_X_LABELS = ("Distance run by each [km]", "Largest wear depth of each [mm]", "Worn area of each [mm²]")
 
 
 def basis_axis(translation: xr.Dataset, basis: int) -> np.ndarray:
-    """Shown x values of a basis: distance run [km] (0), or largest wear depth [mm] (1)."""
-    name, of = (("distance", "distance_run"), ("max_wear_depth", "worn_depth"))[basis]
-    return shown(name, translation[of].values[basis, :, 0])
+    """Shown x values of a basis: distance run [km], largest wear depth [mm], or worn area [mm²]."""
+    name, of = (
+        ("distance", "distance_run"), ("max_wear_depth", "worn_depth"), ("worn_area", "worn_area"),
+    )[basis]  # fmt: skip
+    values = translation[of].values[basis, :, 0]
+    return shown(name, values if values.ndim == 1 else values[:, -1])
 
 
 def plot_factor(
@@ -42,7 +49,7 @@ def plot_factor(
     series: int = 0,
     text: str | None = None,
 ) -> Axes:
-    """Draw a factor rig over field over distance or worn depth; gaps where it is undefined.
+    """Draw a factor rig over field over distance, worn depth or area; gaps where it is undefined.
 
     `variable` is one over (basis, progress) or (basis, progress, wheel), of which the last is drawn: both
     wheels; `series` is its colour among the series, `text` its name in the legend.
@@ -112,14 +119,47 @@ def plot_depth_factor(
     return label_axes(ax, NEW_Y, _FACTOR)
 
 
-def plot_equivalent_distance(translation: xr.Dataset, ax: Axes | None = None) -> Axes:
-    """Draw the field distance that wears as much as the rig, both wheels, by depth and by worn area."""
+def plot_equivalent_distance(translation: xr.Dataset, ax: Axes | None = None, *, of: str = "rig") -> Axes:
+    """Draw the distance of the other campaign that wears as much as one, by depth and by worn area."""
     ax = own_axes(ax)
-    x = shown("distance", translation["rig_distance"].values)
-    for series, (name, text) in enumerate(
-        (("max_wear_depth", "equal largest depth"), ("worn_area", "equal worn area"))
-    ):
-        values = shown("distance", translation[f"equivalent_distance_{name}"].values[:, -1])
-        ax.plot(x, values, color=series_colour(series), label=text)
+    x = shown("distance", translation[f"{of}_distance"].values)
+    other = next(role for role in CAMPAIGN if role != of)
+    for series, (name, text) in enumerate(EQUIVALENT_BY.items()):
+        values = shown("distance", translation[f"equivalent_{other}_distance_{name}"].values[:, -1])
+        ax.plot(x, values, color=series_colour(series), label=f"equal {text}")
     ax.set_xlim(left=0.0, auto=None)
-    return label_axes(ax, "Distance run on the rig [km]", "Equivalent distance\nin the field [km]", 0.0)
+    where = {"rig": "on the rig", "field": "in the field"}
+    return label_axes(ax, f"Distance run {where[of]} [km]", f"Equivalent distance\n{where[other]} [km]", 0.0)
+
+
+def plot_causes(translation: xr.Dataset, ax: Axes | None = None, *, way: int = -1) -> Axes:
+    """Draw how the causes lead from the wear of the field to that of the rig, the largest first."""
+    ax = own_axes(ax)
+    factors = translation["cause_factor"].values[way]
+    order = np.argsort(-np.abs(np.log(factors)), kind="stable")
+    ends = np.cumprod([1.0, *factors[order]])
+    names = [capital(str(translation["cause_name"].values[k])) for k in order]
+    low, high = min(ends.min(), 1.0), max(ends.max(), 1.0)
+    for place, (begin, end) in enumerate(itertools.pairwise(ends)):
+        colour = COLOURS["rig"] if end >= begin else COLOURS["field"]
+        ax.barh(place, end - begin, left=begin, color=colour, height=0.62)
+        late = begin * end > low * high  # the label stands on the side where there is room
+        ax.annotate(
+            f"{names[place]} \N{MULTIPLICATION SIGN} {plain(end / begin, 3)}",
+            ((min if late else max)(begin, end), place), xytext=(-4 if late else 4, 0),
+            textcoords="offset points", va="center", ha="right" if late else "left",
+        )  # fmt: skip
+        ax.plot([end, end], [place, place + 1], color=COLOURS["difference"], lw=0.6)
+    ax.barh(len(names), ends[-1] - 1.0, left=1.0, color=COLOURS["difference"], height=0.62)
+    ax.annotate(
+        f"rig over field: {plain(ends[-1], 3)}", (max(1.0, ends[-1]), len(names)), xytext=(4, 0),
+        textcoords="offset points", va="center",
+    )  # fmt: skip
+    ax.set_xscale("log")
+    ax.set_xlim(0.9 * low, high * (high / low) ** 0.3)
+    ax.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    ax.xaxis.set_minor_formatter(lambda _value, _: "")
+    ax.set_yticks([])
+    ax.invert_yaxis()
+    ax.axvline(1.0, color=COLOURS["difference"], lw=0.8)
+    return label_axes(ax, "Worn area per distance over that of the field", "")

@@ -58,6 +58,18 @@ def _is_inside(row: Row) -> bool:
 
 
 @bare_kernel
+def _room(row: Row) -> tuple[float, float]:
+    """Find between which places strips can be laid: a wheel over them, neighbours for slopes [m]."""
+    first, last = 0, row.gap.size - 1
+    while row.gap[first] >= NO_WHEEL:
+        first += 1
+    while row.gap[last] >= NO_WHEEL:
+        last -= 1
+    k, n = max(first + 1, 2), min(last - 1, row.gap.size - 3)
+    return 0.5 * (row.y[k] + row.y[k + 1]), 0.5 * (row.y[n - 1] + row.y[n])
+
+
+@bare_kernel
 def _lay_parts(stage: int, count: int, parts: int, old_total: int, row: Row, work: Work) -> tuple[int, int]:
     """Lay strips in every part, with the pressures of the set before; a fault or 0, and their number."""
     strips, old, spans, planes = work.strips, work.old, work.spans, work.planes
@@ -251,9 +263,11 @@ def solve_wheels(
         if parts == 0:
             fault[r] = NO_BALANCE
             continue
+        left, right = _room(row)
         displacement = start.displacement[start.first[n]] - row.low
         total = failed = none
         uncertain, may_split, alone, splits = False, True, False, 0
+        again = cut = False
         work.made_for[0] = 0
         for stage in range(_STAGES):
             # Parts that meet are one.
@@ -268,6 +282,10 @@ def solve_wheels(
                     parts -= 1
                 else:
                     k += 1
+            # trial ends may lie beyond the profile: whether the patch itself does is seen when it is settled
+            cut = cut or spans[0].ends[0] < left or spans[parts - 1].ends[1] > right
+            spans[0].ends[0] = max(spans[0].ends[0], left)
+            spans[parts - 1].ends[1] = min(spans[parts - 1].ends[1], right)
             planes_of(spans, parts, old, old_total, row, work.share, work.planes)
             failed, total = _lay_parts(stage, count, parts, old_total, row, work)
             if failed != 0:
@@ -341,6 +359,8 @@ def solve_wheels(
                     forget_ends(spans[k])
             if not again:
                 break
+        if failed == 0 and cut and (again or spans[0].ends[0] < left or spans[parts - 1].ends[1] > right):
+            failed = AT_EDGE
         if failed == 0:
             failed, number[n] = _find_patches(
                 total, displacement, load[n], modulus, row, strips, patches[n], nodes[:, n]

@@ -1,0 +1,123 @@
+"""[uncertainty]: what is drawn, where it acts, and what is refused."""
+
+import numpy as np
+import pytest
+
+from wearsim.errors import SceneError
+from wearsim.scene import load_scene
+from wearsim.scene.uncertainty import dimensions_of, draws_of, overrides_of
+
+COMPARE = '[scene]\nkind = "compare"\n[compare]\nrig = "workflows/rig.toml"\nfield = "workflows/field.toml"\n'
+
+
+@pytest.fixture
+def scene_of(tmp_path):
+    """Function that loads the shipped comparison with inputs of [uncertainty]."""
+
+    def load(*inputs, head=""):
+        text = f"{COMPARE}[uncertainty]\n{head}\n"
+        text += "".join(f"[[uncertainty.input]]\n{one}\n" for one in inputs)
+        (tmp_path / "compare.toml").write_text(text)
+        return load_scene(tmp_path / "compare.toml")
+
+    return load
+
+
+def test_more_draws_continue_fewer_and_fill_the_range():
+    few, more = draws_of(3, 64, 7), draws_of(3, 128, 7)
+    np.testing.assert_array_equal(few, more[:64])
+    np.testing.assert_array_equal(few, draws_of(3, 64, 7))
+    assert not np.array_equal(few, draws_of(3, 64, 8))
+    # each scramble of eight Sobol points has one in every eighth of each dimension
+    for k in range(8):
+        assert (np.sort(np.floor(8 * few[k::8]), axis=0) == np.arange(8)[:, None]).all()
+
+
+def test_distributions(scene_of):
+    scene = scene_of(
+        'key = "wear.density_kg_m3"\nshared = true\ndistribution = "uniform"\nlow = 7000\nhigh = 8000',
+        'key = "operation.friction"\nshared = true\ndistribution = "normal"\nmean = 0.35\nstd = 0.02',
+        'key = "field.operation.environment"\ndistribution = "lognormal"\nmedian = 0.18\nwithin = 2.0',
+        'key = "wear.form"\nshared = true\ndistribution = "values"\nvalues = ["local", "patch_mean"]',
+    )
+    one = {dimension.section.key: dimension.drawn for dimension in dimensions_of(scene)}
+    assert [one["wear.density_kg_m3"](share) for share in (0.25, 0.5)] == [7250.0, 7500.0]
+    assert one["operation.friction"](0.841345) == pytest.approx(0.37, abs=1e-6)
+    # 90 % between half and twice the median
+    assert [one["field.operation.environment"](s) for s in (0.05, 0.5, 0.95)] == [0.09, 0.18, 0.36]
+    assert [one["wear.form"](share) for share in (0.0, 0.49, 0.51)] == ["local", "local", "patch_mean"]
+
+
+def test_keys_act_where_they_stand(scene_of):
+    """Of every block and class; of one scene; shared by both or drawn for each; factors after values."""
+    scene = scene_of(
+        'key = "operation.environment"\nacts = "factor"\nshared = true\nname = "steel"\n'
+        'distribution = "lognormal"\nmedian = 1\nwithin = 2',
+        'key = "field.operation.environment"\ndistribution = "uniform"\nlow = 0.1\nhigh = 0.3',
+        'key = "operation.friction"\ndistribution = "uniform"\nlow = 0.3\nhigh = 0.4',
+        'key = "rig.operation.block.2.yaw_mrad"\nacts = "addition"\n'
+        'distribution = "normal"\nmean = 0\nstd = 1',
+    )
+    dimensions = dimensions_of(scene)
+    names = ["steel", "field.operation.environment", "operation.friction, rig", "operation.friction, field",
+             "rig.operation.block.2.yaw_mrad"]  # fmt: skip
+    assert [one.name for one in dimensions] == names
+    drawn = overrides_of(zip(dimensions, (2.0, 0.25, 0.31, 0.39, 0.5), strict=True))
+    values = {item.key: item.value for item in drawn}
+    assert [values[f"field.operation.class.{k}.environment"] for k in (1, 2, 3)] == [0.5] * 3
+    # those of the rig are not in its scene: their default is 1
+    assert [values[f"rig.operation.block.{k}.environment"] for k in (1, 2, 3, 4)] == [2.0] * 4
+    assert {values[f"rig.operation.block.{k}.friction"] for k in (1, 2, 3, 4)} == {0.31}
+    assert {values[f"field.operation.class.{k}.friction"] for k in (1, 2, 3)} == {0.39}
+    assert values["rig.operation.block.2.yaw_mrad"] == 0.5
+    changed = load_scene(scene.origin.path, overrides=drawn)
+    assert changed.rig.operation.blocks[1].yaw_mrad == 0.5
+    assert changed.field.operation.classes[0].environment == 0.5
+
+
+def test_a_law_is_drawn_with_its_coefficients(scene_of):
+    scene = scene_of(
+        'key = "wear"\nshared = true\ndistribution = "values"\nvalues = [{law = "usfd"}, '
+        '{law = "archard", coefficients = "jendel_2002"}]'
+    )
+    (dimension,) = dimensions_of(scene)
+    changed = load_scene(scene.origin.path, overrides=overrides_of([(dimension, dimension.drawn(0.9))]))
+    laws = {(part.wear.law, part.wear.coefficients) for part in changed.parts}
+    assert laws == {("archard", "jendel_2002")}
+
+
+NORMAL = 'distribution = "normal"\nmean = 0.3\nstd = 0.1'
+
+
+@pytest.mark.parametrize(
+    ("inputs", "head", "message"),
+    [
+        ((), "", "bands need uncertain inputs; write [[uncertainty.input]]"),
+        ((f'key = "operaton.friction"\n{NORMAL}',), "", "is none of this scene"),
+        (('key = "operation.friction"\ndistribution = "normal"\nmean = 0.3',), "", "needs std"),
+        ((f'key = "operation.friction"\n{NORMAL}\nlow = 0.1',), "", "has no low"),
+        (('key = "operation.friction"\ndistribution = "uniform"\nlow = 0.4\nhigh = 0.3',), "", "below high"),
+        ((f'key = "wear.law"\nacts = "factor"\n{NORMAL}',), "", "needs numbers in the scene"),
+        ((f'key = "operation.friction"\n{NORMAL}',), "draws = 100", "write 64 or 128"),
+        ((f'key = "operation.friction"\n{NORMAL}',) * 2, "", "two inputs are called"),
+        ((f'key = "rig.wear.density_kg_m3"\nshared = true\n{NORMAL}',), "", "only the rig has"),
+        (
+            (
+                f'key = "operation.friction"\n{NORMAL}\n'
+                '[[uncertainty.material]]\nname = "R8T"\nwear = {hardnes_GPa = 3}',
+            ),
+            "",
+            'wear of "R8T": ',
+        ),
+    ],
+)
+def test_faults_name_the_key_and_the_fix(scene_of, inputs, head, message):
+    scene = scene_of(*inputs, head=head)
+    with pytest.raises(SceneError) as raised:
+        dimensions_of(scene)
+    assert any(message in fault.message and fault.line for fault in raised.value.faults)
+
+
+def test_unknown_distributions_are_faults_of_the_scene(scene_of):
+    with pytest.raises(SceneError, match="distribution"):
+        scene_of('key = "operation.friction"\ndistribution = "gamma"')

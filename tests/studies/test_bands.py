@@ -1,0 +1,102 @@
+"""Bands of a small comparison: run by draws, continued, read by report and translate."""
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import wearsim.cli as cli
+from wearsim.campaign.run import run_scene
+from wearsim.errors import SceneError
+from wearsim.studies.bands import plan_of, run_bands
+from wearsim.studies.ensemble import check_cases
+
+DATA = Path(__file__).parents[1] / "data"
+SMALL = '[contact]\nstrips = 8\ncells = 8\n[wear]\nlaw = "energy"\n'
+STEEL = """
+[uncertainty]
+draws = 16
+[[uncertainty.input]]
+name = "steel"
+key = "operation.environment"
+acts = "factor"
+shared = true
+distribution = "lognormal"
+median = 1.0
+within = 1.5
+"""
+OTHER = '[[uncertainty.material]]\nname = "twice"\nwear = {energy_coefficient_mm3_kJ = 0.12}\n'
+
+
+def write(folder, kind, km, more=""):
+    """Coarse scene of a linear law."""
+    text = (DATA / f"scene_{kind}.toml").read_text()
+    tables, operation = text.split("[campaign]", 1)[0].split("[[operation", 1)
+    text = f"{tables}{SMALL}energy_coefficient_mm3_kJ = 0.06\n[[operation{operation}"
+    text += f"[campaign]\ndistance_km = {km}\npoint_spacing_mm = 0.5\nerror_tolerance_um = 0.05\n"
+    (folder / f"{kind}.toml").write_text(text + more)
+    return folder / f"{kind}.toml"
+
+
+@pytest.mark.slow
+def test_a_shared_linear_coefficient_cancels(tmp_path, capsys):
+    """Nothing is left of it in km for km; a draw that is lost is run again, with the same bits."""
+    for kind, km in (("rig", 4), ("field", 16)):
+        write(tmp_path, kind, km)
+    scene, out = tmp_path / "compare.toml", tmp_path / "out"
+    compare = '[scene]\nkind = "compare"\n[compare]\nrig = "rig.toml"\nfield = "field.toml"\n'
+    scene.write_text(compare + STEEL)
+    command = ["run", str(scene), "--out", str(out), "--bands", "--jobs", "2"]
+    assert cli.main(command) == 0
+    assert "Bands of 16 draws" in capsys.readouterr().out
+    with xr.open_dataset(out / "bands.nc") as stored:
+        bands = stored.load()
+    per_km = bands["field_distance_per_rig_distance_by_area_band"].values[:, 1:]
+    known = np.isfinite(per_km).all(axis=0)
+    assert known.sum() > 10
+    # what is left is the error of the wear steps
+    assert np.ptp(per_km[:, known], axis=0).max() < 0.01 * per_km[1, known].min()
+    low, middle, high = bands["rig_worn_area_band"].values[:, -1, -1]
+    assert high / middle == pytest.approx(1.5, rel=0.15)
+    assert middle / low == pytest.approx(1.5, rel=0.15)
+    assert bands["rig_worn_area"].values[-1, -1] == pytest.approx(middle, rel=0.05)
+    assert 'id="bands"' in (out / "report.html").read_text()
+    shutil.rmtree(out / "bands" / "case_0003")
+    again, _ = run_bands(scene, out, jobs=1)
+    for name in bands.data_vars:
+        np.testing.assert_array_equal(again[name].values, bands[name].values)
+    capsys.readouterr()
+    assert cli.main(["translate", str(out / "rig.nc"), str(out / "field.nc")]) == 0
+    assert "Bands of the draws" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_steels_are_ranked_in_the_same_draws(tmp_path):
+    """Twice the coefficient of a linear law wears twice as much, within the change of the profile."""
+    scene = write(tmp_path, "rig", 4, STEEL + OTHER)
+    run_scene(scene, tmp_path / "out")
+    bands, ranked = run_bands(scene, tmp_path / "out")
+    (steel,) = ranked.to_dict("records")
+    assert steel["steel"] == "twice"
+    assert steel["rig, 50%"] == pytest.approx(2.0, rel=0.03)
+    assert "order survives" not in steel  # of one campaign
+    assert bands["rig_max_wear_depth_sensitivity"].attrs["kind"] == "share of variance"
+    assert (tmp_path / "out" / "materials.csv").is_file()
+    # an input that no scene can have names itself before anything is run
+    wide = tmp_path / "wide.toml"
+    wide.write_text(scene.read_text().replace("within = 1.5", "within = 90.0"))
+    with pytest.raises(SceneError, match="environment"):
+        run_bands(wide, tmp_path / "out")
+
+
+def test_the_shipped_example_draws_what_can_be_run():
+    plan = plan_of(Path("workflows/uncertainty.toml").absolute())
+    assert [one.name for one in plan.dimensions] == [
+        "environment", "friction, rig", "friction, field", "wear coefficient", "spread of shifts",
+        "yaw bias of the rig", "load, rig", "load, field",
+    ]  # fmt: skip
+    cases = plan.cases(0, 64)
+    assert len(cases) == 64
+    check_cases(cases[:1])

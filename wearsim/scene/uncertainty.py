@@ -1,0 +1,261 @@
+"""[uncertainty] of a scene: which inputs are uncertain and how, which steels are compared; drawn values."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, Strict
+from scipy import stats
+
+from wearsim.errors import Fault, SceneError
+from wearsim.scene.overrides import Override, paths_of
+from wearsim.scene.section import Section, Text, number, words
+from wearsim.toml_faults import is_key, shown, unknown_key
+
+if TYPE_CHECKING:
+    from wearsim.scene.models import CompareScene, FieldScene, RigScene
+
+_WITHIN = float(stats.norm.ppf(0.95))  # standard deviations from the middle to the end of a 90 % range
+_NEEDS: Mapping[str, tuple[str, ...]] = {
+    "uniform": ("low", "high"),
+    "normal": ("mean", "std"),
+    "lognormal": ("median", "within"),
+    "values": ("values",),
+}
+"""Keys of each distribution."""
+_EVERYWHERE = ("block", "class")
+Drawn = float | int | str | dict[str, Any]
+
+
+class InputSection(Section):
+    """[[uncertainty.input]]: one uncertain key of the scene and its distribution."""
+
+    key: Text = words(
+        "the dotted key, such as wear.hardness_GPa; operation.friction stands for that of every block and "
+        "class, rig. or field. before it for one scene of a comparison"
+    )
+    name: Text | None = words("a name for tables and figures, by default the key", None)
+    distribution: Literal["uniform", "normal", "lognormal", "values"] = Field(
+        description="uniform from low to high; normal with mean and std; lognormal with median, and 90 % "
+        "from median / within to median * within; or one of values, each as likely"
+    )
+    low: float | None = Field(None, description="the lowest value of a uniform distribution")
+    high: float | None = Field(None, description="the highest value of a uniform distribution")
+    mean: float | None = Field(None, description="the mean of a normal distribution")
+    std: float | None = Field(None, gt=0.0, description="the standard deviation of a normal distribution")
+    median: float | None = Field(None, gt=0.0, description="the median of a lognormal distribution")
+    within: float | None = Field(
+        None, gt=1.0, le=100.0, description="the factor that 90 % of a lognormal distribution keep to"
+    )
+    values: Annotated[tuple[float | int | str | dict[str, Any], ...], Strict(False)] = Field(
+        (), max_length=100, description="the values of a distribution of them; tables of keys for key = wear"
+    )
+    acts: Literal["value", "factor", "addition"] = Field(
+        "value", description="whether what is drawn takes the place of the scene's values, or acts on them"
+    )
+    shared: bool = Field(
+        False, description="whether rig and field get one value, such as that of a steel; else each its own"
+    )
+    source: Text | None = words("where the range comes from", None)
+
+    @property
+    def label(self) -> str:
+        """Name for tables."""
+        return self.name or self.key
+
+
+class MaterialSection(Section):
+    """[[uncertainty.material]]: another steel, to be ranked against that of the scene."""
+
+    name: Text = words("the name of the steel")
+    wear: dict[str, Any] = Field(
+        min_length=1, description="keys of [wear] that it changes, such as law, coefficients, hardness_GPa"
+    )
+    source: Text | None = words("where its coefficients come from", None)
+
+
+class UncertaintySection(Section):
+    """[uncertainty]: what `wearsim run SCENE --bands` draws, and how often."""
+
+    draws: int = number("uncertainty_draws", "the number of draws, 64, 128, 256, ...", 64)
+    most_draws: int | None = number(
+        "uncertainty_draws", "the number up to which draws are doubled until the bands are sure", None
+    )
+    seed: int = number("sweep_seed", "the seed of the draws", 1)
+    input: Annotated[tuple[InputSection, ...], Strict(False)] = Field(
+        (), max_length=30, description="the uncertain inputs"
+    )
+    material: Annotated[tuple[MaterialSection, ...], Strict(False)] = Field(
+        (), max_length=20, description="steels in comparison with that of the scene"
+    )
+
+
+@dataclass(frozen=True)
+class Dimension:
+    """One number to draw: its input, the keys it acts on, with the scene's own values, and its name."""
+
+    name: str
+    section: InputSection
+    keys: tuple[tuple[str, Any], ...]
+
+    def drawn(self, share: float) -> Drawn:
+        """Value at a share of the distribution between 0 and 1; of numbers six digits, legible in tables."""
+        of = self.section
+        if of.distribution == "values":
+            return of.values[min(int(share * len(of.values)), len(of.values) - 1)]
+        deviation = float(stats.norm.ppf(share))
+        if of.distribution == "uniform":
+            value = (of.low or 0.0) + ((of.high or 0.0) - (of.low or 0.0)) * share
+        elif of.distribution == "normal":
+            value = (of.mean or 0.0) + (of.std or 0.0) * deviation
+        else:
+            value = (of.median or 1.0) * (of.within or 1.0) ** (deviation / _WITHIN)
+        return float(f"{value:.6g}")
+
+    def acted(self, own: Any, drawn: Drawn) -> Any:
+        """Value of a key that had its own one."""
+        if self.section.acts == "value" or isinstance(drawn, str | dict):
+            return drawn
+        return float(f"{own * drawn if self.section.acts == 'factor' else own + drawn:.9g}")
+
+
+def overrides_of(drawn: Iterable[tuple[Dimension, Drawn]]) -> list[Override]:
+    """Gather what a draw changes in a scene: values first, then what acts on them, in the order of inputs."""
+    values: dict[str, Any] = {}
+    order = sorted(drawn, key=lambda pair: pair[0].section.acts != "value")
+    for dimension, value in order:
+        for key, own in dimension.keys:
+            if isinstance(value, dict):
+                values |= {f"{key}.{name}": one for name, one in value.items()}
+            else:
+                values[key] = dimension.acted(values.get(key, own), value)
+    return [Override(key, value) for key, value in values.items()]
+
+
+def draws_of(dimensions: int, count: int, seed: int) -> NDArray[np.float64]:
+    """Shares of the distributions (count, dimensions): eight independent scrambles of Sobol points.
+
+    Scramble k has the draws k, k + 8, k + 16, ...: more draws continue fewer.
+    """
+    each = -(-count // SCRAMBLES)
+    points = np.empty((each, SCRAMBLES, dimensions))
+    for k, random in enumerate(np.random.default_rng(seed).spawn(SCRAMBLES)):
+        points[:, k] = stats.qmc.Sobol(dimensions, rng=random).random(each)
+    return points.reshape(-1, dimensions)[:count]
+
+
+SCRAMBLES = 8
+
+
+def dimensions_of(scene: RigScene | FieldScene | CompareScene) -> tuple[Dimension, ...]:
+    """Return the numbers to draw for a scene.
+
+    Raises
+    ------
+    SceneError
+        With all faults of its [uncertainty]: none at all, keys it has not, distributions without their
+        numbers.
+    """
+    section = scene.uncertainty
+    if section is None or not section.input:
+        text = "bands need uncertain inputs; write [[uncertainty.input]] with key and distribution"
+        raise SceneError([scene.fault(("uncertainty",), text)])
+    parts = {
+        prefix: (type(part), part.scene.kind, part.model_dump(mode="json", by_alias=True))
+        for prefix, part in scene.prefixed.items()
+    }
+    faults: list[Fault] = []
+    found: list[Dimension] = []
+    names: set[str] = set()
+    for index, one in enumerate(section.input):
+        place = ("uncertainty", "input", index)
+        faults += [scene.fault((*place, key), text) for key, text in _faults(one)]
+        keys = [(part[1], _keys(one.key, prefix, *part)) for prefix, part in parts.items()]
+        if one.acts != "value":
+            lacking = [key for _, pairs in keys for key, own in pairs if type(own) not in (int, float)]
+            text = (
+                f"acts = {shown(one.acts)} needs numbers in the scene; write {', '.join(lacking[:3])} there"
+            )
+            faults += [scene.fault((*place, "acts"), text)] if lacking else []
+        keys = [(kind, pairs) for kind, pairs in keys if pairs]
+        if not keys:
+            text = f"key = {shown(one.key)} is none of this scene; give one such as operation.friction"
+            faults.append(scene.fault((*place, "key"), text))
+        elif one.shared and len(keys) < len(parts):
+            text = f"shared = true, but only the {keys[0][0]} has {one.key}; delete shared"
+            faults.append(scene.fault((*place, "shared"), text))
+        elif one.shared or len(keys) == 1:
+            found.append(Dimension(one.label, one, tuple(pair for _, pairs in keys for pair in pairs)))
+        else:
+            found += [Dimension(f"{one.label}, {kind}", one, tuple(pairs)) for kind, pairs in keys]
+        if one.label in names:
+            text = f"two inputs are called {shown(one.label)}; give one of them another name"
+            faults.append(scene.fault((*place, "key"), text))
+        names.add(one.label)
+    for index, steel in enumerate(section.material):
+        model = type(scene.parts[0])
+        unknown = [key for key in steel.wear if not is_key(model, ["wear", key])]
+        text = f"wear of {shown(steel.name)}: {unknown_key(['wear', *unknown[:1]], model)}" if unknown else ""
+        faults += [scene.fault(("uncertainty", "material", index, "wear"), text)] if unknown else []
+    for key in ("draws", "most_draws"):
+        count = getattr(section, key)
+        if count is not None and count & (count - 1):
+            low = 2 ** int(math.log2(count))
+            text = f"{key} = {count} must be a power of two; write {low} or {2 * low}"
+            faults.append(scene.fault(("uncertainty", key), text))
+    if faults:
+        raise SceneError(faults)
+    return tuple(found)
+
+
+def _faults(one: InputSection) -> Iterator[tuple[str, str]]:
+    """Keys of an input that do not fit together, with messages."""
+    needed = _NEEDS[one.distribution]
+    for key in {key for keys in _NEEDS.values() for key in keys}:
+        given = getattr(one, key) not in (None, ())
+        if given != (key in needed):
+            does = "needs" if key in needed else "has no"
+            yield "distribution", f"distribution = {shown(one.distribution)} {does} {key}"
+    if one.low is not None and one.high is not None and one.low >= one.high:
+        yield "low", f"low = {one.low:g} must be below high = {one.high:g}"
+    if one.acts != "value" and any(isinstance(value, str | dict) for value in one.values):
+        yield "values", f"acts = {shown(one.acts)} needs numbers among values"
+
+
+def _keys(
+    key: str, prefix: str, model: type[Section], kind: str, data: Mapping[str, Any]
+) -> list[tuple[str, Any]]:
+    """Keys of one scene that a dotted key means, for overrides, with the values that stand there."""
+    parts = key.split(".")
+    if len(prefix) > 0 and parts[0] in ("rig", "field"):
+        if parts[0] != kind:
+            return []
+        parts = parts[1:]
+    if (len(parts) < 2 and parts != ["wear"]) or parts[0] in ("scene", "compare", "uncertainty"):
+        return []
+    tables: Sequence[Sequence[str]] = [parts]
+    if parts[0] == "operation" and len(parts) == 2:  # of every block or class
+        tables = [["operation", name, parts[1]] for name in _EVERYWHERE]
+    pairs = []
+    for keys in tables:
+        if not is_key(model, keys) or (keys[0] == "operation" and not data["operation"].get(keys[1])):
+            continue
+        for path in paths_of(data, keys):
+            own: Any = data
+            for step in path:
+                own = own.get(step) if isinstance(own, Mapping) else own[int(step)]
+                if own is None:
+                    break
+            dotted = ".".join(str(step + 1) if isinstance(step, int) else step for step in path)
+            pairs.append((f"{prefix}{dotted}", own))
+    return pairs
+
+
+def material_overrides(material: MaterialSection) -> tuple[Override, ...]:
+    """Give what a steel changes in [wear], of rig and field alike."""
+    return tuple(Override(f"wear.{key}", value) for key, value in material.wear.items())

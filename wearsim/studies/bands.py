@@ -1,0 +1,235 @@
+"""Draws of the uncertain inputs of a scene, run as cases, and the bands made of them.
+
+Each draw is a campaign in a run directory of its own, `bands/case_0001` and so on: the same call goes on
+after whatever stopped it.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from wearsim.campaign.record import readable_errors, write_atomically
+from wearsim.errors import ResultError
+from wearsim.results import open_results
+from wearsim.scene import CampaignScene, load_campaign
+from wearsim.scene.overrides import Override
+from wearsim.scene.sweep import Case
+from wearsim.scene.uncertainty import (
+    Dimension,
+    dimensions_of,
+    draws_of,
+    material_overrides,
+    overrides_of,
+)
+from wearsim.studies.ensemble import Outcome, check_cases, outcome_in, run_cases
+from wearsim.translation import bands
+from wearsim.translation.bands import FILE, MATERIALS
+
+FOLDER = "bands"
+"""Folder of the draws in a run directory."""
+
+_CORRECTED = ("contact.model", "contact.tolerance")
+"""Keys without which a scene has a fast contact model, the default."""
+_NOMINAL = 0
+"""Number of the case with nominal inputs and the contact models of the draws, where the scene has others."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Draws of a scene: what is drawn, and the steels."""
+
+    scene: CampaignScene
+    base: Path
+    dimensions: tuple[Dimension, ...]
+    overrides: tuple[Override, ...]  # of all draws
+    steels: tuple[tuple[str, tuple[Override, ...]], ...]  # that of the scene first
+    fast: bool  # whether the draws have other contact models than the scene
+
+    def shares(self, count: int) -> np.ndarray:
+        """Shares of the distributions of the first draws (count, dimensions)."""
+        assert self.scene.uncertainty is not None
+        return draws_of(len(self.dimensions), count, self.scene.uncertainty.seed)
+
+    def cases(self, first: int, count: int) -> list[Case]:
+        """Cases of the draws from the first one up to `count`, each with every steel."""
+        shares, made = self.shares(count), []
+        for draw in range(first, count):
+            pairs = zip(self.dimensions, shares[draw], strict=True)
+            drawn = overrides_of([(one, one.drawn(float(share))) for one, share in pairs])
+            for k, (_, steel) in enumerate(self.steels):
+                number = 1 + draw * len(self.steels) + k
+                made.append(Case(number, self.base, (*self.overrides, *drawn, *steel)))
+        return made
+
+
+def plan_of(base: Path, overrides: Sequence[Override] = ()) -> Plan:
+    """Read what is uncertain in a scene; a SceneError has all faults of it."""
+    scene = load_campaign(base, overrides=overrides)
+    dimensions = dimensions_of(scene)
+    assert scene.uncertainty is not None
+    steels = [(one.name, material_overrides(one)) for one in scene.uncertainty.material]
+    fast = any(part.contact.model is not None for part in scene.parts)
+    own = [*overrides, *(Override(key, None) for key in _CORRECTED if fast)]
+    if hasattr(scene, "compare"):
+        own.append(Override("compare.causes", False))
+    own.append(Override("uncertainty", None))
+    return Plan(scene, base, dimensions, tuple(own), (("", ()), *steels), fast)
+
+
+def run_bands(
+    base: str | Path,
+    out: str | Path,
+    executor: Executor | None = None,
+    *,
+    overrides: Sequence[Override] = (),
+    jobs: int | None = None,
+    command: str = "",
+    report: Callable[[int, Outcome], None] | None = None,
+) -> tuple[xr.Dataset, pd.DataFrame]:
+    """Run the draws of a scene whose campaigns stand in `out`, or continue them, and write the bands.
+
+    Parameters
+    ----------
+    base : str or Path
+        Scene file with [uncertainty].
+    out : str or Path
+        Run directory of the scene, finished; `bands.nc` and, with steels, `materials.csv` are written to it.
+    executor, jobs, command
+        As for `run_cases`.
+    overrides : sequence of Override
+        Values in place of those of the scene file, also for the draws.
+    report : callable, optional
+        Called with the number of cases that are left to run, and the outcome of each.
+
+    Returns
+    -------
+    bands : Dataset
+        From `translation.bands.bands_of`.
+    steels : DataFrame
+        From `translation.bands.rank_materials`; empty without steels.
+
+    Raises
+    ------
+    SceneError
+        With all faults of [uncertainty] and of all draws; nothing is run then.
+    ResultError
+        If a draw failed; the finished ones are kept.
+    """
+    out = Path(out).absolute()
+    plan = plan_of(Path(base), overrides)
+    section = plan.scene.uncertainty
+    assert section is not None
+    folder = out / FOLDER
+    nominal = bands.values_of(_results(out))
+    count, done, sure = section.draws, 0, np.inf
+    draws: list[dict[str, xr.Dataset]] = []
+    steels: dict[str, list[dict[str, xr.Dataset]]] = {name: [] for name, _ in plan.steels[1:]}
+    values: list[xr.Dataset] = []
+    fast = None
+    while True:
+        cases = plan.cases(done, count)
+        if plan.fast and not done:
+            cases.insert(0, Case(_NOMINAL, plan.base, plan.overrides))
+        check_cases(cases, folder)
+        with readable_errors(f"{folder} cannot be made"):
+            folder.mkdir(exist_ok=True)
+        left = [case for case in cases if outcome_in(folder / case.name, case.number).state != "finished"]
+        each = None if report is None else partial(report, len(left))
+        outcomes = run_cases(left, folder, executor, jobs=jobs, command=command, report=each)
+        failed = [one for one in outcomes if one.state != "finished"]
+        if failed:
+            text = f"{len(failed)} of {len(cases)} draws failed, first {failed[0].number}: {failed[0].fault}"
+            raise ResultError(f"{folder}: {text}; narrow its distribution, and run the same command again")
+        if plan.fast and fast is None:
+            fast = bands.values_of(_results(folder / cases[0].name), nominal)
+        for case in cases[1 if plan.fast and not done else 0 :]:
+            results = _results(folder / case.name)
+            kind = (case.number - 1) % len(plan.steels)
+            if kind:
+                steels[plan.steels[kind][0]].append(_ends(results))
+            else:
+                values.append(bands.values_of(results, nominal))
+                draws.append(_ends(results))
+        inputs = {
+            one.name: len(one.section.values) if one.section.distribution == "values" else 0
+            for one in plan.dimensions
+        }
+        made = bands.bands_of(nominal, values, plan.shares(count), inputs, fast)
+        sure = bands.sure(made)
+        if sure <= bands.SURE or 2 * count > (section.most_draws or section.draws):
+            break
+        done, count = count, 2 * count
+    drawn = [[one.drawn(float(share)) for one, share in zip(plan.dimensions, row, strict=True)]
+             for row in plan.shares(count)]  # fmt: skip
+    about = {"long_name": "drawn values of the inputs, texts for choices"}
+    made["drawn"] = (("draw", "input"), np.array([[str(value) for value in row] for row in drawn]), about)
+    made = made.assign_attrs(
+        Conventions="CF-1.11",
+        title=f"bands of {plan.scene.scene.title or Path(base).stem}",
+        history=command or "wearsim run --bands",
+        seed=section.seed,
+        largest_error_over_width=sure,
+        contact_models="those of the draws are kik_piotrowski + fastsim"
+        if plan.fast
+        else "those of the scene",
+        input_sources="\n".join(f"{one.label}: {one.source or 'not stated'}" for one in section.input),
+    )
+    ranked = bands.rank_materials(draws, steels) if steels else pd.DataFrame()
+    write(made, ranked, out)
+    return made, ranked
+
+
+def write(made: xr.Dataset, ranked: pd.DataFrame, out: Path) -> None:
+    """Write `bands.nc` and `materials.csv`, each atomically."""
+    path, part = out / FILE, out / f".{FILE}.tmp"
+    with readable_errors(f"{path} cannot be written", "all draws are safe, make room and run it again"):
+        part.unlink(missing_ok=True)
+        encoding = {name: {"_FillValue": None} for name in made.coords}
+        made.to_netcdf(part, engine="netcdf4", format="NETCDF4", encoding=encoding)
+        os.replace(part, path)
+    if len(ranked):
+        text = ranked.to_csv(index=False, lineterminator="\n", float_format="%.6g")
+        write_atomically(out / MATERIALS, text.encode())
+
+
+def _results(directory: Path) -> dict[str, xr.Dataset]:
+    found = {}
+    for role in ("rig", "field"):
+        if (directory / f"{role}.nc").is_file():
+            with open_results(directory / f"{role}.nc") as data:
+                found[role] = data.load()
+    return found
+
+
+def _ends(results: dict[str, xr.Dataset]) -> dict[str, xr.Dataset]:
+    """Select what the ranking of steels takes of the results of a draw: its last states."""
+    names = ["worn_area", "wear_depth_by_regime", "regime_name"]
+    return {role: data[names].isel(step=slice(-1, None)) for role, data in results.items()}
+
+
+def text_of(made: xr.Dataset, ranked: pd.DataFrame) -> str:
+    """Lines for people on the bands."""
+    table = bands.band_table(made).drop(columns="variable")
+    lines = [
+        f"Bands of {made.attrs['draws']} draws (90 %):",
+        table.to_string(index=False, na_rep="", float_format=lambda value: f"{value:.4g}"),
+    ]
+    sure = float(made.attrs["largest_error_over_width"])
+    if sure > bands.SURE:
+        lines.append(
+            f"warning: the standard error of a quantile is {sure:.0%} of its band, above {bands.SURE:.0%}; "
+            "raise draws or most_draws in [uncertainty]"
+        )
+    if len(ranked):
+        lines += ["", "Worn area over that of the scene's steel:"]
+        lines.append(ranked.to_string(index=False, float_format=lambda value: f"{value:.4g}"))
+    return "\n".join(lines)

@@ -1,0 +1,444 @@
+r"""Bands: what uncertain inputs leave open of the wear of a campaign, of factors, and of the order of steels.
+
+Draws are eight independent scrambles of Sobol points, draw d of scramble d modulo 8: the scatter of a
+quantile over the scrambles is its standard error [1]_. A band reaches from the 5 % to the 95 % quantile.
+
+References
+----------
+.. [1] A. B. Owen, "Monte Carlo variance of scrambled net quadrature", SIAM J. Numer. Anal. 34 (1997) 1884.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from scipy import stats
+
+from wearsim.errors import ResultError
+from wearsim.results.limits import LIMITED, limits_met
+from wearsim.translation import factors
+from wearsim.translation.axes import FloatArray, IntArray, at_distances
+from wearsim.translation.translate import WHEELS, content_hash, translate
+
+QUANTILES = (0.05, 0.5, 0.95)
+SCRAMBLES = 8
+SURE = 0.05
+"""Standard error of a quantile, over the width of its band, from which on more draws would move it."""
+LEAST_Q2 = 0.8
+"""Of leave-one-out predictions by the surrogate, for shares of the variance."""
+
+PER_KM = {
+    "field_distance_per_rig_distance_by_depth": "field distance per rig distance of equal largest depth",
+    "field_distance_per_rig_distance_by_area": "field distance per rig distance of equal worn area",
+}
+"""What 1 km on the rig stands for, as far as both campaigns have worn."""
+
+_BOOTSTRAPS = 200
+_ALONG = ("wear_depth",)  # of which the band is added to the nominal value, not multiplied
+_STATIONS = ("distance_run", "worn_depth", "worn_area_reached")
+_NO_BAND = {"matched_point", "stage", "arc"}
+
+
+def values_of(results: Mapping[str, xr.Dataset], like: xr.Dataset | None = None) -> xr.Dataset:
+    """Gather what bands are made of, from the results of one draw.
+
+    Parameters
+    ----------
+    results : mapping of str to Dataset
+        By role: rig, field or both.
+    like : Dataset, optional
+        The same of the nominal values: distances, depths and areas are its.
+
+    Returns
+    -------
+    Dataset
+        Measures of each campaign over shares of its distance, `rig_worn_area` (rig_way, wheel_group) and so
+        on, depth along the profile at the end, distances to limits [m]; of rig and field their factors as
+        `translate` names them.
+    """
+    found: dict[str, Any] = {}
+    for role, data in results.items():
+        run = data["distance"].values
+        way = np.linspace(0.0, run[-1], 41) if like is None else like[f"{role}_way"].values
+        about = {"units": "m", "long_name": f"distance run by the {role} campaign"}
+        found[f"{role}_way"] = (f"{role}_way", way, about)
+        for name, rule in factors.WEAR_QUANTITIES.items():
+            measure = at_distances(run, factors.wear_by_wheel(data, name), np.minimum(way, run[-1]))
+            measure[way > run[-1] * (1.0 + 1e-12)] = np.nan
+            attrs = {k: v for k, v in data[name].attrs.items() if k in ("units", "long_name")}
+            attrs["quantity"] = name
+            if rule == "change":
+                attrs["long_name"] = f"{attrs.get('long_name', name)}, change from new"
+            found[f"{role}_{name}"] = ((f"{role}_way", "wheel_group"), measure, attrs)
+        arc = data["arc_length"].values
+        depth = data["wear_depth"].values[-1]
+        attrs = {"units": "m", "long_name": f"wear depth at the end of the {role} campaign"}
+        found[f"{role}_arc"] = (
+            f"{role}_arc",
+            arc,
+            {"units": "m", "long_name": "arc length of the new wheel"},
+        )
+        found[f"{role}_wear_depth"] = (("wheel", f"{role}_arc"), depth, attrs)
+        for limit in limits_met(data):
+            met = [at for at in limit.distance if at is not None]
+            attrs = {"units": "m", "long_name": f"distance to the limit of {limit.name}, {role}"}
+            found[f"{role}_{limit.name}_met"] = ((), np.array(min(met, default=np.inf)), attrs)
+    if len(results) == 2:
+        reach = None if like is None else like.attrs["reach"]
+        pair = translate(results["rig"], results["field"], reach=reach)
+        for key, factor in pair.data_vars.items():
+            if str(key).endswith("_factor") and not _NO_BAND & set(map(str, factor.dims)):
+                found[str(key)] = (factor.dims, factor.values, factor.attrs)
+        for basis, (key, meaning) in enumerate(PER_KM.items(), start=1):
+            with np.errstate(divide="ignore"):
+                per_km = 1.0 / pair["distance_run_factor"].values[basis]
+            about = {"units": "1", "long_name": meaning}
+            found[key] = ("progress", per_km, about)
+        deepest = float(pair["worn_depth"].values[1, -1, 0])
+        area = float(np.nanmin(pair["worn_area"].values[2, -1, :, 2]))
+        stations = [float(pair["distance_run"].values[0, -1, 0]), deepest, area]
+        found |= {name: pair[name] for name in ("basis_name", "wheel_group_name", "zone_name")}
+        found["distance_run"] = pair["distance_run"]
+        found["worn_depth"] = pair["worn_depth"]
+        found["worn_area_reached"] = pair["worn_area"]
+        hashes = {key: pair.attrs[key] for key in ("rig_sha256", "field_sha256")}
+        return xr.Dataset(found, attrs={"reach": stations, **hashes})
+    found["wheel_group_name"] = ("wheel_group", list(WHEELS))
+    hashes = {f"{role}_sha256": content_hash(data) for role, data in results.items()}
+    return xr.Dataset(found, attrs=hashes)
+
+
+def quantiles_of(values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Quantiles (3, ...) of draws (n, ...), and their standard errors over the scrambles.
+
+    NaN where any draw has no value: those that wear least reach least far, and the rest would be biased. An
+    infinite one is a value.
+    """
+    lacks = np.isnan(values).any(axis=0)
+    filled = np.where(lacks, 0.0, values)
+    infinite = np.isinf(filled).any(axis=0)
+    with np.errstate(invalid="ignore"):
+        every = np.quantile(filled, QUANTILES, axis=0)
+        parts = np.stack([np.quantile(filled[k::SCRAMBLES], QUANTILES, axis=0) for k in range(SCRAMBLES)])
+        error = np.sqrt(np.var(parts, axis=0, ddof=1) / SCRAMBLES)
+    if infinite.any():  # no value lies between a distance and never
+        every = np.where(infinite, np.quantile(filled, QUANTILES, axis=0, method="inverted_cdf"), every)
+        error = np.where(infinite, np.nan, error)
+    return np.where(lacks, np.nan, every), np.where(lacks, np.nan, error)
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """How much of a result each input decides: shares of the variance, or rank correlations.
+
+    Shares are those of a quadratic surrogate of the logarithm; where it predicts less than `LEAST_Q2` of
+    draws left out, `value` are rank correlations. Limits are 90 % intervals of the bootstrap.
+    """
+
+    kind: str  # "share of variance" or "rank correlation"
+    value: FloatArray  # (inputs,)
+    low: FloatArray
+    high: FloatArray
+    q2: float
+
+
+def sensitivity(shares: FloatArray, result: FloatArray, choices: Sequence[int]) -> Sensitivity:
+    """Find which inputs decide a result.
+
+    Parameters
+    ----------
+    shares : (n, d) array
+        Shares of the distributions that were drawn.
+    result : (n,) array
+        Positive values, such as a factor; draws without value do not count.
+    choices : sequence of int
+        Number of values of each input that is one of some, 0 for the others.
+    """
+    known = np.isfinite(result) & (result > 0.0)
+    u, y = shares[known], np.log(result[known])
+    columns = [_columns(u[:, k], count) for k, count in enumerate(choices)]
+    group = np.repeat(np.arange(len(columns)), [c.shape[1] for c in columns]).astype(np.int64)
+    design = np.column_stack([np.ones(len(u)), *columns]) if columns else np.ones((len(u), 1))
+    random = np.random.default_rng(0)
+    rows = [np.arange(len(u)), *(random.integers(0, len(u), len(u)) for _ in range(_BOOTSTRAPS))]
+    q2 = -np.inf
+    if len(u) > 2 * design.shape[1] and np.ptp(y) > 0.0:
+        hat = design @ np.linalg.pinv(design)
+        left_out = (y - hat @ y) / np.maximum(1.0 - np.diag(hat), 1e-9)
+        q2 = 1.0 - float((left_out**2).sum() / ((y - y.mean()) ** 2).sum())
+    if q2 >= LEAST_Q2:
+        every = np.stack([_variance_shares(design[r], y[r], group) for r in rows])
+        kind = "share of variance"
+    else:
+        every = np.stack([_rank_correlations(u[r], y[r]) for r in rows])
+        kind = "rank correlation"
+    low, high = np.quantile(every[1:], (0.05, 0.95), axis=0)
+    return Sensitivity(kind, every[0], low, high, q2)
+
+
+def _columns(share: FloatArray, choices: int) -> FloatArray:
+    """Columns of the surrogate for an input: Legendre polynomials to degree two, or which value it has."""
+    if choices:
+        index = np.minimum((share * choices).astype(int), choices - 1)
+        return np.column_stack([index == k for k in range(1, choices)]).astype(float) if choices > 1 else (
+            np.empty((share.size, 0))
+        )  # fmt: skip
+    x = 2.0 * share - 1.0
+    return np.column_stack([x, 1.5 * x * x - 0.5])
+
+
+def _variance_shares(design: FloatArray, y: FloatArray, group: IntArray) -> FloatArray:
+    weights = np.linalg.lstsq(design, y, rcond=None)[0][1:]
+    parts = design[:, 1:] * weights
+    variance = np.array([np.var(parts[:, group == k].sum(axis=1)) for k in range(int(group.max()) + 1)])
+    return np.asarray(variance / max(float(np.var(y)), 1e-300))
+
+
+def _rank_correlations(u: FloatArray, y: FloatArray) -> FloatArray:
+    if np.ptp(y) == 0.0:
+        return np.zeros(u.shape[1])
+    return np.array([float(stats.spearmanr(column, y).statistic) for column in u.T])
+
+
+def bands_of(
+    nominal: xr.Dataset,
+    draws: Sequence[xr.Dataset],
+    shares: FloatArray,
+    inputs: Mapping[str, int],
+    fast: xr.Dataset | None = None,
+) -> xr.Dataset:
+    """Make bands of the values of draws.
+
+    Parameters
+    ----------
+    nominal, draws : Dataset, sequence of Dataset
+        From `values_of`, the draws with the nominal values as `like`.
+    shares : (n, d) array
+        Shares of the distributions that were drawn.
+    inputs : mapping of str to int
+        Names of the inputs, with the number of values of those that are one of some, else 0.
+    fast : Dataset, optional
+        Nominal values with the contact models of the draws, if the scene has others: the band is the ratio
+        to them, times the nominal value of the scene's own models (of depth along the profile the
+        difference).
+
+    Returns
+    -------
+    Dataset
+        Of each variable `x`, `x` itself, `x_band` (quantile, ...) and `x_band_error`, the standard error of
+        the quantiles; `x_sensitivity` (input) of what stands at the end of the way; NaN where a draw has no
+        value.
+    """
+    made: dict[str, Any] = {str(name): nominal[name] for name in nominal.variables}
+    for name, variable in nominal.data_vars.items():
+        if variable.dtype.kind != "f" or name in _STATIONS:
+            continue
+        key, values = str(name), np.stack([one[name].values for one in draws])
+        if fast is not None:
+            base = fast[name].values
+            if key.endswith(_ALONG):
+                values = values - base + variable.values
+            else:
+                ratio = np.divide(variable.values, base, out=np.ones_like(base), where=base != 0.0)
+                values = values * ratio
+        band, error = quantiles_of(values)
+        dims = ("quantile", *map(str, variable.dims))
+        about = {k: v for k, v in variable.attrs.items() if k in ("units", "quantity")}
+        meaning = variable.attrs.get("long_name", key)
+        made[f"{key}_band"] = (dims, band, about | {"long_name": f"{meaning}, quantiles of the draws"})
+        made[f"{key}_band_error"] = (dims, error, about | {"long_name": f"{meaning}, their standard error"})
+    made["input_name"] = ("input", list(inputs), {"long_name": "uncertain input"})
+    for key in asked_of(nominal):
+        last: tuple[Any, ...] = (slice(None), *answered_at(made[f"{key}_band"][1]))
+        found = sensitivity(shares, np.stack([one[key].values for one in draws])[last], list(inputs.values()))
+        made[f"{key}_sensitivity"] = (
+            ("input", "estimate"), np.column_stack([found.value, found.low, found.high]),
+            {"units": "1", "long_name": f"{found.kind}, with its 90 % interval", "kind": found.kind,
+             "leave_one_out_q2": found.q2},
+        )  # fmt: skip
+    about = {"long_name": "quantile of the draws", "units": "1"}
+    shown = {k: v for k, v in nominal.attrs.items() if k != "reach"}
+    return xr.Dataset(made, {"quantile": ("quantile", list(QUANTILES), about)}, shown | {"draws": len(draws)})
+
+
+def asked_of(nominal: xr.Dataset) -> list[str]:
+    """Variables whose bands are the answer: km for km, factors, worn area and depth of each campaign."""
+    names = ("worn_area", "max_wear_depth")
+    every = [*PER_KM, *(f"{name}_factor" for name in names)]
+    every += [f"{role}_{name}" for role in ("rig", "field") for name in names]
+    return [name for name in every if name in nominal]
+
+
+def answered_at(band: FloatArray) -> tuple[Any, ...]:
+    """Place of the answer in the band of a variable of `asked_of`: the last station with a band, both wheels.
+
+    Of factors that at equal distance.
+    """
+    if band.ndim == 4:
+        return (0, last_known(band[1, 0, :, -1]), -1)
+    return (last_known(band[1]),) if band.ndim == 2 else (last_known(band[1, :, -1]), -1)
+
+
+def last_known(values: FloatArray) -> int:
+    """Index of the last value that is not missing."""
+    known = np.flatnonzero(np.isfinite(values))
+    return int(known[-1]) if known.size else -1
+
+
+def sure(bands: xr.Dataset) -> float:
+    """Largest standard error of a quantile of the answers, over the width of its band."""
+    largest = 0.0
+    for name in asked_of(bands):
+        band, error = bands[f"{name}_band"].values, bands[f"{name}_band_error"].values
+        at = answered_at(band)
+        width = float(band[(2, *at)] - band[(0, *at)])
+        worst = float(np.max(error[(slice(None), *at)]))
+        if width > 1e-6 * abs(float(band[(1, *at)])):
+            largest = max(largest, worst / width)
+    return largest
+
+
+def band_table(bands: xr.Dataset) -> pd.DataFrame:
+    """Bands of worn area and depth where the campaigns end, and of their factors, with what decides them.
+
+    Returns
+    -------
+    DataFrame
+        Columns variable, quantity, where, unit, nominal, 5 %, 50 %, 95 % (areas in mm², depths in mm),
+        standard error over width, and main input.
+    """
+    rows = []
+    for name in asked_of(bands):
+        band, error = bands[f"{name}_band"].values, bands[f"{name}_band_error"].values
+        at = answered_at(band)
+        low, middle, high = (float(band[(q, *at)]) for q in range(3))
+        unit, scale = ("mm²", 1e6) if "area" in name else ("mm", 1e3)
+        if name in PER_KM:
+            unit, scale = "km/km", 1.0
+            if name.endswith("depth"):
+                where = f"up to {1e3 * float(bands['worn_depth'].values[1, at[0], 0]):.3g} mm each"
+            else:
+                where = (
+                    f"up to {1e6 * float(bands['worn_area_reached'].values[2, at[0], 0, -1]):.3g} mm² each"
+                )
+        elif name.endswith("_factor"):
+            unit, scale = "1", 1.0
+            place = 1e-3 * float(bands["distance_run"].values[0, at[1], 0])
+            where = f"rig over field at {place:.6g} km each"
+        else:
+            role = name.split("_")[0]
+            where = f"{role} at {1e-3 * float(bands[f'{role}_way'].values[at[0]]):.6g} km"
+        values, names = bands[f"{name}_sensitivity"].values[:, 0], bands["input_name"].values
+        first = int(np.argmax(np.abs(values)))
+        width = high - low
+        rows.append(
+            {
+                "variable": name,
+                "quantity": PER_KM.get(name, "worn area" if "worn_area" in name else "largest wear depth"),
+                "where": where,
+                "unit": unit,
+                "nominal": scale * float(bands[name].values[at]),
+                **{f"{q:.0%}": scale * v for q, v in zip(QUANTILES, (low, middle, high), strict=True)},
+                "error/width": float(np.max(error[(slice(None), *at)])) / width if width > 0.0 else 0.0,
+                "decided by": f"{names[first]} ({bands[f'{name}_sensitivity'].attrs['kind']} "
+                f"{values[first]:.2f})",
+            }
+        )
+    for key in map(str, bands.data_vars):
+        if key.endswith("_met"):
+            role, _, measure = key.removesuffix("_met").partition("_")
+            if measure in LIMITED:
+                km = [1e-3 * float(v) for v in (bands[key].values, *bands[f"{key}_band"].values)]
+                rows.append(
+                    {"variable": key, "quantity": f"distance to the limit of {measure.replace('_', ' ')}",
+                     "where": role, "unit": "km", "nominal": km[0], "5%": km[1], "50%": km[2], "95%": km[3],
+                     "error/width": np.nan, "decided by": ""}
+                )  # fmt: skip
+    return pd.DataFrame(rows)
+
+
+FILE, MATERIALS = "bands.nc", "materials.csv"
+"""Files of the bands and of the ranking of steels in a run directory."""
+
+
+def known_bands(directory: Path, hashes: Mapping[str, str]) -> tuple[xr.Dataset | None, pd.DataFrame]:
+    """Read bands and ranking of steels of a run directory, where there are any of these results.
+
+    `hashes` are those of the results by role, from `translate.content_hash`.
+    """
+    path, table = directory / FILE, directory / MATERIALS
+    if not path.is_file():
+        return None, pd.DataFrame()
+    try:
+        with xr.open_dataset(path, engine="netcdf4") as opened:
+            made = opened.load()
+        ranked = pd.read_csv(table) if table.is_file() else pd.DataFrame()
+    except (OSError, ValueError) as error:
+        raise ResultError(f"{path} cannot be read ({error}); delete it, or run with --bands again") from error
+    if any(made.attrs.get(f"{role}_sha256") != one for role, one in hashes.items()):
+        return None, pd.DataFrame()
+    return made, ranked
+
+
+def rank_materials(
+    draws: Sequence[Mapping[str, xr.Dataset]], others: Mapping[str, Sequence[Mapping[str, xr.Dataset]]]
+) -> pd.DataFrame:
+    """Rank steels on the rig and in the field, each draw with the steel of the scene and with another one.
+
+    Parameters
+    ----------
+    draws : sequence of mappings
+        Results by role of each draw with the steel of the scene.
+    others : mapping of str to sequence of mappings
+        The same draws with each other steel, by its name.
+
+    Returns
+    -------
+    DataFrame
+        A row for each steel: worn area over that of the scene's steel, with its band, on the rig and in the
+        field; the share of draws in which the order of both is alike; and the wear regime whose share of the
+        wear differs most between rig and field.
+    """
+    rows = []
+    for material, results in others.items():
+        row: dict[str, Any] = {"steel": material}
+        logs = {}
+        for role in draws[0]:
+            ratio = np.array([_area(b[role]) / _area(a[role]) for a, b in zip(draws, results, strict=True)])
+            low, middle, high = quantiles_of(ratio)[0]
+            row |= {f"{role}, 5%": low, f"{role}, 50%": middle, f"{role}, 95%": high}
+            logs[role] = np.log(ratio)
+        if len(logs) == 2:
+            row["order survives"] = float(np.mean(np.sign(logs["rig"]) == np.sign(logs["field"])))
+            row["regime that differs most"] = _turning(results)
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def _area(data: xr.Dataset) -> float:
+    return max(float(data["worn_area"].values[-1].sum()), 1e-300)
+
+
+def _turning(results: Sequence[Mapping[str, xr.Dataset]]) -> str:
+    """Regime whose share of the wear differs most between rig and field, with both shares."""
+    shares: dict[str, dict[str, float]] = {}
+    for role in ("rig", "field"):
+        totals: dict[str, float] = {}
+        for one in results:
+            data = one[role]
+            amount = data["wear_depth_by_regime"].values[-1].sum(axis=(0, -1))
+            for name, value in zip(
+                data["regime_name"].values, amount / max(amount.sum(), 1e-300), strict=True
+            ):
+                totals[str(name)] = totals.get(str(name), 0.0) + float(value) / len(results)
+        shares[role] = totals
+    names = list(dict.fromkeys([*shares["rig"], *shares["field"]]))
+    both = {name: tuple(shares[role].get(name, 0.0) for role in ("rig", "field")) for name in names}
+    name = max(names, key=lambda key: abs(both[key][0] - both[key][1]))
+    return f"{name}: {both[name][0]:.0%} of the wear on the rig, {both[name][1]:.0%} in the field"
