@@ -32,13 +32,13 @@ def under(force, count):
 def solutions(monkeypatch):
     """Number of contact solutions of each point so far."""
     counted = np.zeros(8, dtype=int)
-    solve_rows = states._Search.solve
+    solve_rows = states.Search.solve
 
     def counting(search, rows, *others, **options):
         np.add.at(counted, rows, 1)
         return solve_rows(search, rows, *others, **options)
 
-    monkeypatch.setattr(states._Search, "solve", counting)
+    monkeypatch.setattr(states.Search, "solve", counting)
     return counted
 
 
@@ -79,7 +79,7 @@ def test_shifts_by_force_are_those_of_the_reference_and_need_few_solutions_when_
         assert (running.stiffness > 1e6).all()
         solutions[:] = 0
         # as much as a step of wear moves it
-        before = Running(running.shift - 2e-6, running.load + 30.0, 1.1 * running.stiffness)
+        before = Running(running.shift - 2e-6, running.load + 30.0, 1.1 * running.stiffness, running.yaw)
         again = settle(given, wanted, *bodies(curvature), models, before)
         assert 1 <= solutions.max() <= states.MOST_WARM
         # both within the tolerance of the force

@@ -107,4 +107,4 @@ def test_a_record_that_cannot_be_read_is_told(run, text, fault):
 def test_a_field_without_classes_and_record_is_refused(run, faults_of):
     start, end = FIELD.index("[recorded]"), FIELD.index("[campaign]")
     (fault,) = faults_of(FIELD[:start] + FIELD[end:])
-    assert "no operation: write [[operation.class]], or [recorded]" in fault
+    assert "no operation: write [[operation.class]], [vehicle] with its track, or" in fault

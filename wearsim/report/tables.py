@@ -136,7 +136,10 @@ def running(dataset: xr.Dataset) -> list[Table]:
         return []
     row = last_worn_row(dataset)
     acting = dataset["weight"].values > 0.0
-    names = ["lateral_position", "lateral_force", "steering_moment", "axle_wear_number", "wear_share"]
+    names = [
+        "lateral_position", "wheelset_yaw", "lateral_force", "steering_moment", "axle_wear_number",
+        "wear_share",
+    ]  # fmt: skip
     columns = [values_of(dataset, name, row) for name in names]
     values = np.column_stack([*columns, values_of(dataset, "derailment_quotient", row)])[acting]
     points = dataset["operating_point_name"].values[acting]

@@ -21,6 +21,7 @@ from wearsim.results.limits import LIMITED
 from wearsim.scene.campaign import LIMIT_KEYS, STABILITY, LimitsSection, RollerWearSection
 from wearsim.scene.damage import damage_faults
 from wearsim.scene.models import BlockSection, ClassSection, FieldScene, RigScene
+from wearsim.scene.vehicle import cut_motion, points_of_track
 from wearsim.toml_faults import KeyPath, shown, suggestion
 
 SHARES_ROUNDED = 0.01
@@ -76,6 +77,9 @@ def scene_warnings(
     """
     warnings = beyond_clearance(scene, clearance)[1]
     warnings += [scene.fault(*message) for message in _warnings(scene)]
+    if isinstance(scene, FieldScene) and scene.vehicle is not None:
+        free = min((one for one in clearance if one is not None), default=math.inf)
+        warnings += [scene.fault(*message) for message in cut_motion(scene.vehicle, free)]
     return by_line(warnings + limit_faults(scene, wheels, counterface, end=False))
 
 
@@ -155,13 +159,17 @@ def _contact_faults(scene: Campaign) -> _Messages:
         for key in sorted(contact.model_fields_set & {"normal", "tangential"}):
             text = f'{key} and model = "{contact.model}" exclude each other; delete one of them'
             yield ("contact", key), text
-    for path, run in runs.items() if contact.model == "auto" else ():
-        if _balanced(run):  # positions found by a fast model are not those of the half-space
-            text = (
-                f'{key_of(path)}: forces are balanced by the fast model alone with model = "auto"; write '
-                'model = "accurate", or normal and tangential, in [contact]'
-            )
-            yield path, text
+    on_route = isinstance(scene, FieldScene) and scene.vehicle is not None
+    forced = {path: shown(run.name) for path, run in runs.items() if _balanced(run)}
+    if on_route:
+        forced[("vehicle",)] = "the vehicle"
+    for path in forced if contact.model == "auto" else ():
+        # positions found by a fast model are not those of the half-space
+        text = (
+            f'{key_of(path)}: forces are balanced by the fast model alone with model = "auto"; write '
+            'model = "accurate", or normal and tangential, in [contact]'
+        )
+        yield path, text
     if contact.model != "auto" and "tolerance" in contact.model_fields_set:
         text = f'tolerance = {contact.tolerance:g} is for model = "auto"; write that, too, or delete it'
         yield ("contact", "tolerance"), text
@@ -170,11 +178,11 @@ def _contact_faults(scene: Campaign) -> _Messages:
         others = _normal_models("can_update_profile")
         text = f"normal = {shown(contact.normal)} cannot update the profile in a campaign: {model.reason}; "
         yield ("contact", "normal"), f"{text}write {others}"
-    forced = next((run for run in runs.values() if _balanced(run)), None)
-    if forced is not None and "roll" in contact.model_fields_set and contact.roll != "free":
-        text = f'roll = "given" lets no forces of {shown(forced.name)} be balanced; write roll = "free", or'
+    if forced and "roll" in contact.model_fields_set and contact.roll != "free":
+        first = next(iter(forced.values()))
+        text = f'roll = "given" lets no forces of {first} be balanced; write roll = "free", or'
         yield ("contact", "roll"), f"{text} delete it"
-    for path, run in runs.items() if contact.roll == "free" or forced is not None else ():
+    for path, run in runs.items() if contact.roll == "free" or forced else ():
         if "roll_mrad" in run.model_fields_set:
             yield (
                 (*path, "roll_mrad"),
@@ -372,6 +380,9 @@ def shift_ranges(scene: Campaign) -> Iterator[tuple[KeyPath, float, float, int]]
                 following = blocks[(int(path[2]) + 1) % len(blocks)]
                 shifts.append(getattr(following, "shift_mm", None) or 0.0)
             yield (*path, key), min(shifts), max(shifts), run.positions or 1
+    if isinstance(scene, FieldScene) and scene.vehicle is not None:
+        for k, count in enumerate(points_of_track(scene.vehicle)):
+            yield ("vehicle", "class", k), 0.0, 0.0, count  # all within what the flange allows
     if isinstance(scene, FieldScene) and scene.recorded is not None:
         found = scene._reduction
         yield ("recorded", "file"), 0.0, 0.0, len(found.group) if isinstance(found, Reduction) else 1

@@ -18,6 +18,7 @@ from wearsim.scene.campaign import CampaignSection, RailWearSection, RollerWearS
 from wearsim.scene.damage import FatigueSection, WearSection
 from wearsim.scene.section import Registered, Section, Text, number, range_of, words
 from wearsim.scene.uncertainty import UncertaintySection
+from wearsim.scene.vehicle import CurveRadius, VehicleSection
 from wearsim.toml_faults import KeyPath, Lines, line_of
 
 
@@ -31,16 +32,7 @@ def _inclination(text: str) -> str:
     return text
 
 
-def _curve_radius(radius: float) -> float:
-    low, high = QUANTITIES["curve_radius"].span
-    if not low <= abs(radius) <= high:
-        allowed = f"between {low:.10g} and {high:.10g} m, with + to the right or - to the left"
-        raise PydanticCustomError("out_of_range", "radius", {"allowed": allowed})
-    return radius
-
-
 Inclination = Annotated[str, AfterValidator(_inclination)]
-CurveRadius = Annotated[float, AfterValidator(_curve_radius)]
 Shift = Annotated[float, Field(**range_of("shift"))]
 
 
@@ -475,6 +467,8 @@ class FieldScene(_Campaign):
     counterface: RailSection
     operation: FieldOperation = Field(default_factory=lambda: FieldOperation.model_validate({}))
     recorded: RecordedSection | None = None
+    vehicle: VehicleSection | None = None
+    _vehicle: object = PrivateAttr(None)  # set once its file was read
     _samples: object = PrivateAttr(None)  # set once the record was read
     _reduction: object = PrivateAttr(None)  # set once it is reduced to operating points
 

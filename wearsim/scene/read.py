@@ -44,6 +44,7 @@ from wearsim.scene.overrides import Override, at_its_source, merge, overridden_t
 from wearsim.scene.recorded import read_record
 from wearsim.scene.rig import with_programme, with_rig
 from wearsim.scene.sweep import SweepScene, read_sweep
+from wearsim.scene.vehicle import read_vehicle
 from wearsim.scene.wear_table import read_wear_table
 from wearsim.toml_faults import (
     Lines,
@@ -413,7 +414,7 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
     faults += limit_faults(scene, wheels, counterface, end=True)
     if isinstance(scene, FieldScene):
         try:
-            noted += _recorded(scene, kept, clearance, files)
+            noted += _operated(scene, kept, clearance, files)
         except SceneError as error:
             faults += error.faults
     lines = {fault.line for fault in faults}
@@ -439,22 +440,30 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
     return scene
 
 
-def _recorded(
+def _operated(
     scene: FieldScene,
     kept: Mapping[str, Path],
     clearance: tuple[float | None, float | None],
     files: list[InputFile],
 ) -> list[Fault]:
-    """Read the record of a scene, if it has one, and note its file; warnings."""
+    """Read the record or the vehicle of a scene, if it has one, and note its file; warnings."""
     section, classes = scene.recorded, scene.operation.classes
-    if section is None and not classes:
-        text = "no operation: write [[operation.class]], or [recorded] with a record of a run"
+    names = {"vehicle": scene.vehicle, "recorded": section}
+    given = {name: f"[{name}]" for name, one in names.items() if one is not None}
+    given |= {"operation": "[[operation.class]]"} if classes else {}
+    if not given:
+        text = "no operation: write [[operation.class]], [vehicle] with its track, or [recorded]"
         raise SceneError([scene.fault(("operation",), text)])
+    if len(given) > 1:
+        text = f"{' and '.join(given.values())} exclude each other; keep one of them"
+        raise SceneError([scene.fault((next(iter(given)),), text)])
+    if scene.vehicle is not None:
+        scene._vehicle, place = read_vehicle(scene, lambda role, name: _place_of(scene, role, name, kept))
+        own = place.parent != shipped_path("profiles", "vehicles")
+        content = content_of(place, "a vehicle file")
+        files.append(InputFile("vehicle.file", scene.vehicle.file, place, content, shipped=not own))
     if section is None:
         return []
-    if classes:
-        text = "[recorded] and [[operation.class]] exclude each other; delete one of them"
-        raise SceneError([scene.fault(("recorded",), text)])
     role = "recorded.file"
     path = _place_of(scene, role, section.file, kept)
     path = path or find_file(section.file, (), "workflows")

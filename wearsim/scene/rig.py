@@ -4,20 +4,16 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Literal
 
 from pydantic import Field, ValidationError
 
 from wearsim.errors import Fault, SceneError
-from wearsim.profile.standard import shipped_path
 from wearsim.scene.models import BlockSection, RigScene
 from wearsim.scene.section import Section, Text, number, words
+from wearsim.scene.vehicle import Place, shipped_or_own
 from wearsim.toml_faults import content_of, decimal, read_toml, shown, suggestion, text_of, validation_faults
-
-Place = Callable[[str, str], Path | None]
-"""File of a role and a name in the scene."""
 
 
 class RigLimits(Section):
@@ -63,12 +59,9 @@ def with_rig(scene: RigScene, place: Place) -> tuple[RigScene, Path | None]:
             text = "[counterface] needs roller_radius_mm, or rig = the name of a rig; add one of them"
             raise SceneError([scene.fault(("counterface",), text)])
         return scene, None
-    path = place("counterface.rig", section.rig) or place("counterface.rig", f"{section.rig}.toml")
-    shipped = shipped_path("profiles", "rigs", f"{section.rig}.toml")
-    path = path or (shipped if shipped.is_file() else None)
+    path, text = shipped_or_own("rigs", place, "counterface.rig", section.rig)
     if path is None:
-        known = sorted(one.stem for one in shipped_path("profiles", "rigs").glob("*.toml"))
-        text = f"rig = {shown(section.rig)} is no file, nor a shipped rig; {suggestion(section.rig, known)}"
+        text = f"rig = {shown(section.rig)} is no file, nor a shipped rig; {text}"
         raise SceneError([scene.fault(key, text)])
     rig, faults = read_toml(path, RigFile)
     if rig is None:

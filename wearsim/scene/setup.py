@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any, Literal
@@ -11,7 +12,8 @@ import numpy as np
 from wearsim.contact.solve import ContactModels, Counterface, Wheelset, available_cores
 from wearsim.damage.fatigue import FatigueSettings
 from wearsim.damage.wear import WearSettings
-from wearsim.errors import Fault, SceneError
+from wearsim.errors import Fault, ProfileError, SceneError
+from wearsim.operation.bogie import GRAVITY
 from wearsim.operation.points import (
     OperatingPoints,
     collective,
@@ -21,7 +23,9 @@ from wearsim.operation.points import (
     with_monitors,
 )
 from wearsim.operation.recorded import Reducer, Reduction, Samples, reduce_samples
+from wearsim.operation.route import LEAST_CONICITY, Motion, Tangent, creep_coefficient, klingel, route
 from wearsim.operation.states import Running, StateError, settle
+from wearsim.profile.conicity import equivalent_conicity
 from wearsim.profile.shape import Profile
 from wearsim.scene.campaign import (
     LIMIT_KEYS,
@@ -37,9 +41,7 @@ from wearsim.scene.messages import by_line, scene_warnings, shift_ranges
 from wearsim.scene.models import ContactSection, FieldScene, RigScene, RollerSection
 from wearsim.scene.read import inputs_of
 from wearsim.scene.section import Section
-
-GRAVITY = 9.81
-"""Of the wheelset, whose weight the axle boxes do not carry [m/s2]."""
+from wearsim.scene.vehicle import VehicleFile, track_of
 
 CHAINS: Mapping[str, tuple[tuple[str, str], ...]] = {
     "auto": (("kik_piotrowski", "fastsim"), ("knothe_le_the", "fastsim"), ("half_space", "half_space")),
@@ -88,7 +90,10 @@ def build(scene: RigScene | FieldScene) -> CampaignSetup:
     reduction = None
     if isinstance(scene, FieldScene) and scene.recorded is not None:
         reduction = _reduced(scene, (wheelset, counterface), wear)
-    points = _points(scene, reduction)
+    if isinstance(scene, FieldScene) and scene.vehicle is not None:
+        points = _monitored(scene, _on_route(scene, (wheelset, counterface)))
+    else:
+        points = _monitored(scene, _points(scene, reduction))
     running = _settled(scene, points, (wheelset, counterface))
     return CampaignSetup(
         tolerance=contact.tolerance if fallbacks else None,
@@ -197,7 +202,7 @@ def _reduced(scene: FieldScene, bodies: tuple[Wheelset, Counterface], wear: Wear
 
 
 def _points(scene: RigScene | FieldScene, reduction: Reduction | None) -> OperatingPoints:
-    contact, monitor = scene.contact, scene.operation.monitor
+    contact = scene.contact
     runs = [_run(scene, section) for section in scene.operation.runs.values()]
     balanced = any("axle_load" in run or "lateral_force" in run for run in runs)
     motion: dict[str, Any] = {
@@ -210,9 +215,42 @@ def _points(scene: RigScene | FieldScene, reduction: Reduction | None) -> Operat
         assert scene.recorded is not None
         found, common = reduction.points, np.full(reduction.points.distance.size, scene.recorded.environment)
         set_points = {**found.values, "environment": common}
-        points = recorded_points(set_points, found.distance, reduction.group, **motion)
-    else:
-        points = programme(runs, **motion) if isinstance(scene, RigScene) else collective(runs, **motion)
+        return recorded_points(set_points, found.distance, reduction.group, **motion)
+    return programme(runs, **motion) if isinstance(scene, RigScene) else collective(runs, **motion)
+
+
+def _on_route(scene: FieldScene, bodies: tuple[Wheelset, Counterface]) -> OperatingPoints:
+    """Operating points of a vehicle on its route; on straight track it moves as with new wheels."""
+    section, file = scene.vehicle, scene._vehicle
+    assert section is not None
+    assert isinstance(file, VehicleFile)
+    inputs, vehicle, (wheelset, counterface) = inputs_of(scene), file.vehicle, bodies
+    track, rules = track_of(section), {"rotation": scene.contact.rotation, "torque": scene.contact.torque_Nm}
+    spread = max((one.std for one in track if isinstance(one, Tangent)), default=0.0)
+    profiles = wheelset.right, wheelset.left, counterface.profile
+    clearance = min((one for one in inputs.clearance if one is not None), default=math.inf)
+    amplitude = min(max(math.sqrt(2.0) * spread, 1e-3), clearance)
+    try:
+        conicity = equivalent_conicity(*profiles, amplitude=amplitude) or LEAST_CONICITY
+    except ProfileError as error:
+        raise SceneError([scene.fault(("vehicle", "tangent"), f"no equivalent conicity: {error}")]) from None
+    wavelength = section.tangent_wavelength_m or klingel(wheelset, conicity)
+    models, *_ = contact_models(scene.contact)
+    motion = Motion(
+        rule=section.tangent,
+        wavelength=wavelength,
+        creep=creep_coefficient(wheelset, counterface, models, 0.5 * vehicle.axle_load),
+        conicity=conicity,
+        clearance=clearance,
+        leading=section.leading_share,
+        turned=section.turned_share,
+    )
+    return route(track, vehicle, motion, wheelset, **rules)
+
+
+def _monitored(scene: RigScene | FieldScene, points: OperatingPoints) -> OperatingPoints:
+    """Operating points with those that are watched."""
+    monitor = scene.operation.monitor
     if monitor is None:
         return points
     values = monitor.si()
@@ -255,8 +293,12 @@ def _settled(
             scene._running = settle(points.conditions, points.controlled, *bodies, models)
         except StateError as error:
             places = [path for path, _, _, count in shift_ranges(scene) for _ in range(count)]
-            texts = {places[k]: f"{points.label[k]}: {text}" for k, text in error.messages.items()}
+            texts = {
+                places[k]: f"{points.label[k]}: {text}" for k, text in sorted(error.messages.items())[::-1]
+            }
             fix = "lower lateral_force_kN, or raise the load"
+            if points.controlled.bogies is not None:
+                fix = "raise curve_radius_m, lower cant_deficiency_mm or friction, or give another vehicle"
             faults = [scene.fault(path, f"{text}; {fix}") for path, text in texts.items()]
             raise SceneError(by_line(faults)) from None
     running = scene._running

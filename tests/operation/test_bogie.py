@@ -1,0 +1,176 @@
+"""Axles of a bogie in curves against a prototype's states, a linear contact's closed ones, and identities.
+
+The prototype is that of the reference (same contact models and grid): 1.5e-3 mm, 2e-3 mrad, 5 N m and 0.1 %
+of the wear number, which its printed digits and its balance to 1e-5 of the axle load bound.
+"""
+
+import csv
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from wearsim.contact.solve import ContactConditions, solve
+from wearsim.operation.bogie import GRAVITY, Bogies, Vehicle, curved, suspension
+from wearsim.operation.resultants import Resultants, resultants
+from wearsim.operation.states import MOST_WARM, TOLERANCE, Controlled, Search, StateError, settle
+
+VEHICLE = Vehicle(
+    half_wheelbase=1.25, half_pivot_distance=9.5, wheelset_mass=1500.0, bogie_mass=3000.0,
+    body_mass=53239.55, bogie_height=0.6, body_height=1.8, lateral_stiffness=10e6, yaw_stiffness=10e6,
+)  # fmt: skip
+DATA = Path(__file__).parents[1] / "data"
+
+
+def rows():
+    with open(DATA / "operation_bogie.csv") as file:
+        table = [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
+    return {key: np.array([row[key] for row in table]) for key in table[0]}
+
+
+def task(radius, deficiency=0.0, friction=0.35, vehicle=VEHICLE, in_front=1.0):
+    """Conditions, forces and bogies of curves, the axles of each one after the other."""
+    radius, deficiency, friction = np.broadcast_arrays(
+        *(np.atleast_1d(np.asarray(one, float)) for one in (radius, deficiency, friction))
+    )
+    count, pairs = radius.size, [np.repeat(one, 2) for one in (radius, friction)]
+    conditions = ContactConditions.of(
+        np.zeros(2 * count), wheel_load=0.5 * vehicle.axle_load, friction=pairs[1],
+        track_curvature=1.0 / pairs[0], speed=20.0, free_roll=True,
+    )  # fmt: skip
+    acceleration = -np.sign(radius) * GRAVITY * deficiency / 1.5
+    first = 2 * np.arange(count)
+    bogies = Bogies(vehicle, first, first + 1, acceleration, np.full(count, in_front))
+    whole = np.ones(2 * count)
+    moment = np.repeat(vehicle.box_moment(acceleration, 0.46), 2)
+    return conditions, Controlled(np.nan * whole, vehicle.axle_load * whole, moment, bogies)
+
+
+def forces_of(running, conditions, bodies, models):
+    found = running.conditions(conditions)
+    return resultants(solve(found, *bodies, models), found, *bodies)
+
+
+def test_states_in_curves_are_those_of_the_reference(bodies, models):
+    table = rows()
+    curves = 1e-3 * table["cant_deficiency_mm"]
+    conditions, controlled = task(table["radius_m"], curves, table["friction"])
+    running = settle(conditions, controlled, *bodies(0.0), models)
+    forces = forces_of(running, conditions, bodies(0.0), models)
+    for axle, number in ((slice(0, None, 2), 1), (slice(1, None, 2), 2)):
+        np.testing.assert_allclose(1e3 * running.shift[axle], table[f"y{number}_mm"], atol=1.5e-3)
+        np.testing.assert_allclose(1e3 * running.yaw[axle], table[f"yaw{number}_mrad"], atol=2e-3)
+        np.testing.assert_allclose(running.load[axle, 1] / 1e3, table[f"Q_left{number}_kN"], atol=6e-3)
+        wear = forces.power[axle] / 20.0
+        np.testing.assert_allclose(wear, table[f"wear_number{number}_N"], rtol=2e-3, atol=2e-2)
+    np.testing.assert_allclose(forces.force[::2] / 1e3, table["H1_kN"], atol=6e-3)
+    np.testing.assert_allclose(forces.moment[::2] / 1e3, table["M1_kNm"], atol=6e-3)
+    # the whole bogie in balance, whatever its springs do
+    lateral = forces.force.reshape(-1, 2)
+    mass = 2.0 * VEHICLE.wheelset_mass + VEHICLE.bogie_mass + VEHICLE.body_mass / 2.0
+    near = 4.0 * TOLERANCE * VEHICLE.axle_load
+    np.testing.assert_allclose(lateral.sum(1), -mass * controlled.bogies.acceleration, atol=near)
+    turning = VEHICLE.half_wheelbase * (lateral[:, 0] - lateral[:, 1]) + forces.moment.reshape(-1, 2).sum(1)
+    np.testing.assert_allclose(turning, 0.0, atol=(1.0 + VEHICLE.half_wheelbase) * near)
+
+
+@pytest.mark.parametrize(
+    ("in_front", "states"),
+    [(1.0, [(-5.2216, -0.9495), (-6.1955, -3.9108)]), (-1.0, [(-5.1600, -1.0213), (-6.1110, -3.4274)])],
+)
+def test_a_bogie_held_by_the_body_runs_as_that_of_the_reference(bodies, models, in_front, states):
+    held = replace(VEHICLE, secondary_yaw_stiffness=0.4e6)
+    conditions, controlled = task([600.0, 300.0], vehicle=held, in_front=in_front)
+    running = settle(conditions, controlled, *bodies(0.0), models)
+    found = np.stack([running.shift[::2], running.yaw[::2]], axis=1)
+    np.testing.assert_allclose(1e3 * found, states, atol=2e-3)
+
+
+def test_a_mirrored_curve_has_mirrored_axles(bodies, models):
+    conditions, controlled = task([600.0, -600.0], 0.05)
+    running = settle(conditions, controlled, *bodies(0.0), models)
+    forces = forces_of(running, conditions, bodies(0.0), models)
+    near = 2.0 * TOLERANCE * VEHICLE.axle_load
+    np.testing.assert_allclose(forces.force[:2], -forces.force[2:], atol=near)
+    # what a force of that size moves in the stiff direction of the flange, and on the tread by creep
+    np.testing.assert_allclose(running.shift[:2], -running.shift[2:], atol=1e-6)
+    np.testing.assert_allclose(running.yaw[:2], -running.yaw[2:], atol=2e-6)
+
+
+def test_axles_without_yaw_stiffness_roll_through_a_wide_curve(bodies, models):
+    """Neither wheel creeps along the track then; axles that are guided stay parallel."""
+    conditions, controlled = task(3000.0, vehicle=replace(VEHICLE, yaw_stiffness=1.0))
+    running = settle(conditions, controlled, *bodies(0.0), models)
+    contact = solve(running.conditions(conditions), *bodies(0.0), models)
+    assert np.abs(contact.creepage_x).max() < 1e-5
+    conditions, controlled = task(3000.0, vehicle=replace(VEHICLE, yaw_stiffness=1e12))
+    running = settle(conditions, controlled, *bodies(0.0), models)
+    between = -2.0 * VEHICLE.half_wheelbase / 3000.0  # of the directions of the track at both axles
+    assert running.yaw[0] - running.yaw[1] == pytest.approx(between, rel=1e-4)
+
+
+def test_balance_is_found_from_near_by_in_few_solutions(bodies, models, monkeypatch):
+    conditions, controlled = task([1000.0, 400.0])
+    running = settle(conditions, controlled, *bodies(0.0), models)
+    counted, solve_rows = [], Search.solve
+    monkeypatch.setattr(Search, "solve", lambda *a, **k: counted.append(1) or solve_rows(*a, **k))
+    before = replace(running, shift=running.shift - 2e-6, yaw=running.yaw + 1e-6)
+    again = settle(conditions, controlled, *bodies(0.0), models, before)
+    assert len(counted) <= MOST_WARM
+    np.testing.assert_allclose(again.shift, running.shift, atol=1e-6)
+
+
+def test_a_curve_without_balance_is_named(bodies, models):
+    loose = replace(VEHICLE, bogie_height=4.0, body_height=4.0)
+    conditions, controlled = task([500.0, 250.0], [0.0, 0.4], vehicle=loose)
+    with pytest.raises(StateError, match="no equilibrium of the bogie in the curve of 250 m") as error:
+        settle(conditions, controlled, *bodies(0.0), models)
+    assert list(error.value.messages) == [2]
+
+
+class Linear:
+    """Wheelsets whose creep forces are linear and whose conicity is constant, in place of a search."""
+
+    creep, conicity, radius, half = 8e6, 0.1, 0.46, 0.75
+
+    def __init__(self, curvature):
+        self.curvature = curvature
+        self.conditions = ContactConditions.of(np.zeros(2), track_curvature=curvature)
+        self.wheelset = self
+        self.half_span = self.half
+        self.shift, self.yaw, self.load = np.zeros(2), np.zeros(2), np.full((2, 2), 8e4)
+
+    def solve(self, rows, shift, load, coarse=False, yaw=None):
+        turning = -2.0 * self.creep * self.half
+        force = 2.0 * self.creep * yaw
+        moment = turning * (self.conicity / self.radius * shift + self.half * self.curvature)
+        values = dict.fromkeys(Resultants._fields, np.zeros((rows.size, 2)))
+        values |= {"lateral": np.stack([force, 0.0 * force], axis=1), "moment": moment}
+        return Resultants(**values), np.ones(rows.size, bool)
+
+    def loads(self, rows, forces, load):
+        return load
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "expected"),
+    [(1e6, [-8.1249, -0.0366, -6.2363, 0.0366]), (10e6, [-21.6333, -1.3435, -12.7664, 1.3435])],
+)
+def test_linear_contact_has_the_state_of_its_equations(stiffness, expected):
+    vehicle = replace(VEHICLE, lateral_stiffness=20e6, yaw_stiffness=stiffness)
+    search, one = Linear(1.0 / 500.0), np.ones(1)
+    bogies = Bogies(vehicle, np.array([0]), np.array([1]), 0.0 * one, one)
+    assert not curved(search, bogies, False, 1e-9).size
+    found = 1e3 * np.stack([search.shift, search.yaw], axis=1).ravel()
+    np.testing.assert_allclose(found, expected, atol=1e-4)
+
+
+def test_springs_of_a_bogie_exert_no_force_on_it_as_a_whole():
+    random = np.random.default_rng(3)
+    state, one = 1e-3 * random.normal(size=(20, 4)), np.ones(20)
+    springs = suspension(VEHICLE, state, 1e-3 * one, 0.0 * one, one)
+    size = np.abs(springs).max()
+    np.testing.assert_allclose(springs[:, 0] + springs[:, 2], 0.0, atol=1e-12 * size)
+    turning = VEHICLE.half_wheelbase * (springs[:, 0] - springs[:, 2]) + springs[:, 1] + springs[:, 3]
+    np.testing.assert_allclose(turning, 0.0, atol=1e-12 * size)

@@ -1,0 +1,107 @@
+"""Points of a vehicle on its route: motion on straight track, curves of both axles, shares."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from wearsim.contact.solve import ContactConditions, Counterface, Wheelset, solve
+from wearsim.operation.bogie import Vehicle
+from wearsim.operation.route import (
+    POSITIONS,
+    Curve,
+    Motion,
+    Tangent,
+    creep_coefficient,
+    klingel,
+    route,
+    yaw_over_shift,
+)
+from wearsim.profile import standard
+
+VEHICLE = Vehicle(
+    half_wheelbase=1.25, half_pivot_distance=8.0, wheelset_mass=1500.0, bogie_mass=3500.0, body_mass=36000.0,
+    bogie_height=0.6, body_height=1.7, lateral_stiffness=10e6, yaw_stiffness=10e6,
+)  # fmt: skip
+COMMON = {"speed": 20.0, "friction": 0.35, "friction_flange": 0.35, "environment": 1.0}
+STRAIGHT = Tangent(name="straight", share=0.5, std=2e-3, **COMMON)
+RIGHT = Curve(name="curve", share=0.5, curvature=1e-3, acceleration=-0.5, **COMMON)
+MOTION = Motion("suspended", 8.7, 8e6, 0.18, 6.6e-3, 0.5, 0.5)
+
+
+def test_shares_add_up_and_curves_have_both_axles_as_the_train_stands_and_turned(bodies):
+    points = route([STRAIGHT, RIGHT], VEHICLE, MOTION, bodies(0.0)[0])
+    assert points.weight.sum() == pytest.approx(1.0)
+    assert points.weight[: 2 * POSITIONS].sum() == pytest.approx(0.5)
+    np.testing.assert_allclose(points.weight[2 * POSITIONS :], 0.125)
+    np.testing.assert_allclose(points.conditions.track_curvature[-4:], [1e-3, 1e-3, -1e-3, -1e-3])
+    bogies = points.controlled.bogies
+    np.testing.assert_array_equal(bogies.leading, 2 * POSITIONS + np.array([0, 2]))
+    np.testing.assert_array_equal(bogies.trailing, 2 * POSITIONS + np.array([1, 3]))
+    np.testing.assert_allclose(bogies.acceleration, [-0.5, 0.5])
+    # centrifugal: the outer, left wheel carries more in a curve to the right, by the height above the axle
+    assert points.controlled.box_moment[-4] < 0.0 < points.controlled.box_moment[-1]
+    one_way = route([STRAIGHT, RIGHT], VEHICLE, replace(MOTION, leading=1.0, turned=0.0), bodies(0.0)[0])
+    np.testing.assert_allclose(one_way.weight[-2:], [0.5, 0.0])
+    assert one_way.weight.size == POSITIONS + 2
+
+
+def test_positions_are_those_of_a_normal_process_until_the_flange(bodies):
+    free = replace(MOTION, clearance=np.inf)
+    points = route([STRAIGHT], VEHICLE, free, bodies(0.0)[0])
+    shift, weight = points.conditions.shift, points.weight
+    for power, moment in ((1, 0.0), (2, 1.0), (4, 3.0)):
+        assert weight @ (shift / 2e-3) ** power == pytest.approx(moment, abs=1e-12)
+    cut = route([STRAIGHT], VEHICLE, MOTION, bodies(0.0)[0])
+    assert np.abs(cut.conditions.shift).max() < 6.6e-3
+    np.testing.assert_allclose(cut.weight, weight)
+
+
+def test_a_free_cone_follows_klingel_and_does_not_creep(models):
+    """Yaw of the path at its wavelength; the roll moves the contact by 5 % of the creepage at rest."""
+    cone = standard.wheel("cone")
+    wheelset = Wheelset(cone, cone, 0.46, 0.75)
+    rails = Counterface(standard.rail("60E1", 1 / 20, 1.435, 0.75), 0.0)
+    wavelength = klingel(wheelset, 0.05)
+    free = replace(MOTION, rule="kinematic", conicity=0.05, wavelength=wavelength, clearance=6e-3)
+    yaws = yaw_over_shift(VEHICLE, free, wheelset)
+    np.testing.assert_allclose(yaws, 2.0j * np.pi / wavelength, rtol=1e-9)
+    track = [replace(STRAIGHT, std=1e-3)]
+    moving = route(track, VEHICLE, free, wheelset).conditions
+    at_rest = route(track, VEHICLE, replace(free, rule="shifted"), wheelset).conditions
+    creepage = [np.abs(solve(one, wheelset, rails, models).creepage_x).max() for one in (moving, at_rest)]
+    assert creepage[0] < 0.06 * creepage[1]
+    assert creepage[1] == pytest.approx(np.abs(at_rest.shift).max() * 0.05 / 0.46, rel=0.06)
+
+
+def test_the_yaw_stiffness_goes_from_kinematic_to_guided_motion(bodies):
+    """Contact yaw over the slope of the path: spec/operation.md, section 3, in whole per cent."""
+    wheelset, slope = bodies(0.0)[0], 2.0j * np.pi / 8.7
+    for stiffness, expected in ((0.0, 0.0), (1e6, 0.12), (5e6, 0.51), (10e6, 0.72), (40e6, 0.87)):
+        leading, _ = yaw_over_shift(replace(VEHICLE, yaw_stiffness=stiffness), MOTION, wheelset)
+        assert abs(leading - slope) / abs(slope) == pytest.approx(expected, abs=0.006)
+    guided = yaw_over_shift(VEHICLE, replace(MOTION, rule="guided"), wheelset)
+    assert guided == (0.0, 0.0)
+
+
+def test_a_shifted_wheelset_does_not_move(bodies):
+    wheelset = bodies(0.0)[0]
+    points = {
+        rule: route([STRAIGHT], VEHICLE, replace(MOTION, rule=rule), wheelset).conditions
+        for rule in ("shifted", "guided")
+    }
+    for name in ("yaw", "track_curvature", "drift"):
+        assert not np.any(getattr(points["shifted"], name))
+    shift, slope = points["guided"].shift, points["guided"].drift * MOTION.wavelength / (2.0 * np.pi)
+    # on a circle in shift and slope: each amplitude with all its phases
+    np.testing.assert_allclose(np.hypot(shift, slope).reshape(-1, 8).std(axis=1), 0.0, atol=1e-15)
+
+
+def test_the_creep_coefficient_is_that_of_a_small_creepage(bodies, models):
+    wheelset, rails = bodies(0.0)
+    creep = creep_coefficient(wheelset, rails, models, 8e4)
+    yawed = ContactConditions.of([0.0], wheel_load=8e4, creepage=np.array([[1e-6, 0.0, 0.0]]))
+    contact = solve(yawed, wheelset, rails, models, sides=(0,))
+    assert contact.force_x[0] == pytest.approx(-1e-6 * creep, rel=1e-3)
+    # Kalker's C11 of ellipses, G a b of this area: 3.5 to 6 between a/b = 0.2 and 3
+    assert 3.5 < creep * np.pi / (210e9 / 2.6 * contact.area[0]) < 6.0

@@ -1,0 +1,136 @@
+"""[vehicle] in field scenes: what it becomes, and what is refused."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from wearsim.campaign.run import run_scene
+from wearsim.errors import SceneError
+from wearsim.profile.standard import shipped_path
+from wearsim.results import open_results
+from wearsim.scene import build, load_scene
+from wearsim.scene.setup import warnings_of
+
+FIELD = """[scene]
+kind = "field"
+[wheelset]
+profile = "S1002"
+[counterface]
+profile = "60E1"
+inclination = "1:40"
+[contact]
+strips = 10
+cells = 10
+[vehicle]
+file = "regional_multiple_unit"
+tangent_wavelength_m = 9
+[[vehicle.class]]
+name = "straight"
+share = 0.6
+speed_km_h = 120
+friction = 0.35
+shift_std_mm = 1.5
+[[vehicle.class]]
+name = "curve"
+share = 0.4
+curve_radius_m = -600
+cant_deficiency_mm = 50
+speed_km_h = 90
+friction = 0.35
+friction_flange = 0.15
+environment = 0.5
+[campaign]
+distance_km = 500
+point_spacing_mm = 0.5
+"""
+
+
+def test_a_vehicle_gives_points_with_its_loads_and_positions(folder):
+    Path("scene.toml").write_text(FIELD)
+    scene = load_scene("scene.toml")
+    setup = build(scene)
+    points, shift = setup.points, setup.points.conditions.shift
+    assert points.weight.sum() == pytest.approx(1.0)
+    assert points.class_name[-2:] == ("curve, leading", "curve, trailing")
+    # a leading axle runs towards the outer rail, here the right one, and yaws towards it
+    assert shift[-4] == pytest.approx(-shift[-2], abs=1e-6)
+    assert shift[-4] > 4e-3 > abs(shift[-3])
+    assert points.conditions.yaw[-4] > 2e-4
+    np.testing.assert_allclose(points.conditions.wheel_load.sum(axis=1), scene._vehicle.vehicle.axle_load)
+    np.testing.assert_array_equal(points.environment[-4:], 0.5)
+    np.testing.assert_array_equal(points.conditions.friction_flange[-4:], 0.15)
+    assert any("vehicle.file" in name for name, _ in setup.input_hashes)
+    assert warnings_of(scene) == ()
+
+
+def test_cant_and_deficiency_of_the_same_curve_are_alike(folder, changed):
+    speed, radius = 90 / 3.6, 600.0
+    cant = 1e3 * (1.5 * speed**2 / (9.81 * radius)) - 50.0
+    Path("a.toml").write_text(FIELD)
+    Path("b.toml").write_text(changed(FIELD, ("cant_deficiency_mm = 50", f"cant_mm = {cant:.9f}")))
+    found = [build(load_scene(name)).points.controlled.bogies.acceleration for name in ("a.toml", "b.toml")]
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-9)
+    np.testing.assert_allclose(found[0], [9.81 * 0.05 / 1.5, -9.81 * 0.05 / 1.5])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "fault"),
+    [
+        (
+            '"regional_multiple_unit"',
+            '"regional_multiple"',
+            "is no file, nor a shipped vehicle; did",
+        ),
+        ("share = 0.6", "share = 0.5", "the shares of all classes must sum to 1 within 1 %, not 0.9"),
+        ("share = 0.4", "share = 0", "must be above 0"),
+        ("cant_deficiency_mm = 50", "", "a curve needs cant_mm or cant_deficiency_mm"),
+        ("cant_deficiency_mm = 50", "cant_deficiency_mm = 50\ncant_mm = 5", "exclude each other; delete one"),
+        ("shift_std_mm = 1.5", "", "straight track needs shift_std_mm"),
+        ("shift_std_mm = 1.5", "shift_std_mm = 1.5\ncant_mm = 5", "cant is for curves"),
+        ("environment = 0.5", "shift_std_mm = 1", "the balance of the bogie gives the shift; delete it"),
+        ("-600", "8", "must be between 10 and 1000000 m, with + to the right or - to the left"),
+        ("tangent_wavelength_m = 9", 'tangent = "free"', "suspended, kinematic, guided, shifted"),
+        ("[contact]", '[contact]\nmodel = "auto"', "forces are balanced by the fast model alone"),
+        ("[contact]", '[contact]\nroll = "given"', "lets no forces of the vehicle be balanced"),
+    ],
+)
+def test_faults_of_the_vehicle_and_its_track(folder, changed, faults_of, old, new, fault):
+    assert fault in "\n".join(faults_of(changed(FIELD, (old, new))))
+
+
+def test_a_vehicle_excludes_classes_and_needs_all_its_data(folder, faults_of):
+    classes = Path("field.toml").read_text()
+    classes = classes[classes.index("[[operation.class]]") : classes.index("[campaign]")]
+    assert "[vehicle] and [[operation.class]] exclude each other" in faults_of(FIELD + classes)[0]
+    Path("own.toml").write_text('name = "mine"\nsource = "drawing"\nwheelbase_m = 0.1\n')
+    lines = faults_of(FIELD.replace("regional_multiple_unit", "own.toml"))
+    assert any("own.toml:3: wheelbase_m = 0.1 must be" in line for line in lines)
+    assert sum("is missing in the file" in line for line in lines) == 9
+
+
+def test_a_curve_without_balance_is_named_by_class_and_radius(folder, changed):
+    high = shipped_path("profiles", "vehicles", "regional_multiple_unit.toml").read_text()
+    Path("high.toml").write_text(changed(high, ("body_height_m = 1.7", "body_height_m = 4")))
+    text = changed(FIELD, ("regional_multiple_unit", "high"), ("mm = 50", "mm = 400"))
+    Path("scene.toml").write_text(text)
+    expected = r"scene.toml:20: curve.*: no equilibrium of the bogie in the curve of -600 m.*curve_radius_m"
+    with pytest.raises(SceneError, match=expected):
+        build(load_scene("scene.toml"))
+
+
+def test_motion_beyond_the_flange_is_noted(folder, changed):
+    Path("scene.toml").write_text(changed(FIELD, ("shift_std_mm = 1.5", "shift_std_mm = 3")))
+    warnings = [str(one) for one in warnings_of(load_scene("scene.toml"))]
+    assert "11 % of the motion would go beyond the flange clearance" in warnings[0]
+
+
+def test_a_campaign_of_a_vehicle_stores_where_both_axles_run(folder):
+    Path("scene.toml").write_text(FIELD)
+    run_scene("scene.toml", "out")
+    with open_results("out/field.nc") as result:
+        yaw, shift = result["wheelset_yaw"].values, result["lateral_position"].values
+        assert (np.ptp(shift[:, -4:], axis=0) > 1e-6).all()  # found anew with the profiles of the moment
+        # turned half of the time: the mirror image, of alike wheels
+        np.testing.assert_allclose(yaw[:, -4:-2], -yaw[:, -2:], atol=1e-5)
+        assert result["worn_area"].values[-1].min() > 0.0
