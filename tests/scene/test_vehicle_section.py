@@ -88,6 +88,11 @@ def test_cant_and_deficiency_of_the_same_curve_are_alike(folder, changed):
         ("cant_deficiency_mm = 50", "cant_deficiency_mm = 50\ncant_mm = 5", "exclude each other; delete one"),
         ("shift_std_mm = 1.5", "", "straight track needs shift_std_mm"),
         ("shift_std_mm = 1.5", "shift_std_mm = 1.5\ncant_mm = 5", "cant is for curves"),
+        (
+            "environment = 0.5",
+            "axle_torque_kN_m = 30",
+            "friction x axle load x radius_mm = 21.2 kN m; lower it",
+        ),
         ("environment = 0.5", "shift_std_mm = 1", "the balance of the bogie gives the shift; delete it"),
         ("-600", "8", "must be between 10 and 1000000 m, with + to the right or - to the left"),
         ("tangent_wavelength_m = 9", 'tangent = "free"', "suspended, kinematic, guided, shifted"),
@@ -134,3 +139,14 @@ def test_a_campaign_of_a_vehicle_stores_where_both_axles_run(folder):
         # turned half of the time: the mirror image, of alike wheels
         np.testing.assert_allclose(yaw[:, -4:-2], -yaw[:, -2:], atol=1e-5)
         assert result["worn_area"].values[-1].min() > 0.0
+
+
+def test_frozen_positions_are_those_of_the_new_wheels(folder, changed):
+    text = changed(FIELD, ("tangent_wavelength_m", 'positions = "frozen"\ntangent_wavelength_m'))
+    Path("scene.toml").write_text(text)
+    run_scene("scene.toml", "out")
+    Path("found.toml").write_text(FIELD)
+    found = build(load_scene("found.toml")).points.conditions
+    with open_results("out/field.nc") as result:
+        for name, values in (("lateral_position", found.shift), ("wheelset_yaw", found.yaw)):
+            assert (result[name].values == values).all()

@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -50,6 +49,7 @@ class Track:
     friction: float
     friction_flange: float
     environment: float
+    torque: float = 0.0  # on the axle, driving forward [N m]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -136,13 +136,13 @@ def _positions(one: Tangent, motion: Motion) -> tuple[FloatArray, FloatArray, Fl
 
 
 def route(
-    track: Sequence[Track], vehicle: Vehicle, motion: Motion, wheelset: Wheelset, **rules: Any
+    track: Sequence[Track], vehicle: Vehicle, motion: Motion, wheelset: Wheelset, rotation: str = "free"
 ) -> OperatingPoints:
     """Operating points of one wheelset of a vehicle on all classes of track.
 
     Of a curve those of the leading and of the trailing axle of a bogie, as the train stands and turned; their
     positions follow from its balance (`wearsim.operation.bogie`). Shares of 0 are solved and do not wear.
-    `rules` are `rotation` and `torque` of `ContactConditions`.
+    `rotation` is the rule of `ContactConditions`.
     """
     total = sum(one.share for one in track)
     runs: list[dict[str, object]] = []
@@ -151,6 +151,7 @@ def route(
         common = {
             "name": one.name, "speed": one.speed, "friction": one.friction,
             "friction_flange": one.friction_flange, "environment": one.environment,
+            "axle_torque": one.torque,
         }  # fmt: skip
         share = one.share / total
         if isinstance(one, Tangent):
@@ -196,7 +197,7 @@ def route(
         {**run, "axle_load": vehicle.axle_load, "box_moment": float(moment)}
         for run, moment in zip(runs, moments, strict=True)
     ]
-    points = points_of(loaded, {**rules, "free_roll": True}, weight / weight.sum(), label, names)
+    points = points_of(loaded, {"rotation": rotation, "free_roll": True}, weight / weight.sum(), label, names)
     first = np.array(leading, dtype=np.int64)
     if not first.size:
         return points

@@ -144,9 +144,10 @@ class Search:
         held = (forces.roll_moment - forces.height[:, None] * forces.lateral) / vertical
         arm = np.where(given[:, None], held, arm)
         moment = own.box_moment + np.where(given, forces.height * wanted, 0.0)
-        right = (moment - arm[:, 1] * own.axle_load) / (arm[:, 0] - arm[:, 1])
+        apart = arm[:, 0] - arm[:, 1]  # 0 without a solution
+        right = (moment - arm[:, 1] * own.axle_load) / np.where(apart == 0.0, 1.0, apart)
         both = np.stack((right, own.axle_load - right), axis=1)
-        return np.where(np.isfinite(own.axle_load)[:, None], both, load)
+        return np.where((np.isfinite(own.axle_load) & (apart != 0.0))[:, None], both, load)
 
 
 def settle(

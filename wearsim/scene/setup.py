@@ -95,6 +95,8 @@ def build(scene: RigScene | FieldScene) -> CampaignSetup:
     else:
         points = _monitored(scene, _points(scene, reduction))
     running = _settled(scene, points, (wheelset, counterface))
+    if isinstance(scene, FieldScene) and scene.vehicle is not None and scene.vehicle.positions == "frozen":
+        points, running = replace(where_it_runs(points, running), controlled=None), None
     return CampaignSetup(
         tolerance=contact.tolerance if fallbacks else None,
         fallbacks=tuple(fallbacks),
@@ -225,7 +227,7 @@ def _on_route(scene: FieldScene, bodies: tuple[Wheelset, Counterface]) -> Operat
     assert section is not None
     assert isinstance(file, VehicleFile)
     inputs, vehicle, (wheelset, counterface) = inputs_of(scene), file.vehicle, bodies
-    track, rules = track_of(section), {"rotation": scene.contact.rotation, "torque": scene.contact.torque_Nm}
+    track = track_of(section, scene.contact.torque_Nm)
     spread = max((one.std for one in track if isinstance(one, Tangent)), default=0.0)
     profiles = wheelset.right, wheelset.left, counterface.profile
     clearance = min((one for one in inputs.clearance if one is not None), default=math.inf)
@@ -245,7 +247,7 @@ def _on_route(scene: FieldScene, bodies: tuple[Wheelset, Counterface]) -> Operat
         leading=section.leading_share,
         turned=section.turned_share,
     )
-    return route(track, vehicle, motion, wheelset, **rules)
+    return route(track, vehicle, motion, wheelset, scene.contact.rotation)
 
 
 def _monitored(scene: RigScene | FieldScene, points: OperatingPoints) -> OperatingPoints:

@@ -103,6 +103,13 @@ class TrackSection(Section):
     friction_flange: float | None = number(
         "friction_flange", "the coefficient of friction on the flange, by default that of the tread", None
     )
+    axle_torque_kN_m: float | None = Field(
+        None,
+        description="the torque on the axle, driving forward, by default that of [contact]",
+        ge=-50.0,
+        le=50.0,
+        json_schema_extra={"unit": "kN m"},
+    )
     environment: float = number(
         "environment", "the factor on the wear depth, 1 for dry laboratory coefficients", 1.0
     )
@@ -136,6 +143,11 @@ class VehicleSection(Section):
     tangent_wavelength_m: float | None = number(
         "tangent_wavelength", "the wavelength of that motion, by default Klingel's of the new profiles", None
     )
+    positions: Literal["found", "frozen"] = Field(
+        "found",
+        description="whether positions in curves are found anew with the worn profiles of each wear step, or "
+        "those of the new wheels are kept",
+    )
     track: Annotated[tuple[TrackSection, ...], Strict(False)] = Field(
         (), alias="class", max_length=200, description="the classes of track"
     )
@@ -165,6 +177,16 @@ def read_vehicle(scene: FieldScene, place: Place) -> tuple[VehicleFile, Path]:
     vehicle, of_file = read_toml(path, VehicleFile)
     if vehicle is None or faults:
         raise SceneError([*faults, *of_file])
+    arm = 1e-3 * scene.wheelset.radius_mm * vehicle.vehicle.axle_load
+    for k, one in enumerate(section.track):
+        if abs(one.axle_torque_kN_m or 0.0) > 1e-3 * one.friction * arm:
+            text = f"axle_torque_kN_m = {one.axle_torque_kN_m:g} is more than friction can carry in class "
+            text += (
+                f"{shown(one.name)}: friction x axle load x radius_mm = {1e-3 * one.friction * arm:.3g} kN m"
+            )
+            faults.append(scene.fault(("vehicle", "class", k, "axle_torque_kN_m"), f"{text}; lower it"))
+    if faults:
+        raise SceneError(faults)
     return vehicle, path
 
 
@@ -212,14 +234,15 @@ def cut_motion(section: VehicleSection, clearance: float) -> list[tuple[KeyPath,
     return found
 
 
-def track_of(section: VehicleSection) -> tuple[Curve | Tangent, ...]:
-    """Return the classes of track of a section without faults, in SI units."""
+def track_of(section: VehicleSection, torque: float) -> tuple[Curve | Tangent, ...]:
+    """Return the classes of track of a section without faults, in SI units; `torque` [N m] if not given."""
     made: list[Curve | Tangent] = []
     for one in section.track:
         values = {
             "name": one.name, "share": one.share, "speed": one.speed_km_h / 3.6, "friction": one.friction,
             "friction_flange": one.friction if one.friction_flange is None else one.friction_flange,
             "environment": one.environment,
+            "torque": torque if one.axle_torque_kN_m is None else 1e3 * one.axle_torque_kN_m,
         }  # fmt: skip
         if one.curve_radius_m is None:
             made.append(Tangent(**values, std=1e-3 * (one.shift_std_mm or 0.0)))  # type: ignore[arg-type]
