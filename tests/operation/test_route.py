@@ -14,6 +14,7 @@ from wearsim.operation.route import (
     Tangent,
     creep_coefficient,
     klingel,
+    reduced,
     route,
     yaw_over_shift,
 )
@@ -105,3 +106,33 @@ def test_the_creep_coefficient_is_that_of_a_small_creepage(bodies, models):
     assert contact.force_x[0] == pytest.approx(-1e-6 * creep, rel=1e-3)
     # Kalker's C11 of ellipses, G a b of this area: 3.5 to 6 between a/b = 0.2 and 3
     assert 3.5 < creep * np.pi / (210e9 / 2.6 * contact.area[0]) < 6.0
+
+
+def test_segments_become_classes_by_what_wears_and_the_same_track_cut_finer_the_same_ones():
+    random = np.random.default_rng(5)
+    radius, sign = random.choice([400.0, 420.0, 900.0, 2000.0], 40), random.choice([-1.0, 1.0], 40)
+    bent = [
+        replace(RIGHT, curvature=float(curvature), share=float(length))
+        for curvature, length in zip(sign / radius, random.uniform(0.1, 0.6, 40), strict=True)
+    ]
+    segments = [*bent, replace(STRAIGHT, share=9.0)]
+
+    def worn(track):
+        """Wear that goes with the square of the curvature, of either side."""
+        made = np.zeros(2)
+        for one in track:
+            curvature = getattr(one, "curvature", 0.0)
+            made[int(curvature > 0.0)] += one.share * curvature**2
+        return made
+
+    classes, error = reduced(segments, worn, 0.02)
+    assert error <= 0.02
+    assert 4 <= len(classes) < 10
+    assert sum(one.share for one in classes) == pytest.approx(sum(one.share for one in segments))
+    np.testing.assert_allclose(worn(classes), worn(segments), rtol=0.02)
+    halves = [replace(one, share=0.5 * one.share) for one in segments for _ in (0, 1)]
+    again, _ = reduced(halves, worn, 0.02)
+    assert [one.name for one in again] == [one.name for one in classes]
+    exact, error = reduced(segments, worn, 1e-15)
+    assert error == 0.0
+    assert len(exact) == len({getattr(one, "curvature", 0.0) for one in segments})

@@ -57,7 +57,7 @@ def test_a_vehicle_gives_points_with_its_loads_and_positions(folder):
     assert shift[-4] == pytest.approx(-shift[-2], abs=1e-6)
     assert shift[-4] > 4e-3 > abs(shift[-3])
     assert points.conditions.yaw[-4] > 2e-4
-    np.testing.assert_allclose(points.conditions.wheel_load.sum(axis=1), scene._vehicle.vehicle.axle_load)
+    np.testing.assert_allclose(points.conditions.wheel_load.sum(axis=1), scene._route.vehicle.axle_load)
     np.testing.assert_array_equal(points.environment[-4:], 0.5)
     np.testing.assert_array_equal(points.conditions.friction_flange[-4:], 0.15)
     assert any("vehicle.file" in name for name, _ in setup.input_hashes)
@@ -84,8 +84,8 @@ def test_cant_and_deficiency_of_the_same_curve_are_alike(folder, changed):
         ),
         ("share = 0.6", "share = 0.5", "the shares of all classes must sum to 1 within 1 %, not 0.9"),
         ("share = 0.4", "share = 0", "must be above 0"),
-        ("cant_deficiency_mm = 50", "", "a curve needs cant_mm or cant_deficiency_mm"),
-        ("cant_deficiency_mm = 50", "cant_deficiency_mm = 50\ncant_mm = 5", "exclude each other; delete one"),
+        ("cant_deficiency_mm = 50", "", "a curve needs either cant_mm or cant_deficiency_mm"),
+        ("cant_deficiency_mm = 50", "cant_deficiency_mm = 50\ncant_mm = 5", "needs either cant_mm or"),
         ("shift_std_mm = 1.5", "", "straight track needs shift_std_mm"),
         ("shift_std_mm = 1.5", "shift_std_mm = 1.5\ncant_mm = 5", "cant is for curves"),
         (
@@ -150,3 +150,57 @@ def test_frozen_positions_are_those_of_the_new_wheels(folder, changed):
     with open_results("out/field.nc") as result:
         for name, values in (("lateral_position", found.shift), ("wheelset_yaw", found.yaw)):
             assert (result[name].values == values).all()
+
+
+LINE = """name,length_km,curve_radius_m,cant_mm,speed_km_h,friction
+,3,,,120,
+a,0.5,600,100,90,0.3
+,0.5,610,100,90,0.3
+,0.7,-600,100,90,
+"""
+
+
+@pytest.fixture
+def of_route(folder):
+    """Scene text with the segments of line.csv."""
+    Path("line.csv").write_text(LINE)
+    start, end = FIELD.index("[[vehicle.class]]"), FIELD.index("[campaign]")
+    more = 'route = "line.csv"\n[vehicle.each]\nfriction = 0.35\nshift_std_mm = 1.5\nenvironment = 0.5\n'
+    return FIELD[:start] + more + FIELD[end:]
+
+
+def test_a_route_by_segments_becomes_classes(of_route):
+    Path("scene.toml").write_text(of_route)
+    scene = load_scene("scene.toml")
+    points = build(scene).points
+    assert [one.name for one in scene._track][-2:] == ["R 600 left 90 km/h", "straight 120 km/h"]
+    assert sum(one.share for one in scene._track) == pytest.approx(4.7)
+    assert set(points.environment) == {0.5}
+    assert set(points.conditions.friction) == {0.3, 0.35}
+    run_scene("scene.toml", "out")
+    assert list(Path("out").rglob("line.csv"))  # the run directory has what the run needs
+    with open_results("out/field.nc") as result:
+        assert "line.csv" in str(result.attrs)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "fault"),
+    [
+        ("cant_mm", "cannt_mm", 'line.csv:1: column "cannt_mm" is no key of a segment; did you mean'),
+        ("0.5,600,100", "0.5,600,", 'line.csv:3: "a": a curve needs either cant_mm or cant_deficiency_mm'),
+        ("120,", "1200,", "line.csv:2: speed_km_h = 1200.0 must be"),
+        ("3,,,", "0,,,", "line.csv:2: length_km = 0.0 must be"),
+    ],
+)
+def test_faults_of_a_route_have_its_lines(of_route, changed, faults_of, old, new, fault):
+    Path("line.csv").write_text(changed(LINE, (old, new)))
+    assert fault in "\n".join(faults_of(of_route))
+
+
+def test_a_route_excludes_classes(of_route, changed, faults_of):
+    both = changed(FIELD, ("[[vehicle", 'route = "line.csv"\n[[vehicle'))
+    assert "route and [[vehicle.class]] exclude each other" in faults_of(both)[0]
+    text = changed(of_route, ('route = "line.csv"', 'route = "other.csv"'))
+    assert "does not exist as given or next to the scene file" in faults_of(text)[0]
+    text = changed(FIELD, ("[campaign]", "[vehicle.each]\nfriction = 0.3\n[campaign]"))
+    assert "is for segments of a route" in faults_of(text)[0]

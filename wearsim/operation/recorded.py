@@ -200,8 +200,8 @@ class Reducer:
             given["torque"] = value["axle_torque"]
         return ContactConditions(wheel_load=load, free_roll=True, **given)
 
-    def worn(self, samples: Samples) -> tuple[FloatArray, IntArray]:
-        """Wear of both wheels per distance of each sample, and the flange it touches.
+    def worn(self, conditions: ContactConditions) -> tuple[FloatArray, IntArray]:
+        """Wear of both wheels per distance of each sample or point (n,), and the flange it touches.
 
         Returns
         -------
@@ -213,7 +213,7 @@ class Reducer:
         width = [one.y for one in (self.wheelset.right, self.wheelset.left)]
         low, high = min(map(np.min, width)), max(map(np.max, width))
         size = int(np.ceil((high - low) / _GRID)) + 1
-        count = samples.distance.size
+        count = conditions.shift.size
         depth, flange = np.zeros((count, 2, size)), np.zeros(count, dtype=np.int64)
         kernel = _half(self.wavelength)
 
@@ -227,7 +227,7 @@ class Reducer:
 
         failed: dict[int, ContactError] = {}
         chunks = solve_each(
-            self.conditions(samples), self.wheelset, self.counterface, self.models, keep,
+            conditions, self.wheelset, self.counterface, self.models, keep,
             threads=self.threads, failed=failed,
         )  # fmt: skip
         for point, side, place, area, angle in chunks:
@@ -273,14 +273,15 @@ def reduce_samples(samples: Samples, reducer: Reducer, tolerance: float) -> Redu
         kept = np.linspace(0, total - 1, MOST_SAMPLES).round().astype(np.int64)
         values = {name: value[kept] for name, value in samples.values.items()}
         samples = replace(samples, values=values, distance=samples.distance[kept])
-    depth, flange = reducer.worn(samples)
+    depth, flange = reducer.worn(reducer.conditions(samples))
     share = samples.distance / samples.distance.sum()
     whole = np.tensordot(share, depth, axes=1)
     features, work = _features(samples, depth), share * depth.sum(axis=(1, 2))
     for count in _COUNTS:
         group = bisected(features, work, count, flange)
         points = merged(samples, group)
-        part = np.tensordot(points.distance / points.distance.sum(), reducer.worn(points)[0], axes=1)
+        worn, _ = reducer.worn(reducer.conditions(points))
+        part = np.tensordot(points.distance / points.distance.sum(), worn, axes=1)
         deepest = max(float(whole.max()), 1e-300)
         names = tuple(_GROUPS[k] for k in flange[np.unique(group, return_index=True)[1]])
         error = float(np.abs(part - whole).max()) / deepest

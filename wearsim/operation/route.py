@@ -13,16 +13,18 @@ of a normal process (Rayleigh), phases even.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 
-from wearsim.contact.patch import FloatArray
+from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
 from wearsim.contact.solve import solve
 from wearsim.operation.bogie import GRAVITY, Bogies, Vehicle
 from wearsim.operation.points import OperatingPoints, points_of
+from wearsim.operation.recorded import bisected
 from wearsim.operation.states import Controlled
 
 BASE = 1.5
@@ -34,6 +36,9 @@ LEAST_CONICITY = 1e-3
 _AMPLITUDES, _PHASES = 3, 8
 POSITIONS = _AMPLITUDES * _PHASES
 """Positions of an axle on straight track."""
+
+MOST_CLASSES = 32
+"""Classes that segments of track are reduced to at most."""
 
 WITHIN = 0.95
 """Of the flange clearance, up to which positions exist on straight track."""
@@ -204,3 +209,67 @@ def route(
     assert isinstance(points.controlled, Controlled)
     bogies = Bogies(vehicle, first, first + 1, acceleration[first], np.ones(first.size))
     return replace(points, controlled=replace(points.controlled, bogies=bogies))
+
+
+def reduced(
+    segments: Sequence[Curve | Tangent],
+    worn: Callable[[Sequence[Curve | Tangent]], FloatArray],
+    tolerance: float,
+) -> tuple[tuple[Curve | Tangent, ...], float]:
+    """Reduce segments of track to the fewest classes that keep the error of the wear within a tolerance.
+
+    Parameters
+    ----------
+    segments : sequence of Curve or Tangent
+        Their shares are lengths.
+    worn : callable
+        Wear increment of classes, of any shape.
+    tolerance : float
+        Largest difference of the increments of these classes and of fewer ones, over its largest value [-].
+
+    Returns
+    -------
+    tuple of Curve or Tangent
+        Curves to the right, to the left and straight track apart; each is the mean of its segments by length.
+    float
+        The difference reached, which is above the tolerance if `MOST_CLASSES` do not do, and 0 if each class
+        has segments of one kind alone.
+    """
+    kind = np.array([1 + (one.curvature > 0.0) if isinstance(one, Curve) else 0 for one in segments])
+    names = sorted({field.name for one in segments for field in fields(one)} - {"name", "share"})
+    table = np.array([[getattr(one, name, 0.0) for name in names] for one in segments])
+    length = np.array([one.share for one in segments])
+    spread = np.sqrt(np.average((table - np.average(table, axis=0, weights=length)) ** 2, 0, length))
+    scaled = table / np.where(spread > 1e-9 * np.abs(table).max(axis=0), spread, np.inf)
+    scaled *= np.where([name == "curvature" for name in names], 2.0, 1.0)  # what decides most of the wear
+    bent = length * (0.1 + np.abs(scaled[:, names.index("curvature")]) if "curvature" in names else 1.0)
+    error, before, made = np.inf, None, tuple(segments)
+    for count in (4, 6, 8, 12, 16, 24, MOST_CLASSES):
+        group = bisected(scaled, bent, count, kind)
+        made = tuple(_mean(segments, names, np.flatnonzero(group == k)) for k in range(int(group.max()) + 1))
+        after = worn(made)
+        if before is not None:
+            error = float(np.abs(after - before).max() / max(float(np.abs(after).max()), 1e-300))
+        if error <= tolerance:
+            break
+        if len(made) < count:  # nothing is left to divide
+            error = 0.0
+            break
+        before = after
+    order = sorted(range(len(made)), key=lambda k: (-getattr(made[k], "curvature", -np.inf), made[k].name))
+    return tuple(made[k] for k in order), error
+
+
+def _mean(segments: Sequence[Curve | Tangent], names: Sequence[str], own: IntArray) -> Curve | Tangent:
+    """Class of the segments `own`, all curves or all straight."""
+    length = np.array([segments[k].share for k in own])
+    first, values = segments[int(own[0])], dict[str, Any]()
+    for name in (one for one in names if hasattr(first, one)):
+        each = np.array([getattr(segments[k], name) for k in own])
+        values[name] = float(each[0] if np.ptp(each) == 0.0 else np.average(each, weights=length))
+    name = "straight"
+    if isinstance(first, Curve):
+        name = f"R {abs(1.0 / values['curvature']):.0f} {'right' if values['curvature'] > 0.0 else 'left'}"
+    return replace(
+        first, **values, name=f"{name} {3.6 * values['speed']:.0f} km/h", share=float(length.sum())
+    )

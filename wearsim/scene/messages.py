@@ -381,8 +381,9 @@ def shift_ranges(scene: Campaign) -> Iterator[tuple[KeyPath, float, float, int]]
                 shifts.append(getattr(following, "shift_mm", None) or 0.0)
             yield (*path, key), min(shifts), max(shifts), run.positions or 1
     if isinstance(scene, FieldScene) and scene.vehicle is not None:
-        for k, count in enumerate(points_of_track(scene.vehicle)):
-            yield ("vehicle", "class", k), 0.0, 0.0, count  # all within what the flange allows
+        for k, count in enumerate(points_of_track(scene.vehicle, scene._track)):
+            path = ("vehicle", "class", k) if scene.vehicle.route is None else ("vehicle", "route")
+            yield path, 0.0, 0.0, count  # all within what the flange allows
     if isinstance(scene, FieldScene) and scene.recorded is not None:
         found = scene._reduction
         yield ("recorded", "file"), 0.0, 0.0, len(found.group) if isinstance(found, Reduction) else 1

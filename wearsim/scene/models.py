@@ -11,6 +11,7 @@ from pydantic import AfterValidator, ConfigDict, Field, PrivateAttr, Strict
 from pydantic_core import PydanticCustomError
 
 from wearsim.errors import Fault
+from wearsim.operation.route import Curve, Tangent
 from wearsim.profile.placement import slope_of
 from wearsim.profile.standard import shipped_path
 from wearsim.quantities import QUANTITIES
@@ -468,7 +469,9 @@ class FieldScene(_Campaign):
     operation: FieldOperation = Field(default_factory=lambda: FieldOperation.model_validate({}))
     recorded: RecordedSection | None = None
     vehicle: VehicleSection | None = None
-    _vehicle: object = PrivateAttr(None)  # set once its file was read
+    _route: object = PrivateAttr(None)  # set once the files of the vehicle were read
+    _track: tuple[Curve | Tangent, ...] = PrivateAttr(())  # its classes; once known, those of segments
+    _error: float = PrivateAttr(0.0)  # of the wear of classes that stand for segments
     _samples: object = PrivateAttr(None)  # set once the record was read
     _reduction: object = PrivateAttr(None)  # set once it is reduced to operating points
 

@@ -458,10 +458,13 @@ def _operated(
         text = f"{' and '.join(given.values())} exclude each other; keep one of them"
         raise SceneError([scene.fault((next(iter(given)),), text)])
     if scene.vehicle is not None:
-        scene._vehicle, place = read_vehicle(scene, lambda role, name: _place_of(scene, role, name, kept))
-        own = place.parent != shipped_path("profiles", "vehicles")
-        content = content_of(place, "a vehicle file")
-        files.append(InputFile("vehicle.file", scene.vehicle.file, place, content, shipped=not own))
+        route = read_vehicle(scene, lambda role, name: _place_of(scene, role, name, kept))
+        scene._route, scene._track = route, route.track if scene.vehicle.route is None else ()
+        vehicles = shipped_path("profiles", "vehicles")
+        files += [
+            InputFile(role, name, path, content_of(path, "another file"), shipped=path.parent == vehicles)
+            for role, name, path in route.files
+        ]
     if section is None:
         return []
     role = "recorded.file"

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
-from pydantic import Field, ValidationError
+from pydantic import Field
 
 from wearsim.errors import Fault, SceneError
 from wearsim.scene.models import BlockSection, RigScene
+from wearsim.scene.rows import read_rows
 from wearsim.scene.section import Section, Text, number, words
 from wearsim.scene.vehicle import Place, shipped_or_own
-from wearsim.toml_faults import content_of, decimal, read_toml, shown, suggestion, text_of, validation_faults
+from wearsim.toml_faults import read_toml, shown
 
 
 class RigLimits(Section):
@@ -114,52 +113,6 @@ def with_programme(scene: RigScene, place: Place) -> tuple[RigScene, Path | None
     if path is None:
         text = f"programme = {shown(operation.programme)} does not exist as given or next to the scene file"
         raise SceneError([scene.fault(key, f"{text}; give a CSV file")])
-    rows = list(csv.reader(io.StringIO(text_of(content_of(path, "a programme"), str(path)))))
-    header = [cell.strip() for cell in rows[0]] if rows else []
-    known = list(BlockSection.model_fields)
-    unknown = [name for name in header if name not in known]
-    faults = [
-        Fault(f"column {shown(name)} is no key of a block; {suggestion(name, known)}",
-              str(path), 1)
-        for name in unknown
-    ]  # fmt: skip
-    twice = [name for name in dict.fromkeys(header) if header.count(name) > 1]
-    faults += [
-        Fault(f"column {shown(name)} stands twice; delete one of them", str(path), 1) for name in twice
-    ]
-    long = [line for line, cells in enumerate(rows[1:], 2) if len(cells) > len(header)]
-    text = f"more cells than the header has, {len(header)}; write decimals with a point"
-    faults += [Fault(text, str(path), line) for line in long]
-    blocks = []
-    for line, cells in enumerate(rows[1:], 2) if not unknown else ():
-        if not any(cell.strip() for cell in cells):
-            continue
-        values = {
-            name: _cell(name, cell.strip()) for name, cell in zip(header, cells, strict=False) if cell.strip()
-        }
-        try:
-            blocks.append(BlockSection.model_validate(values))
-        except ValidationError as error:
-            faults += [
-                Fault(one.message, str(path), line)
-                for one in validation_faults(error, BlockSection, {}, str(path))
-            ]
-    if not faults and not blocks:
-        faults.append(
-            Fault("holds no blocks; give a header with keys of blocks and one row for each", str(path))
-        )
-    if faults:
-        raise SceneError(faults)
-    changed = operation.model_copy(update={"blocks": tuple(blocks)})
+    blocks = read_rows(path, BlockSection, "block")
+    changed = operation.model_copy(update={"blocks": blocks})
     return scene.model_copy(update={"operation": changed}), path
-
-
-def _cell(name: str, text: str) -> Any:
-    """Value of a cell: text, whole number, or decimal; what is neither stays text, which is a fault."""
-    if name == "name":
-        return text
-    try:
-        value = decimal(text)
-    except ValueError:
-        return text
-    return int(value) if name == "positions" and value == int(value) else value

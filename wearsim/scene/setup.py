@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, Literal
 
@@ -23,7 +23,16 @@ from wearsim.operation.points import (
     with_monitors,
 )
 from wearsim.operation.recorded import Reducer, Reduction, Samples, reduce_samples
-from wearsim.operation.route import LEAST_CONICITY, Motion, Tangent, creep_coefficient, klingel, route
+from wearsim.operation.route import (
+    LEAST_CONICITY,
+    Curve,
+    Motion,
+    Tangent,
+    creep_coefficient,
+    klingel,
+    reduced,
+    route,
+)
 from wearsim.operation.states import Running, StateError, settle
 from wearsim.profile.conicity import equivalent_conicity
 from wearsim.profile.shape import Profile
@@ -41,7 +50,10 @@ from wearsim.scene.messages import by_line, scene_warnings, shift_ranges
 from wearsim.scene.models import ContactSection, FieldScene, RigScene, RollerSection
 from wearsim.scene.read import inputs_of
 from wearsim.scene.section import Section
-from wearsim.scene.vehicle import VehicleFile, track_of
+from wearsim.scene.vehicle import Route
+
+OF_BOGIES = "raise curve_radius_m, lower cant_deficiency_mm or friction, or give another vehicle"
+"""What to do where a bogie has no balance."""
 
 CHAINS: Mapping[str, tuple[tuple[str, str], ...]] = {
     "auto": (("kik_piotrowski", "fastsim"), ("knothe_le_the", "fastsim"), ("half_space", "half_space")),
@@ -91,7 +103,7 @@ def build(scene: RigScene | FieldScene) -> CampaignSetup:
     if isinstance(scene, FieldScene) and scene.recorded is not None:
         reduction = _reduced(scene, (wheelset, counterface), wear)
     if isinstance(scene, FieldScene) and scene.vehicle is not None:
-        points = _monitored(scene, _on_route(scene, (wheelset, counterface)))
+        points = _monitored(scene, _on_route(scene, (wheelset, counterface), wear))
     else:
         points = _monitored(scene, _points(scene, reduction))
     running = _settled(scene, points, (wheelset, counterface))
@@ -133,6 +145,12 @@ def warnings_of(scene: RigScene | FieldScene) -> tuple[Fault, ...]:
         if isinstance(found, Reduction) and found.error > tolerance:
             text = f"binning_tolerance = {tolerance:g}: {len(found.group)} operating points leave an error of"
             own.append(scene.fault(("recorded", "binning_tolerance"), f"{text} {found.error:.2g}"))
+    route = scene.vehicle if isinstance(scene, FieldScene) else None
+    if isinstance(scene, FieldScene) and route is not None and scene._error > route.binning_tolerance:
+        text = (
+            f"binning_tolerance = {route.binning_tolerance:g}: {len(scene._track)} classes leave an error of"
+        )
+        own.append(scene.fault(("vehicle", "binning_tolerance"), f"{text} {scene._error:.2g}"))
     return tuple(by_line([*inputs.warnings, *own]))
 
 
@@ -191,16 +209,20 @@ def _reduced(scene: FieldScene, bodies: tuple[Wheelset, Counterface], wear: Wear
     assert isinstance(samples, Samples)
     assert section is not None
     if scene._reduction is None:
-        models = ContactModels(  # coarse: the same for all samples and the points
-            strips=12, cells=12, cell_size=1e-3, youngs_modulus=1e9 * scene.contact.youngs_GPa,
-            poisson_ratio=scene.contact.poisson,
-        )  # fmt: skip
-        wavelength = 1e-3 * scene.campaign.smoothing_wavelength_mm
-        reducer = Reducer(*bodies, models, wear, wavelength, threads=available_cores())
-        scene._reduction = reduce_samples(samples, reducer, section.binning_tolerance)
+        scene._reduction = reduce_samples(samples, _reducer(scene, bodies, wear), section.binning_tolerance)
     reduction = scene._reduction
     assert isinstance(reduction, Reduction)
     return reduction
+
+
+def _reducer(scene: FieldScene, bodies: tuple[Wheelset, Counterface], wear: WearSettings) -> Reducer:
+    """Make what weighs samples and segments: coarse models, alike for all of them and for the points."""
+    models = ContactModels(
+        strips=12, cells=12, cell_size=1e-3, youngs_modulus=1e9 * scene.contact.youngs_GPa,
+        poisson_ratio=scene.contact.poisson,
+    )  # fmt: skip
+    wavelength = 1e-3 * scene.campaign.smoothing_wavelength_mm
+    return Reducer(*bodies, models, wear, wavelength, threads=available_cores())
 
 
 def _points(scene: RigScene | FieldScene, reduction: Reduction | None) -> OperatingPoints:
@@ -221,14 +243,13 @@ def _points(scene: RigScene | FieldScene, reduction: Reduction | None) -> Operat
     return programme(runs, **motion) if isinstance(scene, RigScene) else collective(runs, **motion)
 
 
-def _on_route(scene: FieldScene, bodies: tuple[Wheelset, Counterface]) -> OperatingPoints:
+def _on_route(scene: FieldScene, bodies: tuple[Wheelset, Counterface], wear: WearSettings) -> OperatingPoints:
     """Operating points of a vehicle on its route; on straight track it moves as with new wheels."""
-    section, file = scene.vehicle, scene._vehicle
+    section, given = scene.vehicle, scene._route
     assert section is not None
-    assert isinstance(file, VehicleFile)
-    inputs, vehicle, (wheelset, counterface) = inputs_of(scene), file.vehicle, bodies
-    track = track_of(section, scene.contact.torque_Nm)
-    spread = max((one.std for one in track if isinstance(one, Tangent)), default=0.0)
+    assert isinstance(given, Route)
+    inputs, vehicle, (wheelset, counterface) = inputs_of(scene), given.vehicle, bodies
+    spread = max((one.std for one in given.track if isinstance(one, Tangent)), default=0.0)
     profiles = wheelset.right, wheelset.left, counterface.profile
     clearance = min((one for one in inputs.clearance if one is not None), default=math.inf)
     amplitude = min(max(math.sqrt(2.0) * spread, 1e-3), clearance)
@@ -247,7 +268,27 @@ def _on_route(scene: FieldScene, bodies: tuple[Wheelset, Counterface]) -> Operat
         leading=section.leading_share,
         turned=section.turned_share,
     )
-    return route(track, vehicle, motion, wheelset, scene.contact.rotation)
+
+    def on(track: Sequence[Curve | Tangent]) -> OperatingPoints:
+        return route(track, vehicle, motion, wheelset, scene.contact.rotation)
+
+    def worn(track: Sequence[Curve | Tangent]) -> np.ndarray:
+        points = on(track)
+        where = points.conditions
+        if points.controlled is not None:
+            found = settle(where, points.controlled, *bodies, reducer.models, threads=reducer.threads)
+            where = found.conditions(where)
+        share = points.weight * points.environment
+        return np.tensordot(share, reducer.worn(where)[0], axes=1)
+
+    if not scene._track:
+        reducer = _reducer(scene, bodies, wear)
+        try:
+            scene._track, scene._error = reduced(given.track, worn, section.binning_tolerance)
+        except StateError as error:
+            text = next(iter(error.messages.values()))
+            raise SceneError([scene.fault(("vehicle", "route"), f"{text}; {OF_BOGIES}")]) from None
+    return on(scene._track)
 
 
 def _monitored(scene: RigScene | FieldScene, points: OperatingPoints) -> OperatingPoints:
@@ -300,7 +341,7 @@ def _settled(
             }
             fix = "lower lateral_force_kN, or raise the load"
             if points.controlled.bogies is not None:
-                fix = "raise curve_radius_m, lower cant_deficiency_mm or friction, or give another vehicle"
+                fix = OF_BOGIES
             faults = [scene.fault(path, f"{text}; {fix}") for path, text in texts.items()]
             raise SceneError(by_line(faults)) from None
     running = scene._running

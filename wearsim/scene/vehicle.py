@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, Self
 
-from pydantic import AfterValidator, Field, Strict
+from pydantic import AfterValidator, Field, Strict, model_validator
 from pydantic_core import PydanticCustomError
 
 from wearsim.errors import SceneError
@@ -15,8 +16,9 @@ from wearsim.operation.bogie import Vehicle
 from wearsim.operation.route import POSITIONS, WITHIN, Curve, Tangent
 from wearsim.profile.standard import shipped_path
 from wearsim.quantities import QUANTITIES
+from wearsim.scene.rows import read_rows
 from wearsim.scene.section import Section, Text, number, words
-from wearsim.toml_faults import KeyPath, read_toml, shown, suggestion
+from wearsim.toml_faults import KeyPath, cross_check, read_toml, shown, suggestion
 
 if TYPE_CHECKING:
     from wearsim.scene.models import FieldScene
@@ -93,11 +95,11 @@ class VehicleFile(Section):
         )
 
 
-class TrackSection(Section):
-    """[[vehicle.class]]: one class of track, a curve or straight."""
+class TrackKeys(Section):
+    """What classes and segments of track have in common."""
 
+    by_file: ClassVar[bool] = False  # keys may be those of all segments
     name: Text = words("a name for tables and figures")
-    share: float = number("weight", "the share of the distance")
     speed_km_h: float = number("speed", "the speed")
     friction: float = number("friction", "Coulomb's coefficient of friction, on the tread")
     friction_flange: float | None = number(
@@ -120,6 +122,51 @@ class TrackSection(Section):
     )
     cant_mm: float | None = number("cant", "the cant in the curve, the outer rail higher", None)
     cant_deficiency_mm: float | None = number("cant_deficiency", "in place of the cant, its deficiency", None)
+    shift_std_mm: float | None = number(
+        "shift_std", "the standard deviation of the lateral motion on straight track", None
+    )
+
+    @model_validator(mode="after")
+    def _fit(self) -> Self:
+        cants = [key for key in ("cant_mm", "cant_deficiency_mm") if getattr(self, key) is not None]
+        text, key = "", "curve_radius_m"
+        if self.curve_radius_m is None and cants:
+            text, key = f"cant is for curves; give curve_radius_m, or delete {cants[0]}", cants[0]
+        elif self.curve_radius_m is None and self.shift_std_mm is None:
+            text, key = "straight track needs shift_std_mm, that of the lateral motion", "name"
+        elif self.curve_radius_m is not None and len(cants) != 1:
+            text = "a curve needs either cant_mm or cant_deficiency_mm; give one of them"
+        elif self.curve_radius_m is not None and self.shift_std_mm is not None and not self.by_file:
+            text = "shift_std_mm is for straight track: the balance of the bogie gives the shift; delete it"
+            key = "shift_std_mm"
+        if text:
+            raise cross_check(f"{shown(self.name)}: {text}", key)
+        return self
+
+
+class TrackSection(TrackKeys):
+    """[[vehicle.class]]: one class of track, a curve or straight."""
+
+    share: float = number("weight", "the share of the distance")
+
+
+class SegmentSection(TrackKeys):
+    """A row of the CSV file that `route` of [vehicle] names: one segment of track."""
+
+    by_file: ClassVar[bool] = True
+    name: Text = words("a name of the segment, which is not used", "segment")
+    length_km: float = number("block_length", "the length of the segment")
+
+
+class SegmentDefaults(Section):
+    """[vehicle.each]: keys of all segments of a route whose file does not give them."""
+
+    speed_km_h: float | None = number("speed", "the speed", None)
+    friction: float | None = number("friction", "Coulomb's coefficient of friction, on the tread", None)
+    friction_flange: float | None = number(
+        "friction_flange", "the coefficient of friction on the flange", None
+    )
+    environment: float | None = number("environment", "the factor on the wear depth", None)
     shift_std_mm: float | None = number(
         "shift_std", "the standard deviation of the lateral motion on straight track", None
     )
@@ -148,24 +195,40 @@ class VehicleSection(Section):
         description="whether positions in curves are found anew with the worn profiles of each wear step, or "
         "those of the new wheels are kept",
     )
+    route: Text | None = words(
+        "a CSV file of segments of track, reduced to classes, with columns named as their keys", None
+    )
+    each: SegmentDefaults | None = None
+    binning_tolerance: float = number(
+        "binning_error", "the largest error of the wear of the classes that stand for all segments", 0.05
+    )
     track: Annotated[tuple[TrackSection, ...], Strict(False)] = Field(
         (), alias="class", max_length=200, description="the classes of track"
     )
 
 
-def points_of_track(section: VehicleSection) -> list[int]:
+def points_of_track(section: VehicleSection, track: Sequence[Curve | Tangent]) -> list[int]:
     """Operating points of each class of track, as `wearsim.operation.route.route` makes them."""
     axles, ways = ((one > 0.0) + (one < 1.0) for one in (section.leading_share, section.turned_share))
-    return [POSITIONS * axles if one.curve_radius_m is None else 2 * ways for one in section.track]
+    return [POSITIONS * axles if isinstance(one, Tangent) else 2 * ways for one in track]
 
 
-def read_vehicle(scene: FieldScene, place: Place) -> tuple[VehicleFile, Path]:
-    """Read the vehicle of a scene; the file may be anywhere, `place` finds it by role and name.
+@dataclass(frozen=True)
+class Route:
+    """A vehicle with the track it runs on, as their files say."""
+
+    vehicle: Vehicle
+    track: tuple[Curve | Tangent, ...]  # classes, or segments of a file
+    files: tuple[tuple[str, str, Path], ...]  # role, name in the scene and place of each file
+
+
+def read_vehicle(scene: FieldScene, place: Place) -> Route:
+    """Read the vehicle and the route of a scene; `place` finds files by role and name.
 
     Raises
     ------
     SceneError
-        If the vehicle is not known, its file has faults, or classes do not fit together.
+        If the vehicle is not known, files have faults, or classes do not fit together.
     """
     section = scene.vehicle
     assert section is not None
@@ -174,83 +237,84 @@ def read_vehicle(scene: FieldScene, place: Place) -> tuple[VehicleFile, Path]:
     if path is None:
         text = f"file = {shown(section.file)} is no file, nor a shipped vehicle; {text}"
         raise SceneError([*faults, scene.fault(("vehicle", "file"), text)])
-    vehicle, of_file = read_toml(path, VehicleFile)
-    if vehicle is None or faults:
-        raise SceneError([*faults, *of_file])
-    arm = 1e-3 * scene.wheelset.radius_mm * vehicle.vehicle.axle_load
-    for k, one in enumerate(section.track):
-        if abs(one.axle_torque_kN_m or 0.0) > 1e-3 * one.friction * arm:
-            text = f"axle_torque_kN_m = {one.axle_torque_kN_m:g} is more than friction can carry in class "
-            text += (
-                f"{shown(one.name)}: friction x axle load x radius_mm = {1e-3 * one.friction * arm:.3g} kN m"
+    file, of_file = read_toml(path, VehicleFile)
+    files, segments = [("vehicle.file", section.file, path)], None
+    if section.route is not None and not section.track:
+        where = place("vehicle.route", section.route)
+        if where is None:
+            text = f"route = {shown(section.route)} does not exist as given or next to the scene file"
+            raise SceneError(
+                [*faults, *of_file, scene.fault(("vehicle", "route"), f"{text}; give a CSV file")]
             )
-            faults.append(scene.fault(("vehicle", "class", k, "axle_torque_kN_m"), f"{text}; lower it"))
+        try:
+            given = {} if section.each is None else section.each.model_dump(exclude_none=True)
+            segments = read_rows(where, SegmentSection, "segment", given)
+            files.append(("vehicle.route", section.route, where))
+        except SceneError as error:
+            faults += error.faults
+    if file is None or faults:
+        raise SceneError([*faults, *of_file])
+    vehicle, torque = file.vehicle, scene.contact.torque_Nm
+    track = section.track if segments is None else segments
+    arm = 1e-3 * scene.wheelset.radius_mm * vehicle.axle_load
+    for k, one in enumerate(track):
+        given_torque, most = one.axle_torque_kN_m or 0.0, 1e-3 * one.friction * arm
+        if abs(given_torque) > most:
+            key = ("vehicle", "class", k, "axle_torque_kN_m") if segments is None else ("vehicle", "route")
+            text = f"axle_torque_kN_m = {given_torque:g} is more than friction can carry in {shown(one.name)}"
+            text += f": friction x axle load x radius_mm = {most:.3g} kN m; lower it"
+            faults.append(scene.fault(key, text))
     if faults:
         raise SceneError(faults)
-    return vehicle, path
+    return Route(vehicle, tuple(_track(one, torque) for one in track), tuple(files))
 
 
 def _faults(section: VehicleSection) -> list[tuple[KeyPath, str]]:
     """Keys of the classes of track that do not fit together, with messages."""
-    found: list[tuple[KeyPath, str]] = []
-    if not section.track:
-        found.append((("vehicle",), "[vehicle] has no track; write [[vehicle.class]] with name and share"))
-    for k, one in enumerate(section.track):
-        path, named = ("vehicle", "class", k), f"class {shown(one.name)}"
-        curve = one.curve_radius_m is not None
-        if curve and one.cant_mm is not None and one.cant_deficiency_mm is not None:
-            text = "cant_mm and cant_deficiency_mm exclude each other; delete one of them"
-            found.append(((*path, "cant_mm"), f"{named}: {text}"))
-        if curve and one.cant_mm is None and one.cant_deficiency_mm is None:
-            text = "a curve needs cant_mm or cant_deficiency_mm; give one of them"
-            found.append(((*path, "curve_radius_m"), f"{named}: {text}"))
-        if not curve and (one.cant_mm is not None or one.cant_deficiency_mm is not None):
-            key = "cant_mm" if one.cant_mm is not None else "cant_deficiency_mm"
-            found.append(((*path, key), f"{named}: cant is for curves; give curve_radius_m, or delete {key}"))
-        if curve and one.shift_std_mm is not None:
-            text = "shift_std_mm is for straight track: the balance of the bogie gives the shift; delete it"
-            found.append(((*path, "shift_std_mm"), f"{named}: {text}"))
-        if not curve and one.shift_std_mm is None:
-            found.append((path, f"{named}: straight track needs shift_std_mm, that of the lateral motion"))
     total = sum(one.share for one in section.track)
+    if section.route is not None and section.track:
+        return [(("vehicle", "route"), "route and [[vehicle.class]] exclude each other; delete one of them")]
+    if section.route is None and section.each is not None:
+        return [(("vehicle", "each"), "[vehicle.each] is for segments of a route; give route, or delete it")]
+    if section.route is None and not section.track:
+        text = "[vehicle] has no track; write [[vehicle.class]], or route = a CSV file of segments"
+        return [(("vehicle",), text)]
     if section.track and abs(total - 1.0) > SHARES_ROUNDED:
         text = f"share: the shares of all classes must sum to 1 within 1 %, not {total:.7g}; change them"
-        found.append((("vehicle", "class", 0, "share"), text))
-    return found
+        return [(("vehicle", "class", 0, "share"), text)]
+    return []
 
 
 def cut_motion(section: VehicleSection, clearance: float) -> list[tuple[KeyPath, str]]:
     """Warnings of motion on straight track that is cut at the flange clearance [m]."""
+    given = {("vehicle", "class", k, "shift_std_mm"): one for k, one in enumerate(section.track)}
+    spreads: dict[KeyPath, float] = {path: one.shift_std_mm or 0.0 for path, one in given.items()}
+    if section.each is not None:
+        spreads[("vehicle", "each", "shift_std_mm")] = section.each.shift_std_mm or 0.0
     found: list[tuple[KeyPath, str]] = []
-    for k, one in enumerate(section.track):
-        spread = 1e-3 * (one.shift_std_mm or 0.0)
-        cut = math.exp(-0.5 * (WITHIN * clearance / spread) ** 2) if spread > 0.0 else 0.0
+    for path, spread in spreads.items():
+        cut = math.exp(-0.5 * (1e3 * WITHIN * clearance / spread) ** 2) if spread > 0.0 else 0.0
         if cut > CUT_UNNOTED:
-            text = (
-                f"shift_std_mm = {one.shift_std_mm:g}: {100.0 * cut:.2g} % of the motion would go beyond the"
-            )
-            text += f" flange clearance of {1e3 * clearance:.3g} mm; it turns {WITHIN:g} of the way there"
-            found.append((("vehicle", "class", k, "shift_std_mm"), text))
+            text = f"shift_std_mm = {spread:g}: {100.0 * cut:.2g} % of the motion would go beyond the flange"
+            text += f" clearance of {1e3 * clearance:.3g} mm; it turns {WITHIN:g} of the way there"
+            found.append((path, text))
     return found
 
 
-def track_of(section: VehicleSection, torque: float) -> tuple[Curve | Tangent, ...]:
-    """Return the classes of track of a section without faults, in SI units; `torque` [N m] if not given."""
-    made: list[Curve | Tangent] = []
-    for one in section.track:
-        values = {
-            "name": one.name, "share": one.share, "speed": one.speed_km_h / 3.6, "friction": one.friction,
-            "friction_flange": one.friction if one.friction_flange is None else one.friction_flange,
-            "environment": one.environment,
-            "torque": torque if one.axle_torque_kN_m is None else 1e3 * one.axle_torque_kN_m,
-        }  # fmt: skip
-        if one.curve_radius_m is None:
-            made.append(Tangent(**values, std=1e-3 * (one.shift_std_mm or 0.0)))  # type: ignore[arg-type]
-            continue
-        curvature = 1.0 / one.curve_radius_m
-        if one.cant_deficiency_mm is not None:
-            acceleration = Curve.of_deficiency(curvature, 1e-3 * one.cant_deficiency_mm)
-        else:
-            acceleration = Curve.of_cant(curvature, one.speed_km_h / 3.6, 1e-3 * (one.cant_mm or 0.0))
-        made.append(Curve(**values, curvature=curvature, acceleration=acceleration))  # type: ignore[arg-type]
-    return tuple(made)
+def _track(one: TrackSection | SegmentSection, torque: float) -> Curve | Tangent:
+    """Return a class or segment of track in SI units; `torque` [N m] if it has none."""
+    speed = one.speed_km_h / 3.6
+    values = {
+        "name": one.name, "share": one.share if isinstance(one, TrackSection) else one.length_km,
+        "speed": speed, "friction": one.friction, "environment": one.environment,
+        "friction_flange": one.friction if one.friction_flange is None else one.friction_flange,
+        "torque": torque if one.axle_torque_kN_m is None else 1e3 * one.axle_torque_kN_m,
+    }  # fmt: skip
+    if one.curve_radius_m is None:
+        return Tangent(**values, std=1e-3 * (one.shift_std_mm or 0.0))  # type: ignore[arg-type]
+    curvature = 1.0 / one.curve_radius_m
+    if one.cant_deficiency_mm is not None:
+        acceleration = Curve.of_deficiency(curvature, 1e-3 * one.cant_deficiency_mm)
+    else:
+        acceleration = Curve.of_cant(curvature, speed, 1e-3 * (one.cant_mm or 0.0))
+    return Curve(**values, curvature=curvature, acceleration=acceleration)  # type: ignore[arg-type]
