@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from wearsim.errors import SceneError
+from wearsim.profile.standard import shipped_path
 from wearsim.scene import load_scene
 from wearsim.scene.uncertainty import dimensions_of, draws_of, overrides_of
 
@@ -121,3 +122,24 @@ def test_faults_name_the_key_and_the_fix(scene_of, inputs, head, message):
 def test_unknown_distributions_are_faults_of_the_scene(scene_of):
     with pytest.raises(SceneError, match="distribution"):
         scene_of('key = "operation.friction"\ndistribution = "gamma"')
+
+
+def test_keys_of_a_vehicle_are_uncertain_too(tmp_path):
+    """Those of every class of its track under `operation`, as elsewhere; how it moves on straight track."""
+    text = shipped_path("workflows", "vehicle.toml").read_text()
+    text += """
+[[uncertainty.input]]
+key = "operation.environment"
+distribution = "uniform"
+low = 0.1
+high = 0.3
+[[uncertainty.input]]
+key = "vehicle.tangent"
+distribution = "values"
+values = ["suspended", "kinematic"]
+"""
+    (tmp_path / "vehicle.toml").write_text(text)
+    drawn = [(one, one.drawn(0.75)) for one in dimensions_of(load_scene(tmp_path / "vehicle.toml"))]
+    changes = {one.key: one.value for one in overrides_of(drawn)}
+    assert changes.pop("vehicle.tangent") == "kinematic"
+    assert changes == {f"vehicle.class.{k}.environment": 0.25 for k in (1, 2, 3, 4)}

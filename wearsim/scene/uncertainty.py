@@ -28,7 +28,7 @@ _NEEDS: Mapping[str, tuple[str, ...]] = {
     "values": ("values",),
 }
 """Keys of each distribution."""
-_EVERYWHERE = ("block", "class")
+_EVERYWHERE = (("operation", "block"), ("operation", "class"), ("vehicle", "class"))
 Drawn = float | int | str | dict[str, Any]
 
 
@@ -239,11 +239,11 @@ def _keys(
     if (len(parts) < 2 and parts != ["wear"]) or parts[0] in ("scene", "compare", "uncertainty"):
         return []
     tables: Sequence[Sequence[str]] = [parts]
-    if parts[0] == "operation" and len(parts) == 2:  # of every block or class
-        tables = [["operation", name, parts[1]] for name in _EVERYWHERE]
+    if parts[0] == "operation" and len(parts) == 2:  # of every block or class, of a vehicle's route, too
+        tables = [[*table, parts[1]] for table in _EVERYWHERE]
     pairs = []
     for keys in tables:
-        if not is_key(model, keys) or (keys[0] == "operation" and not data["operation"].get(keys[1])):
+        if not is_key(model, keys) or (len(tables) > 1 and not (data.get(keys[0]) or {}).get(keys[1])):
             continue
         for path in paths_of(data, keys):
             own: Any = data
