@@ -100,6 +100,7 @@ def test_a_programme_is_a_table_of_blocks(folder):
         ('rig = "full_scale"', "", "needs roller_radius_mm, or rig = "),
         (BLOCK, "", "needs at least one [[operation.block]], or programme"),
         ('"full_scale"', '"full_scale"\ndrive = "coupled"', ""),
+        ('rig = "full_scale"', "roller_radius_mm = 1000", ""),
     ],
 )  # fmt: skip
 def test_what_does_not_fit_together_is_refused_with_its_line(folder, changed, faults_of, old, new, reason):

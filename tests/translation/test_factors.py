@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+import xarray as xr
 
 from wearsim.translation import factors
 from wearsim.translation.axes import at_distances, distance_at
@@ -80,6 +81,18 @@ def test_each_key_separates_points(rig, field, key):
     if key == "shift":
         other = field.assign({key: field[key] + 0.5e-3})
     assert len(factors.match_points(rig, other)) == 0
+
+
+def test_friction_on_the_flange_and_loads_by_side_separate_points(rig, field):
+    """Results of rigs and fields that hold them; what lacks them has the friction and load of both."""
+    assert len(factors.match_points(rig, field)) > 0
+    unlike = xr.DataArray([[[500.0, -500.0]]], dims=("step", "operating_point", "wheel"))
+    loads = field["wheel_load"] + unlike.isel(operating_point=0)
+    loads = loads.transpose("step", "operating_point", "wheel").isel(step=[0] * field.sizes["step"])
+    for other in (field.assign(flange_friction=field["friction"] - 0.1), field.assign(wheel_loads=loads)):
+        assert len(factors.match_points(rig, other)) == 0
+    alike = field.assign(flange_friction=field["friction"])
+    assert len(factors.match_points(rig, alike)) == len(factors.match_points(rig, field))
 
 
 def test_interpolation_meets_rows_exactly():

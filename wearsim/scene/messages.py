@@ -273,7 +273,7 @@ def _block_faults(scene: Campaign) -> _Messages:
                 what = f"{' and '.join(given)} exclude each other" if given else f"needs {' or '.join(keys)}"
                 place = (*path, given[-1]) if given else path
                 yield place, f"block {shown(run.name)}: {what}; give exactly one of them"
-        if scene.counterface.drive == "coupled" and run.speed_difference_percent:
+        if scene.counterface.drive != "independent" and run.speed_difference_percent:
             text = 'speed_difference_percent needs rollers that turn apart; write drive = "independent"'
             yield (*path, "speed_difference_percent"), f"block {shown(run.name)}: {text}, or delete it"
         following = runs[(number + 1) % len(runs)][1]

@@ -236,16 +236,25 @@ def match_points(rig: xr.Dataset, field: xr.Dataset) -> IntArray:
     """
     if not rotation_matches(rig, field):
         return np.empty((0, 2), dtype=np.int64)
-    mine, theirs = (
-        np.nan_to_num([data[key].values for key in MATCH_KEYS], nan=np.inf) for data in (rig, field)
-    )
-    tolerance = np.array(list(MATCH_KEYS.values()))[:, None]
+    mine, theirs = (np.nan_to_num(_stated(data), nan=np.inf) for data in (rig, field))
+    tolerance = np.array([*MATCH_KEYS.values(), MATCH_KEYS["friction"], *[MATCH_KEYS["wheel_load"]] * 2])
     pairs: dict[int, int] = {}  # rig by field
     for i in range(rig.sizes["operating_point"]):
-        equals = np.flatnonzero(np.isclose(theirs, mine[:, i, None], rtol=0.0, atol=tolerance).all(axis=0))
+        equals = np.flatnonzero(
+            np.isclose(theirs, mine[:, i, None], rtol=0.0, atol=tolerance[:, None]).all(axis=0)
+        )
         if equals.size:
             pairs.setdefault(int(equals[0]), i)
     return np.array([(i, j) for j, i in pairs.items()], dtype=np.int64).reshape(-1, 2)
+
+
+def _stated(data: xr.Dataset) -> FloatArray:
+    """`MATCH_KEYS`, friction on the flange and loads of both new wheels, (m, n) of the operating points."""
+    keys = [data[key].values for key in MATCH_KEYS]
+    flange = data.get("flange_friction", data["friction"]).values
+    if "wheel_loads" in data:
+        return np.stack([*keys, flange, *data["wheel_loads"].values[0].T])
+    return np.stack([*keys, flange, *[data["wheel_load"].values] * 2])  # results that do not hold them
 
 
 def wear_by_wheel(dataset: xr.Dataset, name: str) -> FloatArray:
