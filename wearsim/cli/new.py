@@ -22,7 +22,7 @@ def add_flags(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("kind", choices=SHIPPED, help="vehicle: a field scene in which the bogie decides")
     parser.add_argument(
         "--out", metavar="FILE",
-        help="scene file (default rig.toml, ... in this folder); the scenes that it names are written next to "
+        help="scene file (default rig.toml, ... in this folder); scenes that it names are written next to "
         "it, or taken as they are where they exist",
     )  # fmt: skip
     parser.add_argument("--force", action="store_true", help="replace FILE if it exists")

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from pydantic import AfterValidator, Field, Strict
+from pydantic import AfterValidator, Field, Strict, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
 from wearsim.errors import SceneError
@@ -37,7 +37,11 @@ def curve_radius(radius: float) -> float:
     return radius
 
 
-CurveRadius = Annotated[float, AfterValidator(curve_radius)]
+_LEAST, _MOST = QUANTITIES["curve_radius"].span
+_EITHER = [
+    {"type": "number", "minimum": low, "maximum": high} for low, high in ((-_MOST, -_LEAST), (_LEAST, _MOST))
+]
+CurveRadius = Annotated[float, AfterValidator(curve_radius), WithJsonSchema({"anyOf": _EITHER})]
 
 
 def shipped_or_own(folder: str, place: Place, role: str, name: str) -> tuple[Path | None, str]:
