@@ -16,8 +16,8 @@ from typing import Any, NoReturn
 from wearsim import __version__
 
 COMMANDS = (
-    "contact", "profile", "check", "run", "sweep", "resume", "status", "inspect", "translate", "report",
-    "chart", "schema",
+    "contact", "profile", "new", "check", "run", "sweep", "resume", "status", "inspect", "translate",
+    "report", "chart", "schema",
 )  # fmt: skip
 """Modules of this package in the order of the help, with `SUMMARY`, `EXAMPLES`, `add_flags` and `execute`."""
 

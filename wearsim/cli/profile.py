@@ -8,8 +8,8 @@ import re
 from wearsim.cli.flags import add_renamed
 
 SUMMARY = (
-    "measure a wheel or rail profile, standard or from a file: Sh, Sd, qR, limits, conicity, wear; "
-    "convert and draw it; or measure a whole folder"
+    "measure a wheel or rail profile, standard, from a file or of a result: Sh, Sd, qR, limits, conicity, "
+    "wear; convert and draw it; or measure a whole folder"
 )
 EXAMPLES = """\
 wearsim profile S1002
@@ -18,6 +18,8 @@ wearsim profile profiles/measured/wheel_worn_right.whl --against S1002 --plot wo
 wearsim profile profiles/measured/wheel_worn_right.whl --left profiles/measured/wheel_worn_left.whl
 wearsim profile profiles/measured/wheel_worn_right.whl --reprofile-to S1002 --diameter-mm 900
 wearsim profile profiles/measured/rail_worn_outer.ban --wheel S1002 --json
+wearsim profile out/rig.nc --at-km 1000 --wheel left --convert simpack
+wearsim profile out/rig.nc --left out/rig.nc --against S1002
 wearsim profile points.csv --kind wheel --units in --convert miniprof --out wheel.whl
 wearsim profile --fleet profiles/measured --against S1002 --plot fleet.pdf"""
 
@@ -34,6 +36,7 @@ _FLAGS = {
         ("origin", "ORIGIN", "y of a wheel counts from the running_circle or the flange_back"),
         ("part", "N", "number or name of a curve in a multi-part file"),
         ("slice", "N", "number of a slice in a list of slices"),
+        ("at-km", "X", "of a result file (.nc): distance; interpolated between steps (default: the last)"),
     ),
     "measures of a wheel": (
         ("below-tip-mm", "X", "depth of the upper point of qR below the flange tip (default 2)"),
@@ -44,7 +47,7 @@ _FLAGS = {
     "wheelset and track": (
         ("left", "FILE", "left wheel, if it differs (NAME|FILE is the right one)"),
         ("rail", "NAME", "rail under a wheel (default 60E1)"),
-        ("wheel", "NAME", "wheel on a rail (default S1002)"),
+        ("wheel", "NAME|SIDE", "wheel on a rail (default S1002); of a result file: right (default) or left"),
         ("inclination", "1:N", "of the rail, or none (default 1:40; measured rails stand as measured)"),
         ("gauge-mm", "X", "gauge, 14 mm below the top (default 1435)"),
         ("back-to-back-mm", "X", "back-to-back distance; stated, it is checked, too (default 1360)"),
@@ -80,7 +83,10 @@ def add_flags(parser: argparse.ArgumentParser) -> None:
     """Add the flags."""
     parser._negative_number_matcher = re.compile(r"-\.?\d")
     parser.add_argument(
-        "name", metavar="NAME|FILE", nargs="?", help="standard shape (S1002, S1002/h30, 60E1, ...) or file"
+        "name",
+        metavar="NAME|FILE",
+        nargs="?",
+        help="standard shape (S1002, 60E1, ...), file of points or result file",
     )
     for title, flags in _FLAGS.items():
         group = parser.add_argument_group(title)

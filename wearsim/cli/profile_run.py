@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import sys
 from argparse import Namespace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 from wearsim.cli import print_json
+from wearsim.cli.profile_result import read_wheel
 from wearsim.profile.files import WRITTEN_FORMATS, is_file, write_profile, write_text
 from wearsim.profile.inspection import Inspection, inspect_profile, reprofiled_wheels, tables
 from wearsim.profile.inspection.inputs import ProfileInput
-from wearsim.profile.inspection.request import Request, flag_of
+from wearsim.profile.inspection.request import Request, flag_of, is_result
 from wearsim.profile.placement import RUNNING_CIRCLE
 
 
@@ -20,21 +22,25 @@ def measure_one(arguments: Namespace) -> int:
     request = Request(arguments)
     if request.name is None:
         request.raise_any()
-    given = request.read("name", request.kind)
+    given = read_wheel(request, "name", request.kind)
     kind = given.kind if given is not None else request.kind
     if kind is not None:
         request.check_kind(kind, request.name)
-    left = request.read("left", "wheel") if kind != "rail" else None
-    against = request.read("against", kind)
+    left = read_wheel(request, "left", "wheel") if kind != "rail" else None
+    against = read_wheel(request, "against", kind)
     template = request.read("reprofile_to", "wheel") if kind != "rail" else None
     at, limits = request.common(kind)
     target = _target(request, given)
     files = [request.given[key] for key in ("name", "left", "against", "reprofile_to", "rail", "wheel")]
-    if request.statements and not any(is_file(name) for name in files if name is not None):
+    if request.statements and not any(is_file(name) and not is_result(name) for name in files if name):
         stated = ", ".join(map(flag_of, request.statements))
-        request.faults.append(f"{stated}: is a statement on a file, but no file is given; leave it out")
+        request.faults.append(
+            f"{stated}: is a statement on a file of points, but none is given; leave it out"
+        )
     request.raise_any()
     assert given is not None
+    if at is not None and is_result(request.name) and against and against.format in ("definition", "result"):
+        at = replace(at, align=at.align or "none")  # both are in the axes in which wheels wear
     inspection = inspect_profile(given, at, limits, left=left, against=against)
     reprofile = partial(reprofiled_wheels, inspection)
     wheels = request.take(partial(reprofile, template), "--reprofile-to") if template is not None else None

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, Self
 
-from pydantic import AfterValidator, Field, Strict, model_validator
+from pydantic import AfterValidator, Field, Strict, WithJsonSchema, model_validator
 from pydantic_core import PydanticCustomError
 
 from wearsim.errors import SceneError
@@ -39,7 +39,11 @@ def curve_radius(radius: float) -> float:
     return radius
 
 
-CurveRadius = Annotated[float, AfterValidator(curve_radius)]
+_LEAST, _MOST = QUANTITIES["curve_radius"].span
+_EITHER = [
+    {"type": "number", "minimum": low, "maximum": high} for low, high in ((-_MOST, -_LEAST), (_LEAST, _MOST))
+]
+CurveRadius = Annotated[float, AfterValidator(curve_radius), WithJsonSchema({"anyOf": _EITHER})]
 
 
 def shipped_or_own(folder: str, place: Place, role: str, name: str) -> tuple[Path | None, str]:

@@ -70,11 +70,7 @@ class ProfileReading:
     lean: float | None = None  # of a rail head towards the track centre, see `placement.head_lean` [-]
     # of y = 0 from the flange back, by the header if y of the file starts there [m]
     running_circle: float = placement.RUNNING_CIRCLE
-
-    @property
-    def diameter(self) -> float | None:
-        """Wheel diameter at the running circle that the instrument wrote down [m]."""
-        return miniprof.wheel_diameter(self.header) if self.profile.kind == "wheel" else None
+    diameter: float | None = None  # of a wheel at the running circle, that the instrument wrote down [m]
 
 
 def read_profile(path: str | Path, kind: Kind, **statements: Unpack[Statements]) -> ProfileReading:
@@ -121,7 +117,8 @@ def read_profile(path: str | Path, kind: Kind, **statements: Unpack[Statements])
     source = f"file {path.name} ({'; '.join(shown)})" if shown else f"file {path.name}"
     profile = Profile(path.stem, kind, ours.y, ours.z, source)
     header |= content.header
-    return ProfileReading(profile, name, header, notes, tuple(files), lean, ours.running_circle)
+    diameter = miniprof.wheel_diameter(header) if kind == "wheel" else None
+    return ProfileReading(profile, name, header, notes, tuple(files), lean, ours.running_circle, diameter)
 
 
 def _known(key: str, value: str | None, known: Iterable[str], path: Path) -> None:

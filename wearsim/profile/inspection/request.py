@@ -34,7 +34,7 @@ _NUMBERS = {  # quantity whose input range holds
     "smooth_mm": "noise_wavelength",
 }
 _NAMES = ("name", "left", "rail", "wheel", "against", "reprofile_to", "limits", "fleet", "out", "csv", "plot")
-_SINGLE = ("name", "left", "convert", "out", "part", "slice", "left_diameter_mm", "reprofile_to")
+_SINGLE = ("name", "left", "convert", "out", "part", "slice", "left_diameter_mm", "reprofile_to", "at_km")
 _WHEEL_ONLY = ("below_tip_mm", "level_mm", "running_circle_mm", "left", "limits", "rail", "reprofile_to",
                "origin")  # fmt: skip
 _CHOICES = {"units": UNITS, "origin": ORIGINS, "format": FORMATS, "kind": ("wheel", "rail"),
@@ -65,6 +65,8 @@ class Request:
         }
         self.faults = list(self._name_faults())
         self.raise_any()  # nothing can be looked up under such names, and more messages would only repeat it
+        self.side = "right"  # wheel of a result file
+        self._take_side()
         for key, known in _CHOICES.items():
             text = self.given[key]
             if text is not None and text not in known:
@@ -142,6 +144,21 @@ class Request:
         if at is not None and kind is not None and (self.rail if kind == "wheel" else self.wheel) is not None:
             self.take(lambda: counterpart_of(kind, at), "--rail" if kind == "wheel" else "--wheel")
         return at, limits
+
+    def _take_side(self) -> None:
+        """Take --wheel for the side where a result file is asked for one: it has no other wheel on a rail."""
+        asked = [key for key in ("name", "left", "against") if is_result(self.given[key])]
+        if not asked and self.at_km is not None:
+            self.faults.append("--at-km picks a state of a result file (.nc), none is given; leave it out")
+        if not set(asked) - {"left"} or self.wheel is None:
+            return
+        side, self.given["wheel"] = self.wheel, None
+        if side not in ("right", "left"):
+            self.faults.append(f"--wheel = {_short(side)} must be right or left of a result file")
+        elif side == "left" and self.left is not None:
+            self.faults.append("--wheel left and --left exclude each other; give one of them")
+        else:
+            self.side = side
 
     def _name_faults(self) -> Iterator[str]:
         """Names that the operating system does not accept."""
@@ -222,6 +239,11 @@ class Request:
             else:
                 self.faults.append(f"{flag_of(key)} = {_short(text)} must be {low:g} to {high:g} mm")
         return numbers
+
+
+def is_result(name: str | None) -> bool:
+    """Whether a name is that of a result file."""
+    return name is not None and Path(name).suffix.lower() == ".nc"
 
 
 def flag_of(key: str) -> str:

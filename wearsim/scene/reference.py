@@ -1,0 +1,125 @@
+"""The reference of scene files: every key with unit, range, default and meaning, from the JSON schema."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+from wearsim.scene.read import scene_schema
+
+_START = """\
+# Scene files: every key
+
+`wearsim schema --markdown` writes this file from the models that read scenes. `wearsim new rig` writes a
+scene to start from, `wearsim check SCENE` lists its faults. A table or key is required, has a default, or (–)
+may be left out. Tables in double brackets can be repeated.
+"""
+_PLAIN = {
+    "string": "text", "boolean": "true or false", "object": "table", "null": "", "number": "number",
+    "integer": "whole number",
+}  # fmt: skip
+
+
+@dataclass
+class _Table:
+    """A table of scene files: rows and texts with the kinds of scene that have them."""
+
+    required: bool = False
+    kinds: list[str] = field(default_factory=list)
+    texts: dict[str, list[str]] = field(default_factory=dict)
+    rows: dict[tuple[str, ...], list[str]] = field(default_factory=dict)
+
+
+def scene_reference() -> str:
+    """Markdown of every table and key of rig, field, compare and sweep scenes, in the order of the models."""
+    schema = scene_schema()
+    parts, tables = schema["$defs"], dict[str, _Table]()
+    for each in schema["allOf"]:
+        kind, scene = (
+            each["if"]["properties"]["scene"]["properties"]["kind"]["const"],
+            _of(parts, each["then"]),
+        )
+        for key, value in scene["properties"].items():
+            for part in _tables(parts, value):
+                _collect(parts, part, key, key in scene["required"], kind, tables)
+    return "\n".join([_START, *(line for name, table in tables.items() for line in _lines(name, table))])
+
+
+def _of(parts: dict[str, Any], schema: dict[str, Any]) -> dict[str, Any]:
+    found: dict[str, Any] = parts[schema["$ref"].rsplit("/", 1)[1]]
+    return found
+
+
+def _tables(parts: dict[str, Any], schema: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """Tables that a key may hold, by itself, in place of other values or in a list."""
+    if "$ref" in schema:
+        yield _of(parts, schema)
+    for inner in (*schema.get("anyOf", ()), *filter(None, [schema.get("items")])):
+        for part in _tables(parts, inner):
+            yield {**part, "repeated": "items" in schema or part.get("repeated")}
+
+
+def _collect(
+    parts: dict[str, Any],
+    part: dict[str, Any],
+    path: str,
+    required: bool,
+    kind: str,
+    tables: dict[str, _Table],
+) -> None:
+    """Add a table, and those in it, as a kind of scene has it."""
+    table = tables.setdefault(f"[[{path}]]" if part.get("repeated") else f"[{path}]", _Table())
+    table.required |= required
+    table.kinds.append(kind)
+    text = re.sub(r"^\[.*?\]+:? *", "", " ".join(part["description"].split()))
+    table.texts.setdefault(text, []).append(kind)
+    for key, value in part["properties"].items():
+        values, needed = _values(value), key in part.get("required", ())
+        if values in ("table", "list: table") and any(_tables(parts, value)):
+            continue  # which have rows below
+        written = json.dumps(value.get("default"), ensure_ascii=False)
+        default = "required" if needed else "–" if written == "null" else f"`{written}`"
+        row = (f"`{key}`", value.get("unit", ""), values, default, value.get("description", ""))
+        table.rows.setdefault(row, []).append(kind)
+    for key, value in part["properties"].items():
+        for inner in _tables(parts, value):
+            _collect(parts, inner, f"{path}.{key}", key in part.get("required", ()), kind, tables)
+
+
+def _values(schema: dict[str, Any]) -> str:
+    """Values that a key takes, in words."""
+    if "$ref" in schema:
+        return "table"
+    if "anyOf" in schema:
+        return " or ".join(dict.fromkeys(filter(None, map(_values, schema["anyOf"]))))
+    if "enum" in schema or "const" in schema:
+        return ", ".join(f"`{json.dumps(value)}`" for value in schema.get("enum", [schema.get("const")]))
+    kind = schema["type"]
+    if kind == "array":
+        return f"list: {_values(schema['items'])}"
+    low, high = schema.get("minimum"), schema.get("maximum")
+    start = "" if low is None else f"{low:.10g}"
+    start = f"above {schema['exclusiveMinimum']:.10g}" if "exclusiveMinimum" in schema else start
+    span = f"{start} to {high:.10g}" if high is not None else start
+    return f"whole, {span}" if span and kind == "integer" else span or _PLAIN[kind]
+
+
+def _lines(name: str, table: _Table) -> list[str]:
+    """Lines of a table of scene files."""
+
+    def only(kinds: list[str]) -> str:
+        return "" if kinds == table.kinds else f" ({', '.join(kinds)} only)"
+
+    needed = "; required" if table.required else ""
+    lines = [f"## {name}", "", f"Scenes: {', '.join(table.kinds)}{needed}.", ""]
+    if len(table.texts) == 1:
+        lines += [text[:1].upper() + text[1:] for text in table.texts]
+    else:
+        lines += [f"- {', '.join(kinds)}: {text}" for text, kinds in table.texts.items()]
+    lines += ["", "| key | unit | values | default | meaning |", "|---|---|---|---|---|"]
+    for (*cells, meaning), kinds in table.rows.items():
+        lines.append("| " + " | ".join([*cells, f"{meaning}{only(kinds)}".replace("|", "\\|")]) + " |")
+    return [*lines, ""]
