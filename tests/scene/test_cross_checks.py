@@ -194,3 +194,36 @@ def test_a_normal_model_that_must_not_lead_a_campaign_is_told(folder, faults_of,
         f'scene.toml:{text.count(chr(10)) + 2}: normal = "{name}" cannot update the profile in a campaign: '
     )
     assert 'normal = "kik_piotrowski"' in fault
+
+
+LONG_BLOCKS = (("distance_km = 1\n", "distance_km = 2000\n"), ("distance_km = 3\n", "distance_km = 6000\n"))
+
+
+def test_a_campaign_shorter_than_its_programme_tells_which_shares_act(folder, changed, line_with):
+    """Blocks that never run would otherwise be missing without a word."""
+    text = changed(RIG, *LONG_BLOCKS)
+    for distance, shares in (
+        ("4", '"left" 100 % (of the loop 25 %), "right" 0 % (of the loop 75 %)'),
+        ("5000", '"left" 40 % (of the loop 25 %), "right" 60 % (of the loop 75 %)'),
+    ):
+        Path("scene.toml").write_text(changed(text, ("distance_km = 100", f"distance_km = {distance}")))
+        (warning,) = build(load_scene("scene.toml")).warnings
+        assert warning.startswith(
+            f"scene.toml:{line_with(text, 'distance_km = 100')}: distance_km = {distance}"
+        )
+        assert "is less than one loop of the programme, 8000 km" in warning
+        assert shares in warning
+        assert "together = true" in warning
+    Path("scene.toml").write_text(changed(text, ("distance_km = 100", "distance_km = 8000")))
+    assert build(load_scene("scene.toml")).warnings == ()
+
+
+def test_blocks_weighed_together_all_act_in_every_step(folder, changed):
+    text = changed(
+        RIG, *LONG_BLOCKS, ("[operation.monitor]", "[operation]\ntogether = true\n[operation.monitor]")
+    )
+    Path("scene.toml").write_text(text)
+    setup = build(load_scene("scene.toml"))
+    assert setup.warnings == ()
+    assert setup.points.block_length.max() == 0.0
+    assert setup.points.weight.tolist() == [0.25, 0.75, 0.0, 0.0, 0.0]

@@ -46,7 +46,7 @@ from wearsim.errors import (
     WearsimError,
 )
 from wearsim.quantities import STEP_LIMITS
-from wearsim.results import check_row, open_results
+from wearsim.results import check_row, load_results
 from wearsim.scene import (
     CampaignScene,
     CampaignSetup,
@@ -228,12 +228,12 @@ def _translated(
     from wearsim.campaign.causes import add_causes
     from wearsim.translation.translate import translate, with_known_causes, write
 
-    with open_results(results[0]) as rig, open_results(results[1]) as field:
-        factors = translate(rig, field)
-        if setups is not None:
-            known = with_known_causes(factors, file)
-            asked = "cause_factor" in known or "causes" in known.attrs
-            factors = known if asked else add_causes(factors, setups, (rig, field), threads)
+    rig, field = map(load_results, results)
+    factors = translate(rig, field)
+    if setups is not None:
+        known = with_known_causes(factors, file)
+        asked = "cause_factor" in known or "causes" in known.attrs
+        factors = known if asked else add_causes(factors, setups, (rig, field), threads)
     return write(factors, file)
 
 

@@ -41,10 +41,9 @@ def reported(out: Path) -> Iterator[None]:
 
 def print_warnings(results: Sequence[Path]) -> None:
     """Print the warnings on the results of campaigns, which are rig.nc and field.nc, to standard error."""
-    from wearsim.results import open_results, result_warnings
+    from wearsim.results import load_results, result_warnings
 
     for path in results:
         if path.stem in ("rig", "field"):
-            with open_results(path) as result:
-                for line in result_warnings(result):
-                    print(f"warning: {path.stem}: {line}", file=sys.stderr)
+            for line in result_warnings(load_results(path)):
+                print(f"warning: {path.stem}: {line}", file=sys.stderr)

@@ -41,7 +41,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
     import pandas as pd
 
-    from wearsim.results import open_results
+    from wearsim.results import load_results
     from wearsim.translation.bands import band_table, known_bands
     from wearsim.translation.compare import answers
     from wearsim.translation.translate import (
@@ -54,20 +54,20 @@ def execute(arguments: argparse.Namespace) -> int:
         write,
     )
 
-    with open_results(arguments.rig) as rig, open_results(arguments.field) as field:
-        for kind, path, result in (("rig", arguments.rig, rig), ("field", arguments.field, field)):
-            held = result.attrs.get("scene_kind")
-            if held != kind:  # allowed, to compare two rigs, but an exchange would invert every factor
-                print(f"warning: {path} holds a {held} campaign and is taken as the {kind}", file=sys.stderr)
-        factors = with_known_causes(translate(rig, field), Path(arguments.rig).with_name("translation.nc"))
-        rows, points = table(factors), point_table(factors)
-        asked = {of: getattr(arguments, f"{of}_km") for of in ("field", "rig")}
-        hashes = {role: str(factors.attrs[f"{role}_sha256"]) for role in ("rig", "field")}
-        bands, steels = known_bands(Path(arguments.rig).parent, hashes)
-        sure = pd.DataFrame() if bands is None else band_table(bands)
-        found = {of: answers(rig, field, of, 1e3 * km) for of, km in asked.items() if km is not None}
-        if arguments.out:
-            write(factors, arguments.out)
+    rig, field = load_results(arguments.rig), load_results(arguments.field)
+    for kind, path, result in (("rig", arguments.rig, rig), ("field", arguments.field, field)):
+        held = result.attrs.get("scene_kind")
+        if held != kind:  # allowed, to compare two rigs, but an exchange would invert every factor
+            print(f"warning: {path} holds a {held} campaign and is taken as the {kind}", file=sys.stderr)
+    factors = with_known_causes(translate(rig, field), Path(arguments.rig).with_name("translation.nc"))
+    rows, points = table(factors), point_table(factors)
+    asked = {of: getattr(arguments, f"{of}_km") for of in ("field", "rig")}
+    hashes = {role: str(factors.attrs[f"{role}_sha256"]) for role in ("rig", "field")}
+    bands, steels = known_bands(Path(arguments.rig).parent, hashes)
+    sure = pd.DataFrame() if bands is None else band_table(bands)
+    found = {of: answers(rig, field, of, 1e3 * km) for of, km in asked.items() if km is not None}
+    if arguments.out:
+        write(factors, arguments.out)
     if arguments.json:
         tables = {
             "factors": rows,

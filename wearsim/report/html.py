@@ -15,7 +15,7 @@ from wearsim.report.style import role_of, to_svg, write_text
 from wearsim.report.tables import Table, exact
 from wearsim.report.tables_quality import read_convergence
 from wearsim.report.texts import environment
-from wearsim.results import open_results
+from wearsim.results import load_results
 from wearsim.translation.bands import known_bands
 from wearsim.translation.translate import content_hash, translate, with_known_causes
 
@@ -47,8 +47,7 @@ def write_report(directory: str | Path) -> Path:
     datasets = []
     for path in (directory / "rig.nc", directory / "field.nc"):
         if path.exists():
-            with open_results(path) as data:
-                datasets.append(data.load())
+            datasets.append(load_results(path))
     if not datasets:
         raise ResultError(f"{directory}: there is no rig.nc or field.nc; {_advice(directory, failures)}")
     factors = None

@@ -16,7 +16,7 @@ from wearsim.report.style import plain, role_of, save_svg, with_unit, writing
 from wearsim.report.tables import MEASURES, UNDEFINED, limit_text
 from wearsim.report.tables_quality import models_in_use
 from wearsim.report.texts import environment, stated_warnings, wears
-from wearsim.results import checks, open_results, result_warnings
+from wearsim.results import checks, load_results, result_warnings
 from wearsim.results.limits import limits_met
 from wearsim.results.schema import FAINT
 
@@ -48,8 +48,7 @@ def inspect(path: str | Path) -> dict[str, Any]:
         at the start ("new") and at the end ("worn"), extremes of the contact over all patches at the end;
         of a campaign that ends with a reprofiling, in the state before it.
     """
-    with open_results(path) as data:
-        return summary(data)
+    return summary(load_results(path))
 
 
 def summary(dataset: xr.Dataset) -> dict[str, Any]:
@@ -153,8 +152,7 @@ def _texts(name: str, ends: list[float | None]) -> list[str]:
 def write_figures(path: str | Path, directory: str | Path) -> list[Path]:
     """Write the figures of the report for one result file as SVG to a folder, made if it is not there."""
     directory = Path(directory)
-    with open_results(path) as data:
-        dataset = data.load()
+    dataset = load_results(path)
     with writing(f"{directory}: figures"):
         directory.mkdir(parents=True, exist_ok=True)
         return [

@@ -36,6 +36,8 @@ from wearsim.results.schema import (
     layout_of,
     renamed,
     row_names,
+    structure_fault,
+    value_fault,
 )
 
 if TYPE_CHECKING:
@@ -226,7 +228,9 @@ def open_results(path: str | Path) -> xr.Dataset:
             sound = int(np.count_nonzero(np.asarray(file.variables["distance"][:]) < FILL_FLOAT))
         except RuntimeError as error:
             raise _unreadable(path, "was damaged while it was written", error) from error
-    opened = _with_retries(lambda: xr.open_dataset(path, engine="netcdf4"))
+    if sound == 0:
+        raise _damaged(path, "distance has no value")
+    opened = _with_retries(lambda: xr.open_dataset(path, engine="netcdf4", decode_times=False))
     dataset = renamed(opened)
     if dataset.sizes["step"] != sound:
         dataset = dataset.isel(step=slice(0, sound))
@@ -235,6 +239,26 @@ def open_results(path: str | Path) -> xr.Dataset:
         dataset = dataset.assign_coords({dimension: (dimension, label.values, label.attrs)})
     dataset = dataset.set_xindex("distance", DistanceIndex)
     dataset.set_close(opened.close)
+    return dataset
+
+
+def load_results(path: str | Path) -> xr.Dataset:
+    """Read all of a result file and check its values, where `open_results` leaves them on the disk.
+
+    Raises
+    ------
+    ResultError
+        If the file is missing, damaged, not a result of this version of wearsim, or holds impossible values.
+    """
+    path = Path(path)
+    with open_results(path) as dataset:
+        for name, variable in dataset.variables.items():
+            try:
+                variable.load()
+            except (OSError, RuntimeError, ValueError) as error:
+                raise _unreadable(path, f"is damaged in {name}", error) from error
+            if fault := value_fault(str(name), variable.values, dataset.sizes):
+                raise _damaged(path, fault)
     return dataset
 
 
@@ -249,13 +273,17 @@ def _open(path: Path, *, older: bool = False) -> netCDF4.Dataset:
     except (OSError, RuntimeError) as error:
         raise _unreadable(path, "cannot be read as netCDF", error) from error
     file.set_auto_maskandscale(False)
-    schema = int(file.getncattr("wearsim_schema")) if "wearsim_schema" in file.ncattrs() else None
+    stated = getattr(file, "wearsim_schema", None)
+    schema = int(stated) if isinstance(stated, np.integer) else None
     older = older and schema in OLDER_SCHEMAS
     names = [RENAMED.get(name, name) if older else name for name in file.variables]
     missing = [name for name in layout_of(names) if name not in (*names, *(ADDED if older else ()))]
-    if (schema == SCHEMA or older) and not missing:
+    fault = "" if missing or not (schema == SCHEMA or older) else structure_fault(file, path.stat().st_size)
+    if (schema == SCHEMA or older) and not missing and not fault:
         return file
     file.close()
+    if fault:
+        raise _damaged(path, fault)
     if schema is None or schema == SCHEMA or older:
         without = f" of this version (without {missing[0]})" if missing else ""
         raise ResultError(
@@ -274,6 +302,13 @@ def _unreadable(path: Path, what: str, error: Exception) -> ResultError:
     return ResultError(
         f"{path} {what}: {_reason(error)}; a damaged file is rebuilt by `wearsim resume {path.parent}` "
         f"from the records of its steps while its campaign is unfinished"
+    )
+
+
+def _damaged(path: Path, fault: str) -> ResultError:
+    return ResultError(
+        f"{path}: {fault}: the file is damaged or was changed; give it as `wearsim run` wrote it, or run its "
+        f"scene again in another directory"
     )
 
 

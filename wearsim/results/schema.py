@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Container, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -130,3 +131,84 @@ def renamed(dataset: xr.Dataset) -> xr.Dataset:
         if name in QUANTITIES and name in dataset:
             dataset[name].attrs["long_name"] = QUANTITIES[name].meaning
     return dataset
+
+
+KINDS = {"f8": np.dtype("f8"), "i4": np.dtype("i4"), "str": str}
+"""Types of variables in result files by the kind of their quantity."""
+
+LEAST = {"point": 4, "counterface_point": 4}
+"""Smallest lengths of dimensions, where more than 1 is needed."""
+
+PACKED = 1100
+"""No byte of a result file unpacks to more bytes: deflate reaches 1030."""
+
+TEXTS = ("title", "scene_kind", "wear_law", "wear_coefficients", "rotation_rule")
+"""Global attributes that are read as texts."""
+
+NUMBERS = ("stability_limit", "error_tolerance", "target_distance")
+"""Global attributes that are read as numbers; so are limits, and those that have the name of a quantity."""
+
+
+def structure_fault(file: netCDF4.Dataset, size: int) -> str:
+    """Say what of a file of `size` [B] with all variables is not as the table of quantities has it, or ""."""
+    names = {RENAMED.get(name, name): name for name in file.variables}
+    unpacked = 0
+    for name, quantity in layout_of(names).items():
+        if name not in names:  # added since the schema of the file
+            continue
+        variable = file.variables[names[name]]
+        dimensions = tuple(RENAMED.get(dimension, dimension) for dimension in variable.dimensions)
+        if dimensions != quantity.dimensions:
+            return f"{name} has dimensions {dimensions} where {quantity.dimensions} are needed"
+        if variable.dtype != KINDS[quantity.kind]:
+            return f"{name} has type {variable.dtype} where {quantity.kind} is needed"
+        for dimension, length in zip(dimensions, variable.shape, strict=True):
+            if length < LEAST.get(dimension, 1) or (dimension == "wheel" and length != 2):
+                return f"{name} has {length} values along {dimension}"
+        unpacked += 8 * math.prod(variable.shape)
+        if unpacked > PACKED * size:
+            return f"{name} has {variable.shape} values, more than a file of {size} bytes holds"
+        units = getattr(variable, "units", "")
+        if not isinstance(units, str) or units != quantity.unit:
+            return f"{name} has units {units!s:.40} where {quantity.unit or 'none'} are needed"
+        decoded = {"scale_factor", "add_offset", "missing_value", "_Unsigned", "dtype"} & {
+            *variable.ncattrs()
+        }
+        if decoded or ("_FillValue" in variable.ncattrs()) != quantity.missing:
+            return f"{name} has another {(*decoded, '_FillValue')[0]} than wearsim writes"
+    for name in file.ncattrs():
+        value, key = file.getncattr(name), RENAMED.get(name, name)
+        known = QUANTITIES.get(key)
+        number = key in NUMBERS or key.startswith("limit_") or (known is not None and known.unit != "")
+        if np.size(value) != 1 or (number and (isinstance(value, str) or not np.isfinite(value))):
+            return f"attribute {name} = {value!s:.40} must be {'a number' if number else 'one value'}"
+        if key in TEXTS and not isinstance(value, str):
+            return f"attribute {name} = {value!s:.40} must be a text"
+    return ""
+
+
+PLACES = {
+    **dict.fromkeys(REGIME_FLAGS, "regime"),
+    "contact_model": "contact_model_name",
+    **dict.fromkeys(("last_reprofiling", "reference_step"), "step"),
+}
+"""Dimension along which the values of a variable are places, -1 for none."""
+
+
+def value_fault(name: str, values: np.ndarray, sizes: Mapping[Any, int]) -> str:
+    """Say what of the values of a variable, missing ones NaN, cannot be in a file of some sizes, or ""."""
+    quantity = QUANTITIES.get(name)
+    if quantity is None or quantity.kind == "str":
+        return ""
+    if not quantity.missing and not np.all(np.abs(values) < FILL_FLOAT):
+        return f"{name} has values that are missing or no numbers"
+    if np.isinf(values).any():
+        return f"{name} has infinite values"
+    if quantity.flags or name in PLACES:
+        low, count = (0, len(quantity.flags)) if quantity.flags else (-1, sizes[PLACES[name]])
+        if np.any((values < low) | (values >= count)):
+            return f"{name} has values beyond {low} to {count - 1}"
+    falls = {"distance": lambda step: step < 0.0, "arc_length": lambda step: step <= 0.0}
+    if name in falls and falls[name](np.diff(values)).any():
+        return f"{name} does not rise"
+    return ""

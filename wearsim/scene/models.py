@@ -350,6 +350,9 @@ class RigOperation(Section):
     blocks: Annotated[tuple[BlockSection, ...], Strict(False)] = Field(
         (), alias="block", max_length=1000, description="the blocks of the rig programme"
     )
+    together: bool = Field(
+        False, description="weigh all blocks by their share of the loop in every step, not one after another"
+    )
     monitor: MonitorSection | None = None
 
     @property

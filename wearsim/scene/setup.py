@@ -51,6 +51,7 @@ from wearsim.scene.models import ContactSection, FieldScene, RigScene, RollerSec
 from wearsim.scene.read import inputs_of
 from wearsim.scene.section import Section
 from wearsim.scene.vehicle import Route
+from wearsim.toml_faults import shown
 
 OF_BOGIES = "raise curve_radius_m, lower cant_deficiency_mm or friction, or give another vehicle"
 """What to do where a bogie has no balance."""
@@ -151,7 +152,29 @@ def warnings_of(scene: RigScene | FieldScene) -> tuple[Fault, ...]:
             f"binning_tolerance = {route.binning_tolerance:g}: {len(scene._track)} classes leave an error of"
         )
         own.append(scene.fault(("vehicle", "binning_tolerance"), f"{text} {scene._error:.2g}"))
+    if isinstance(scene, RigScene) and (text := _cut_loop(scene)):
+        own.append(scene.fault(("campaign", "distance_km"), text))
     return tuple(by_line([*inputs.warnings, *own]))
+
+
+def _cut_loop(scene: RigScene) -> str:
+    """Say which blocks act, and for how much of the distance, where it is shorter than a loop of them."""
+    blocks = scene.operation.blocks
+    lengths = np.array([_run(scene, block)["distance"] for block in blocks])
+    loop, distance = float(lengths.sum()), 1e3 * scene.campaign.distance_km
+    if scene.operation.together or len(blocks) < 2 or distance >= loop * (1.0 - 1e-9):
+        return ""
+    acting = np.clip(distance - (np.cumsum(lengths) - lengths), 0.0, lengths)
+    rows = [
+        f"{shown(block.name)} {100.0 * own / distance:.3g} % (of the loop {100.0 * length / loop:.3g} %)"
+        for block, own, length in zip(blocks, acting, lengths, strict=True)
+    ]
+    more = f" and {len(rows) - 4} more" if len(rows) > 4 else ""
+    return (
+        f"distance_km = {1e-3 * distance:g} is less than one loop of the programme, {1e-3 * loop:g} km; of "
+        f"the distance act {', '.join(rows[:4])}{more}: give a longer distance, shorter blocks, or together"
+        " = true in [operation]"
+    )
 
 
 def contact_models(contact: ContactSection) -> list[ContactModels]:
@@ -240,7 +263,11 @@ def _points(scene: RigScene | FieldScene, reduction: Reduction | None) -> Operat
         found, common = reduction.points, np.full(reduction.points.distance.size, scene.recorded.environment)
         set_points = {**found.values, "environment": common}
         return recorded_points(set_points, found.distance, reduction.group, **motion)
-    return programme(runs, **motion) if isinstance(scene, RigScene) else collective(runs, **motion)
+    if not isinstance(scene, RigScene):
+        return collective(runs, **motion)
+    points = programme(runs, **motion)
+    stationary = np.zeros_like(points.block_length)
+    return replace(points, block_length=stationary) if scene.operation.together else points
 
 
 def _on_route(scene: FieldScene, bodies: tuple[Wheelset, Counterface], wear: WearSettings) -> OperatingPoints:

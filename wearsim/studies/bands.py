@@ -19,7 +19,7 @@ import xarray as xr
 
 from wearsim.campaign.record import readable_errors, write_atomically
 from wearsim.errors import ResultError
-from wearsim.results import open_results
+from wearsim.results import load_results
 from wearsim.scene import CampaignScene, load_campaign
 from wearsim.scene.overrides import Override
 from wearsim.scene.sweep import Case
@@ -205,8 +205,7 @@ def _results(directory: Path) -> dict[str, xr.Dataset]:
     found = {}
     for role in ("rig", "field"):
         if (directory / f"{role}.nc").is_file():
-            with open_results(directory / f"{role}.nc") as data:
-                found[role] = data.load()
+            found[role] = load_results(directory / f"{role}.nc")
     return found
 
 

@@ -14,7 +14,7 @@ import xarray as xr
 
 from wearsim.errors import ResultError
 from wearsim.quantities import QUANTITIES
-from wearsim.results.file import open_results
+from wearsim.results.file import load_results
 from wearsim.results.index import INDEXES
 from wearsim.translation import compare, factors
 from wearsim.translation.compare import CAMPAIGN, STAGES, STATIONS
@@ -141,7 +141,7 @@ def with_known_causes(dataset: xr.Dataset, file: Path) -> xr.Dataset:
     try:
         with xr.open_dataset(file, engine="netcdf4") as opened:
             other = opened.load()
-    except (OSError, ValueError):
+    except (OSError, RuntimeError, ValueError):  # the netCDF library knows damage as RuntimeError
         return dataset
     if any(other.attrs.get(f"{role}_sha256") != dataset.attrs[f"{role}_sha256"] for role in CAMPAIGN):
         return dataset
@@ -155,8 +155,7 @@ def with_known_causes(dataset: xr.Dataset, file: Path) -> xr.Dataset:
 def _loaded(result: Result) -> xr.Dataset:
     if isinstance(result, xr.Dataset):
         return result
-    with open_results(result) as data:
-        return data.load()
+    return load_results(result)
 
 
 def write(dataset: xr.Dataset, out: str | Path) -> Path:

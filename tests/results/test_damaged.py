@@ -1,0 +1,153 @@
+"""Result files that are damaged or not as wearsim writes them: one line, exit code 2, from every reader."""
+
+import netCDF4
+import numpy as np
+import pytest
+
+from wearsim.cli import main
+from wearsim.errors import ResultError
+from wearsim.quantities import QUANTITIES
+from wearsim.results import LAYOUT, load_results, open_results
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory, write_campaign):
+    folder = tmp_path_factory.mktemp("results")
+    for kind in ("rig", "field"):
+        write_campaign(folder / f"{kind}.nc", kind, 3, 10e-9)
+    return folder
+
+
+@pytest.fixture
+def folder(results, tmp_path, monkeypatch):
+    monkeypatch.setattr("wearsim.results.file.RETRY_SECONDS", 0.02)
+    for file in results.iterdir():
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+    return tmp_path
+
+
+def rewritten(path, *, dimensions=None, kinds=None, sizes=None, values=None):
+    """Write a file anew with some variables or lengths of dimensions changed."""
+    old = path.rename(path.with_name("old.nc"))
+    with netCDF4.Dataset(old) as given, netCDF4.Dataset(path, "w") as made:
+        given.set_auto_maskandscale(False)
+        for name, dimension in given.dimensions.items():
+            made.createDimension(name, (sizes or {}).get(name, len(dimension)))
+        made.setncatts({key: given.getncattr(key) for key in given.ncattrs()})
+        for name, variable in given.variables.items():
+            attributes = {key: variable.getncattr(key) for key in variable.ncattrs()}
+            fill = attributes.pop("_FillValue", None)
+            axes = (dimensions or {}).get(name, variable.dimensions)
+            kind = (kinds or {}).get(name, variable.dtype)
+            copy = made.createVariable(name, kind, axes, fill_value=fill if kind == variable.dtype else None)
+            copy.setncatts(attributes)
+            copy.set_auto_maskandscale(False)
+            if kind == variable.dtype and axes == variable.dimensions and not sizes:
+                copy[:] = (values or {}).get(name, lambda array: array)(np.asarray(variable[:]))
+    old.unlink()
+
+
+def assert_one_line(folder, capsys, *parts):
+    """Every command that reads results refuses the file, and says which and what of it."""
+    rig, field = str(folder / "rig.nc"), str(folder / "field.nc")
+    for words in (["inspect", rig], ["translate", rig, field], ["report", str(folder)]):
+        assert main(words) == 2, words
+        told = capsys.readouterr()
+        assert told.out == ""
+        (line,) = told.err.splitlines()
+        for part in (rig, "wearsim run", *parts):
+            assert part in line
+    assert not (folder / "report.html").exists()
+
+
+def nothing(array):
+    array[...] = np.nan
+    return array
+
+
+CHANGES = {
+    "a dimension less": ({"dimensions": {"profile_z": ("step", "wheel")}}, "profile_z has dimensions"),
+    "other dimensions": ({"dimensions": {"weight": ("wheel",)}}, "weight has dimensions"),
+    "numbers as texts": ({"kinds": {"wear_depth": str}}, "wear_depth has type"),
+    "single precision": ({"kinds": {"wear_depth": "f4"}}, "wear_depth has type float32"),
+    "texts as numbers": ({"kinds": {"regime_name": "f8"}}, "regime_name has type"),
+    "no steps": ({"sizes": {"step": 0}}, "distance has 0 values along step"),
+    "one wheel": ({"sizes": {"wheel": 1}}, "wheel_name has 1 values along wheel"),
+    "no points": ({"sizes": {"point": 1}}, "arc_length has 1 values along point"),
+    "a dimension of 5e8": ({"sizes": {"operating_point": 500_000_000}}, "more than a file of"),
+    "no numbers": ({"values": {"wear_depth": nothing}}, "wear_depth has values that are missing"),
+    "no distance": ({"values": {"distance": nothing}}, "distance has no value"),
+    "distance falls": ({"values": {"distance": lambda array: array[::-1]}}, "distance does not rise"),
+    "an unknown flag": ({"values": {"step_limit": lambda array: array + 99}}, "step_limit has values beyond"),
+    "an unknown regime": ({"values": {"wear_regime": lambda array: array + 99}}, "wear_regime has values"),
+}
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_a_file_of_other_structure_is_one_line_with_the_variable(folder, capsys, change):
+    changed, message = CHANGES[change]
+    rewritten(folder / "rig.nc", **changed)
+    assert_one_line(folder, capsys, message)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(LAYOUT))
+def test_every_variable_is_held_to_its_row_of_the_table(folder, name):
+    """Another type, or a dimension more or less, of each variable of all results."""
+    path, quantity = folder / "rig.nc", QUANTITIES[name]
+    rewritten(path, kinds={name: "f8" if quantity.kind == "str" else str})
+    with pytest.raises(ResultError, match=f"{name} has type"):
+        open_results(path)
+    folder.joinpath("rig.nc").write_bytes((folder / "field.nc").read_bytes())
+    rewritten(path, dimensions={name: (*quantity.dimensions[:-1], "patch", "patch")})
+    with pytest.raises(ResultError, match=f"{name} has dimensions"):
+        open_results(path)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("wear_depth.units", "furlong", "wear_depth has units furlong where m are needed"),
+        ("wear_depth.scale_factor", 1e3, "wear_depth has another scale_factor"),
+        ("wheel_radius", "wide", "attribute wheel_radius = wide must be a number"),
+        ("counterface_curvature", np.arange(3.0), "attribute counterface_curvature"),
+        ("limit_hollowing", np.nan, "attribute limit_hollowing = nan must be a number"),
+        ("scene_kind", 3.0, "attribute scene_kind = 3.0 must be a text"),
+        ("wearsim_schema", "five", "is not a result file of a wearsim campaign"),
+    ],
+)
+def test_an_attribute_that_is_not_as_written_is_one_line(folder, capsys, name, value, message):
+    variable, _, attribute = name.rpartition(".")
+    with netCDF4.Dataset(folder / "rig.nc", "a") as file:
+        (file[variable] if variable else file).setncattr(attribute, value)
+    assert_one_line(folder, capsys, message)
+
+
+@pytest.mark.parametrize(
+    "seed", [*range(3), *(pytest.param(n, marks=pytest.mark.slow) for n in range(3, 60))]
+)
+def test_damaged_bytes_are_one_line_or_without_effect(folder, capsys, seed):
+    """4 kB of zeros anywhere, as after a power failure, 200 wrong bytes, or the end missing."""
+    path, random = folder / "rig.nc", np.random.default_rng(seed)
+    content = bytearray(path.read_bytes())
+    place = int(random.integers(len(content)))
+    if seed % 3 == 0:
+        content[place : place + 4096] = bytes(len(content[place : place + 4096]))
+    elif seed % 3 == 1:
+        for at in random.integers(len(content), size=200):
+            content[at] = random.integers(256)
+    else:
+        del content[place:]
+    path.write_bytes(content)
+    code = main(["translate", str(path), str(folder / "field.nc")])
+    told = capsys.readouterr()
+    assert code in (0, 2), told.err
+    assert "Traceback" not in told.err
+    assert code == 0 or len(told.err.splitlines()) == 1
+
+
+def test_a_whole_file_is_read_into_memory(results):
+    dataset = load_results(results / "rig.nc")
+    assert all(variable._in_memory for variable in dataset.variables.values())
+    with open_results(results / "rig.nc") as opened:
+        assert dataset.identical(opened)
