@@ -38,7 +38,8 @@ def settled_state(state: State, points: OperatingPoints, setup: Setup) -> State:
         )
     except StateError as error:
         text = "; ".join(f"{points.label[k]}: {text}" for k, text in error.messages.items())
-        raise NumericalError(f"after {state.distance / 1e3:.6g} km {text}; lower the force") from error
+        fix = "lower the force" if points.controlled.bogies is None else "reprofile earlier, or end there"
+        raise NumericalError(f"after {state.distance / 1e3:.6g} km {text}; {fix}") from error
     return replace(state, running=after)
 
 
