@@ -129,10 +129,12 @@ def test_a_result_file_is_no_run_directory(out, capsys):
     assert capsys.readouterr().err == f"{out / 'rig.nc'} is a file; give the run directory, {out}\n"
 
 
-def test_a_result_file_is_no_profile(out, capsys):
-    assert cli.main(["profile", str(out / "rig.nc")]) == 2
+def test_a_result_file_is_no_file_of_points(out, capsys):
+    """Where only such a file will do, the command that writes one is named."""
+    assert cli.main(["profile", "S1002", "--rail", str(out / "rig.nc")]) == 2
     output = capsys.readouterr().err
-    assert f"is a result file, not a profile; `wearsim inspect {out / 'rig.nc'}` shows it" in output
+    assert "is a result file, not a file of points; " in output
+    assert f"`wearsim profile {out / 'rig.nc'} --convert miniprof` writes its worn wheel" in output
     assert "UTF-8" not in output
 
 

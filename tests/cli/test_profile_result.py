@@ -73,6 +73,20 @@ def test_between_two_states_points_are_interpolated(result, tmp_path, capsys):
     np.testing.assert_allclose((profile.y, profile.z), 0.75 * before + 0.25 * after, atol=1e-15)
 
 
+def test_of_two_states_at_one_distance_the_later_one_is_taken(write_campaign, tmp_path, capsys):
+    """As a reprofiling leaves them: points run to the earlier state, and on from the later one."""
+    path = write_campaign(tmp_path / "rig.nc", "rig", 4, 1e-8)
+    with netCDF4.Dataset(path, "a") as file:
+        file["distance"][3] = file["distance"][2]
+    at, before = message(capsys, path, "--at-km", 20), message(capsys, path, "--at-km", 19.999999)
+    assert (
+        at["profile"]["notes"][0] == "right wheel after 20 km: the stored state after the reprofiling there"
+    )
+    levels = [2.0 * (0.46 + running_circle_level(*stored(path, "right", row))) for row in (2, 3)]
+    assert at["measures"]["wheel_diameter"] == pytest.approx(levels[1], rel=1e-15)
+    assert before["measures"]["wheel_diameter"] == pytest.approx(levels[0], abs=1e-10)
+
+
 def test_the_axle_and_the_wear_since_new(result, tmp_path, capsys):
     """A standard shape lies in the axes of the result, so nothing is moved; its diameter is not known."""
     new = tmp_path / "new.csv"

@@ -161,6 +161,14 @@ def write_figures(path: str | Path, directory: str | Path) -> list[Path]:
         ]
 
 
+def write_animation(path: str | Path, target: Path) -> Path:
+    """Write the running wear of one result file as a GIF, see `animate_wear`."""
+    from wearsim.report.figures.animation import animate_wear
+
+    with open_results(path) as data:
+        return animate_wear(data.load(), target)
+
+
 def _plain(value: Any) -> Any:
     """Value, or list of values, as JSON knows it; None where it is not a number."""
     if isinstance(value, str):

@@ -170,7 +170,10 @@ def read_text(path: Path) -> Text:
         most = f"larger than {MAX_BYTES // 10**6} MB" if large else f"more than {MAX_LINES} lines"
         raise ProfileError(f"{path}: {most}, hardly one profile; give one cross-section")
     if data.startswith((b"\x89HDF", b"CDF")):
-        raise ProfileError(f"{path}: is a result file, not a profile; `wearsim inspect {path}` shows it")
+        write = f"`wearsim profile {path} --convert miniprof`"
+        raise ProfileError(
+            f"{path}: is a result file, not a file of points; {write} writes its worn wheel as one"
+        )
     marked = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     try:
         text = data.decode("utf-16" if marked else "utf-8-sig")
