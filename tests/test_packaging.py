@@ -1,4 +1,4 @@
-"""What a user gets: the README as it stands, and an installed wheel that finds its shipped files."""
+"""What a user gets: README and guide as they stand, and an installed wheel that finds its shipped files."""
 
 import os
 import re
@@ -18,7 +18,19 @@ from wearsim.scene import load_scene
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-BLOCKS = re.findall(r"^```(\w*)\n(.*?)^```$", README, flags=re.MULTILINE | re.DOTALL)
+GUIDE = (ROOT / "workflows" / "README.md").read_text(encoding="utf-8")
+
+
+def blocks(text, *languages):
+    """Code blocks of a document in these languages; "" is none."""
+    found = re.findall(r"^```(\w*)\n(.*?)^```$", text, flags=re.MULTILINE | re.DOTALL)
+    return [block for language, block in found if language in languages]
+
+
+def section(text, title):
+    """A section of a document without its title."""
+    return text.split(f"\n## {title}\n")[1].split("\n## ")[0]
+
 
 SHORT_SCENE = """\
 [scene]
@@ -47,27 +59,36 @@ max_step_km = 0.5
 
 
 def test_the_quick_start_has_two_blocks_of_one_line_that_each_stand_alone():
-    section = README.split("## Quick start")[1].split("\n## ")[0]
-    blocks = re.findall(r"^```\w*\n(.*?)^```$", section, flags=re.MULTILINE | re.DOTALL)
-    assert [block for _, block in BLOCKS[:2]] == blocks
-    assert [block.count("\n") for block in blocks] == [1, 1]
-    assert all(block.startswith("python3 -m venv .venv && ") for block in blocks)
-    assert "wearsim run workflows/rig_vs_field.toml --out out" in blocks[0]
-    assert "pytest" in blocks[1]
+    commands = blocks(section(README, "Quick start"), "")
+    assert blocks(README, "", "console", "python", "toml")[:2] == commands
+    assert [command.count("\n") for command in commands] == [1, 1]
+    assert all(command.startswith("python3 -m venv .venv && ") for command in commands)
+    assert "wearsim run workflows/rig_vs_field.toml --out out" in commands[0]
+    assert "pytest" in commands[1]
 
 
-def test_the_python_examples_of_the_readme_run(tmp_path, monkeypatch, undrawn, capsys):
+def test_the_python_example_of_the_readme_runs(capsys):
+    """Pressure is higher off the middle."""
+    (example,) = blocks(README, "python")
+    exec(compile(example, "README.md", "exec"), {})
+    *pressure, unit = capsys.readouterr().out.replace("[", "").replace("]", "").split()
+    assert unit == "MPa"
+    middle, *shifted = map(float, pressure)
+    assert 500.0 < middle < min(shifted) < max(shifted) < 2000.0
+
+
+def test_the_python_examples_of_the_guide_run(tmp_path, monkeypatch, undrawn, capsys):
     """The one draws a line per state, the other prints how much more power rollers take."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MPLBACKEND", "Agg")
     Path("short.toml").write_text(SHORT_SCENE)
     assert main(["run", "short.toml", "--out", "out"]) == 0
-    examples = [text for language, text in BLOCKS if language == "python"]
+    examples = blocks(section(GUIDE, "From Python"), "python")
     capsys.readouterr()
     names = {}
     try:
         for example in examples:
-            exec(compile(example, "README.md", "exec"), names)
+            exec(compile(example, "workflows/README.md", "exec"), names)
         ratios = [float(text) for text in capsys.readouterr().out.strip("[]\n").split()]
         assert len(ratios) == 3
         assert min(ratios) > 1.0
@@ -80,17 +101,29 @@ def test_the_python_examples_of_the_readme_run(tmp_path, monkeypatch, undrawn, c
         plt.close("all")
 
 
-@pytest.mark.parametrize("document", ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "reports/README.md"])
+@pytest.mark.parametrize(
+    "document", ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "reports/README.md", "workflows/README.md"]
+)
 def test_the_links_of_documents_lead_somewhere(document):
     text = (ROOT / document).read_text(encoding="utf-8")
-    targets = [target for target in re.findall(r"\]\(([^)]+)\)", text) if "://" not in target]
-    assert [target for target in targets if not (ROOT / document).parent.joinpath(target).exists()] == []
+    for target in re.findall(r"\]\(([^)]+)\)", text):
+        if "://" not in target:
+            path, _, heading = target.partition("#")
+            linked = (ROOT / document).parent / path if path else ROOT / document
+            assert linked.exists(), target
+            if heading:
+                titles = re.findall(r"^#+ (.*)$", linked.read_text(encoding="utf-8"), flags=re.MULTILINE)
+                assert heading in [
+                    re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-") for title in titles
+                ]
 
 
-def test_the_scenes_of_the_readme_have_no_faults(tmp_path):
-    """The first one is complete, the tables of the others are added to it."""
-    complete, *tables = (text for language, text in BLOCKS if language == "toml")
-    assert len(tables) == 5
+def test_the_scenes_of_the_guide_have_no_faults(tmp_path):
+    """One is complete, the tables of the others are added to it."""
+    scenes = blocks(GUIDE, "toml")
+    (complete,) = (text for text in scenes if "[scene]" in text)
+    tables = [text for text in scenes if text != complete]
+    assert len(tables) == 6
     for number, text in enumerate(["", *tables]):
         scene = tmp_path / f"scene_{number}.toml"
         scene.write_text(f"{complete}\n{text}")
@@ -98,7 +131,7 @@ def test_the_scenes_of_the_readme_have_no_faults(tmp_path):
 
 
 DOCUMENTS = (
-    "README.md", "CONTRIBUTING.md", "reports/README.md", "profiles/measured/README.md",
+    "README.md", "CONTRIBUTING.md", "reports/README.md", "profiles/measured/README.md", "workflows/README.md",
     *(f"workflows/{path.name}" for path in sorted((ROOT / "workflows").glob("*.toml"))),
 )  # fmt: skip
 
@@ -106,8 +139,9 @@ DOCUMENTS = (
 @pytest.mark.parametrize("document", DOCUMENTS)
 def test_the_commands_in_documents_exist_with_their_flags(document):
     text = (ROOT / document).read_text(encoding="utf-8")
-    blocks = "".join(re.findall(r"^```\n(.*?)^```$", text, flags=re.MULTILINE | re.DOTALL))
-    lines = re.findall(r"(?:^|/)wearsim ([^&\n]*)", blocks, flags=re.MULTILINE)
+    lines = re.findall(
+        r"(?:^|/|^\$ )wearsim ([^&>\n]*)", "".join(blocks(text, "", "console")), flags=re.MULTILINE
+    )
     lines += re.findall(r"^# {5}wearsim (.*)$", text, flags=re.MULTILINE) + re.findall(
         r"`wearsim ([^`]*)`", text
     )
@@ -134,13 +168,20 @@ def test_the_readme_quotes_the_accuracy_of_contact_models_from_the_report():
         assert [value.strip() for value in values] == quantiles
 
 
-def test_every_command_stands_in_the_readme_and_no_other():
-    assert sorted(re.findall(r"^\| `wearsim (\w+)", README, flags=re.MULTILINE)) == sorted(COMMANDS)
+def test_every_command_stands_in_the_guide_and_no_other():
+    listed = r"^\| `wearsim (\w+)"
+    assert sorted(re.findall(listed, GUIDE, flags=re.MULTILINE)) == sorted(COMMANDS)
+    assert set(re.findall(listed, README, flags=re.MULTILINE)) < set(COMMANDS)
 
 
-def test_the_public_functions_and_registries_stand_in_the_readme():
-    section = README.split("## From Python")[1].split("\n## ")[0]
-    first = [line.split(" | ")[0] for line in section.splitlines() if line.startswith("|")]
+def test_the_readme_is_one_page():
+    assert README.count("\n") <= 120
+
+
+def test_the_public_functions_and_registries_stand_in_the_guide():
+    first = [
+        line.split(" | ")[0] for line in section(GUIDE, "From Python").splitlines() if line.startswith("|")
+    ]
     table = re.findall(r"`([\w.]+)`", " ".join(first))
     assert {name.split(".")[0] for name in table} == {
         name for name in wearsim.__all__ if name not in ("__version__", "Counterface", "Profile", "Wheelset")
