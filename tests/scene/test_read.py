@@ -220,7 +220,16 @@ def test_an_editor_sees_the_faults_of_the_kind_only(folder, changed, name, chang
 
 
 @pytest.mark.parametrize(
-    "name", ["rig.toml", "field.toml", "rig_vs_field.toml", "fatigue.toml", "limits.toml", "recorded.toml"]
+    "name",
+    [
+        "rig.toml",
+        "field.toml",
+        "rig_vs_field.toml",
+        "fatigue.toml",
+        "limits.toml",
+        "recorded.toml",
+        "measured_wheel.toml",
+    ],
 )
 def test_shipped_workflows_have_no_faults_and_no_warnings(name):
     scene = load_scene(standard.shipped_path("workflows", name))
