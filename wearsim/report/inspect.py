@@ -165,8 +165,7 @@ def write_animation(path: str | Path, target: Path) -> Path:
     """Write the running wear of one result file as a GIF, see `animate_wear`."""
     from wearsim.report.figures.animation import animate_wear
 
-    with open_results(path) as data:
-        return animate_wear(data.load(), target)
+    return animate_wear(load_results(path), target)
 
 
 def _plain(value: Any) -> Any:
