@@ -124,12 +124,6 @@ def panels(
                 ax.set_ylabel("")
             if row < rows - 1 and options.get("sharex"):
                 ax.set_xlabel("")
-        for ax in axes.flat:
-            # only the offset of an axis moves the title, and to look for a place takes a fifth of the drawing
-            formatter = ax.yaxis.get_major_formatter()
-            formatter.format_ticks(ax.get_yticks())
-            if not formatter.get_offset():
-                ax.set_title(ax.get_title("left"), y=1.0)
         legend(figure, np.atleast_1d(axes[keys]).flat, key_columns)
     return figure
 
@@ -184,20 +178,18 @@ def label_axes(ax: Axes, x: str, y: str, floor: float | None = None, width: int 
 
 
 def plain(value: Any, digits: int = 4) -> str:
-    """Write a number with some significant digits, without an exponent where people expect none."""
+    """Write a number with some significant digits and without exponent; less than 0.0001 is said to be so."""
     value = float(value)
     if not np.isfinite(value):
         return "undefined"
     if value == 0.0:
         return "0"
     value = float(f"{value:.{digits - 1}e}") if abs(value) < 10.0**digits else value
-    if 1e-4 <= abs(value) < 1e6:
-        places = max(digits - 1 - int(np.floor(np.log10(abs(value)))), 0)
-        text = f"{value:.{places}f}"
-    else:
-        mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
-        text = f"{mantissa}·10^{int(exponent)}"
-    return text.replace("-", "\N{MINUS SIGN}")
+    if abs(value) < 1e-4:
+        return "< 0.0001" if value > 0.0 else "> \N{MINUS SIGN}0.0001"
+    places = max(digits - 1 - int(np.floor(np.log10(abs(value)))), 0)
+    text = f"{value:,.{places}f}" if abs(value) >= 1e6 else f"{value:.{places}f}"
+    return text.replace("-", "\N{MINUS SIGN}").replace(",", "\N{NARROW NO-BREAK SPACE}")
 
 
 def wrapped(text: str, width: int = 28) -> str:

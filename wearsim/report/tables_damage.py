@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -19,12 +18,10 @@ from wearsim.report.tables import Table, table
 from wearsim.results.checks import depth_by_regime, last_worn_row, new_row
 
 SUBSURFACE = "subsurface_fatigue_index"
-_HOLDS = ("materials", "validity", "departures")
-"""What a result file says of the coefficient set of a law, besides its numbers."""
 
 
 def wear_laws(dataset: xr.Dataset) -> list[Table]:
-    """Compare the active law and the comparison laws, and say where their numbers come from."""
+    """Compare the active law and the comparison laws."""
     row = last_worn_row(dataset)  # depth begins anew at a reprofiling, area goes on
     depth = [dataset["wear_depth"].values[row]]
     by_regime = depth_by_regime(dataset)
@@ -34,8 +31,6 @@ def wear_laws(dataset: xr.Dataset) -> list[Table]:
     names = [f"{dataset.attrs.get('wear_law', 'law')}, active"]
     area = [share * dataset["worn_area"].values[-1][:, None]]
     regime_names = [[str(name) for name in dataset["regime_name"].values]]
-    keys = ("wear_form", "wear_coefficients", "wear_coefficients_source", "wear_coefficients_warnings")
-    origin = [[str(dataset.attrs.get(key, "")) for key in keys]]
     if "comparison_name" in dataset:
         pairs = [str(text).split(": ", 1) for text in dataset["comparison_regime_name"].values]
         for k, law in enumerate(str(name) for name in dataset["comparison_name"].values):
@@ -44,7 +39,6 @@ def wear_laws(dataset: xr.Dataset) -> list[Table]:
             depth.append(dataset["comparison_wear_depth"].values[row, :, k])
             area.append(dataset["comparison_worn_area"].values[-1][:, here])
             regime_names.append([pairs[i][1] for i in here])
-            origin.append(_origin(dataset, "comparison", k))
     rows = []
     for name, worn, deep, regimes in zip(names, area, depth, regime_names, strict=True):
         right_left, deepest = worn.sum(axis=1), deep.max(axis=1)
@@ -53,14 +47,11 @@ def wear_laws(dataset: xr.Dataset) -> list[Table]:
             *shown("wear_depth", deepest), _ratio(deepest.max(), depth[0].max()),
             _shares(regimes, worn.sum(axis=0)),
         ])  # fmt: skip
-    active_set = [str(dataset.attrs.get(f"wear_coefficients_{key}", "")) for key in _HOLDS]
-    validity = [active_set, *_validity(dataset, "comparison")]
-    made = table("wear_laws", rows, context={"data": dataset}, digits=(4, 4, 4, 3, 4, 4, 3, 4))
-    return [made, *_sources("wear", names, origin, validity)]
+    return [table("wear_laws", rows, context={"data": dataset}, digits=(4, 4, 4, 3, 4, 4, 3, 4))]
 
 
-def fatigue_laws(dataset: xr.Dataset) -> list[Table]:
-    """Largest damage and damage rate of each fatigue law and where, and where their numbers come from."""
+def fatigue_laws(dataset: xr.Dataset) -> Table:
+    """Largest damage and damage rate of each fatigue law and where."""
     rows = []
     end = last_worn_row(dataset)
     y = dataset["profile_y"].values[new_row(dataset, end)]
@@ -73,39 +64,13 @@ def fatigue_laws(dataset: xr.Dataset) -> list[Table]:
             place = 1e3 * y[wheel, damage.argmax()] if damage.max() > 0.0 else None
             row += [damage.max(), place, shown("fatigue_damage_rate", rate)[()]]
         rows.append([*row, 1e3 * dataset["fatigue_crack_width"].values[k]])
-    origin = [_origin(dataset, "fatigue", k) for k in range(len(names))]
-    made = table("fatigue_laws", rows, context={"data": dataset}, digits=3)
-    return [made, *_sources("fatigue", names, origin, _validity(dataset, "fatigue"))]
-
-
-def _origin(dataset: xr.Dataset, group: str, law: int) -> list[str]:
-    """Form, coefficients, their source and uncertain ones of a law."""
-    return [
-        str(dataset[f"{group}_{key}"].values[law]) for key in ("form", "coefficients", "source", "warnings")
-    ]
-
-
-def _validity(dataset: xr.Dataset, group: str) -> list[list[str]]:
-    """Materials, validity and departures of each law of a group; empty in files without them."""
-    count = dataset[f"{group}_name"].size if f"{group}_name" in dataset else 0
-    columns = [str(dataset.attrs.get(f"{group}_{key}", "")).split("\n") for key in _HOLDS]
-    return [[column[law] if law < len(column) else "" for column in columns] for law in range(count)]
-
-
-def _sources(group: str, laws: list[str], origin: list[list[str]], validity: list[list[str]]) -> list[Table]:
-    """Tables on where the numbers of laws come from and what they hold for."""
-    numbers = [[form.replace("_", " "), *others] for form, *others in origin]
-    tables = []
-    for name, columns in (("numbers", numbers), ("validity", validity)):
-        rows = [[law, *(text or None for text in row)] for law, row in zip(laws, columns, strict=True)]
-        made = table(name, rows, context={"law": group.capitalize()})
-        tables.append(replace(made, name=f"{group}-law-{name}"))
-    return tables
+    return table("fatigue_laws", rows, context={"data": dataset}, digits=3)
 
 
 def life(dataset: xr.Dataset) -> Table | None:
     """Say what limits the life of each wheel, from new at the rates of the last state; None if unknown."""
-    rows, of_rails, materials = [], [], _validity(dataset, "fatigue")
+    rows, of_rails = [], []
+    materials = str(dataset.attrs.get("fatigue_materials", "")).split("\n")
     end = last_worn_row(dataset)
     wear = dataset["wear_depth_rate"].values[end]
     y = dataset["profile_y"].values[new_row(dataset, end)]
@@ -114,9 +79,8 @@ def life(dataset: xr.Dataset) -> Table | None:
         limit = float(dataset["fatigue_wear_limit"].values[k])
         if not np.isfinite(crack):
             continue
-        if "rail" in materials[k][0] and "wheel" not in materials[k][0]:
-            numbers = str(dataset["fatigue_coefficients"].values[k])
-            of_rails.append((str(name), materials[k][0], numbers))
+        if any("rail" in steel and "wheel" not in steel for steel in materials[k : k + 1]):
+            of_rails.append((str(name), materials[k], str(dataset["fatigue_coefficients"].values[k])))
         for wheel, side in enumerate(WHEELS):
             rate = dataset["fatigue_damage_rate"].values[end, wheel, k]
             half, result, double = (
@@ -173,7 +137,7 @@ def fatigue_tables(dataset: xr.Dataset) -> list[Table]:
     if "fatigue_name" not in dataset:
         return []
     several = [overlaps(dataset)] if dataset.sizes["fatigue"] > 1 else []
-    tables = [*fatigue_index(dataset), *fatigue_laws(dataset), life(dataset), *several, wear_numbers(dataset)]
+    tables = [*fatigue_index(dataset), fatigue_laws(dataset), life(dataset), *several, wear_numbers(dataset)]
     return [table for table in tables if table is not None]
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearsim.damage.fatigue import counts_cycles
+from wearsim.results.checks import last_worn_row
 from wearsim.results.schema import FILL_FLOAT
 
 if TYPE_CHECKING:
@@ -98,6 +99,40 @@ def limits_met(dataset: xr.Dataset) -> tuple[LimitMet, ...]:
     limits, laws = limits_of(dataset.attrs), laws_of(dataset)
     worst = {name: np.stack([worst_of(name, row, laws) for row in dataset[name].values]) for name in limits}
     return _met(dataset["distance"].values, worst, limits)
+
+
+def distances_to(dataset: xr.Dataset, limit: LimitMet) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Distance at which each side, or the wheelset, meets a limit [m], and whether it has.
+
+    If not yet, at the mean rate over the last half of the way; infinite beyond ten times the way, where
+    nothing nears the limit, and where wheels are reprofiled.
+    """
+    run, laws = dataset["distance"].values, laws_of(dataset)
+    values = np.stack([worst_of(limit.name, row, laws) for row in dataset[limit.name].values])
+    half = int(np.argmin(np.abs(run - 0.5 * run[-1])))
+    gained, left = (LIMITED[limit.name] * d for d in (values[-1] - values[half], limit.limit - values[-1]))
+    nears = (gained > 0.0) & (REPROFILED_AT not in dataset.attrs)
+    steps = np.divide(left, gained, out=np.full(left.shape, np.inf), where=nears)
+    at = run[-1] + (run[-1] - run[half]) * np.minimum(steps, 1e300)
+    met = np.array([one is not None for one in limit.distance])
+    known = np.array([one or 0.0 for one in limit.distance])
+    return np.where(met, known, np.where(at > 10.0 * run[-1], np.inf, at)), met
+
+
+def crack_distances(dataset: xr.Dataset) -> dict[str, NDArray[np.float64]]:
+    """Distance to the first crack of each wheel by each law that counts cycles, infinite if none grows [m].
+
+    From a new wheel at the rates of the last worn state, less what wear removes of cracks of a stated depth.
+    """
+    end, found = last_worn_row(dataset), {}
+    for k, law in enumerate(laws_of(dataset)):
+        if counts_cycles(law):
+            depth = float(dataset["fatigue_crack_depth"].values[k])
+            removed = dataset["wear_depth_rate"].values[end] / depth if np.isfinite(depth) else 0.0
+            grown = (dataset["fatigue_damage_rate"].values[end, :, k] - removed).max(axis=1)
+            with np.errstate(divide="ignore"):
+                found[law] = 1.0 / np.maximum(grown, 0.0)
+    return found
 
 
 def met_attributes(
