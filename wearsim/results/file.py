@@ -54,6 +54,9 @@ _RESERVE = 1_000_000
 _CACHE = 2**18
 """Chunks that HDF5 keeps of each variable of an open file [B]: its own 16 MB would be 1 GB for all."""
 
+UNREADABLE = (OSError, RuntimeError, ValueError, AttributeError, KeyError)
+"""What reading a damaged netCDF file raises: its libraries find damage in many places."""
+
 _T = TypeVar("_T")
 
 
@@ -230,7 +233,10 @@ def open_results(path: str | Path) -> xr.Dataset:
             raise _unreadable(path, "was damaged while it was written", error) from error
     if sound == 0:
         raise _damaged(path, "distance has no value")
-    opened = _with_retries(lambda: xr.open_dataset(path, engine="netcdf4", decode_times=False))
+    try:
+        opened = _with_retries(lambda: xr.open_dataset(path, engine="netcdf4", decode_times=False))
+    except UNREADABLE as error:
+        raise _unreadable(path, "cannot be read", error) from error
     dataset = renamed(opened)
     if dataset.sizes["step"] != sound:
         dataset = dataset.isel(step=slice(0, sound))
@@ -255,7 +261,7 @@ def load_results(path: str | Path) -> xr.Dataset:
         for name, variable in dataset.variables.items():
             try:
                 variable.load()
-            except (OSError, RuntimeError, ValueError) as error:
+            except UNREADABLE as error:
                 raise _unreadable(path, f"is damaged in {name}", error) from error
             if fault := value_fault(str(name), variable.values, dataset.sizes):
                 raise _damaged(path, fault)
@@ -272,13 +278,19 @@ def _open(path: Path, *, older: bool = False) -> netCDF4.Dataset:
         file = _with_retries(lambda: netCDF4.Dataset(path, "r"))
     except (OSError, RuntimeError) as error:
         raise _unreadable(path, "cannot be read as netCDF", error) from error
-    file.set_auto_maskandscale(False)
-    stated = getattr(file, "wearsim_schema", None)
-    schema = int(stated) if isinstance(stated, np.integer) else None
-    older = older and schema in OLDER_SCHEMAS
-    names = [RENAMED.get(name, name) if older else name for name in file.variables]
-    missing = [name for name in layout_of(names) if name not in (*names, *(ADDED if older else ()))]
-    fault = "" if missing or not (schema == SCHEMA or older) else structure_fault(file, path.stat().st_size)
+    try:
+        file.set_auto_maskandscale(False)
+        stated = getattr(file, "wearsim_schema", None)
+        schema = int(stated) if isinstance(stated, np.integer) else None
+        older = older and schema in OLDER_SCHEMAS
+        names = [RENAMED.get(name, name) if older else name for name in file.variables]
+        missing = [name for name in layout_of(names) if name not in (*names, *(ADDED if older else ()))]
+        fault = (
+            "" if missing or not (schema == SCHEMA or older) else structure_fault(file, path.stat().st_size)
+        )
+    except UNREADABLE as error:
+        file.close()
+        raise _unreadable(path, "is damaged", error) from error
     if (schema == SCHEMA or older) and not missing and not fault:
         return file
     file.close()
