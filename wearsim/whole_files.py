@@ -10,6 +10,18 @@ from pathlib import Path
 from wearsim.errors import ResultError
 
 
+def utf8(text: str) -> str:
+    """Text with bytes escaped that Python has taken over from a file name in another encoding."""
+    return text.encode("utf-8", "backslashreplace").decode()
+
+
+def require_utf8(path: Path) -> None:
+    """Raise a ResultError for a name that the netCDF libraries cannot open: one that is not UTF-8."""
+    name = os.path.abspath(path)
+    if utf8(name) != name:
+        raise ResultError(f"{name}: names of netCDF files and of their folders must be UTF-8; choose another")
+
+
 @contextmanager
 def replacing(path: Path, advice: str = "choose another folder") -> Iterator[Path]:
     """Give the file to write in place of `path`, which it becomes if all goes well; else nothing is left.
@@ -54,7 +66,7 @@ def write_whole(
         Whether to wait for the disk, so that the file survives a power failure.
     """
     if isinstance(content, str):
-        content = content.encode("utf-8", "backslashreplace")
+        content = utf8(content).encode()
     with replacing(path, advice) as part, open(part, "wb") as file:
         file.write(content)
         if durable:

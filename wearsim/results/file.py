@@ -39,6 +39,7 @@ from wearsim.results.schema import (
     structure_fault,
     value_fault,
 )
+from wearsim.whole_files import require_utf8, utf8
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -270,6 +271,7 @@ def load_results(path: str | Path) -> xr.Dataset:
 
 def _open(path: Path, *, older: bool = False) -> netCDF4.Dataset:
     """Open for reading, exact values unmasked, or raise with what is wrong with the file."""
+    require_utf8(path)
     if not path.exists():
         raise ResultError(f"{path} does not exist; `wearsim run SCENE --out DIR` writes result files")
     if not path.is_file():
@@ -331,7 +333,7 @@ def _define(file: netCDF4.Dataset, header: Header) -> None:
     attributes = {"Conventions": "CF-1.11", "wearsim_schema": np.int32(SCHEMA), **header.attributes}
     for name, value in attributes.items():
         if value != "":
-            file.setncattr(name, value)
+            file.setncattr(name, utf8(value) if isinstance(value, str) else value)
     layout = layout_of(header.static)
     for name, variable in layout.items():
         _define_variable(file, name, variable, header)

@@ -32,7 +32,7 @@ from wearsim.scene.uncertainty import (
 from wearsim.studies.ensemble import Outcome, check_cases, outcome_in, run_cases
 from wearsim.translation import bands
 from wearsim.translation.bands import FILE, MATERIALS
-from wearsim.whole_files import replacing
+from wearsim.whole_files import replacing, utf8
 
 FOLDER = "bands"
 """Folder of the draws in a run directory."""
@@ -174,8 +174,8 @@ def run_bands(
     made["drawn"] = (("draw", "input"), np.array([[str(value) for value in row] for row in drawn]), about)
     made = made.assign_attrs(
         Conventions="CF-1.11",
-        title=f"bands of {plan.scene.scene.title or Path(base).stem}",
-        history=command or "wearsim run --bands",
+        title=utf8(f"bands of {plan.scene.scene.title or Path(base).stem}"),
+        history=utf8(command or "wearsim run --bands"),
         seed=section.seed,
         largest_error_over_width=sure,
         contact_models="those of the draws are kik_piotrowski + fastsim"

@@ -26,7 +26,7 @@ from wearsim.scene import load_campaign
 from wearsim.scene.sweep import Case, Sweep, SweepScene
 from wearsim.studies.ensemble import Outcome, campaigns_of, check_cases, outcome_in, run_case, run_cases
 from wearsim.studies.plan import plan, steps_text
-from wearsim.whole_files import replacing
+from wearsim.whole_files import replacing, utf8
 
 SWEEP_FILE = "sweep.json"
 _LOCK = ".sweep.lock"
@@ -222,7 +222,7 @@ def sweep_dataset(out: str | Path) -> xr.Dataset:
         # as in result files: a text variable per dimension, since coordinates of CF are numbers
         coordinates["campaign_name"] = _texts("campaign", campaigns, "campaign")
         coordinates["wheel_name"] = _texts("wheel", list(WHEELS), "wheel")
-    title = str(plan.get("title") or "sweep")
+    title = utf8(str(plan.get("title") or "sweep"))
     about = {"Conventions": "CF-1.11", "title": title, "history": "gathered by wearsim sweep"}
     return xr.Dataset(variables, coordinates, about)
 

@@ -18,7 +18,7 @@ from wearsim.results.index import INDEXES
 from wearsim.translation import compare, factors
 from wearsim.translation.compare import CAMPAIGN, STAGES, STATIONS
 from wearsim.translation.factors import NUMBERS_KEY, STATUS
-from wearsim.whole_files import replacing
+from wearsim.whole_files import replacing, require_utf8
 
 Result = str | Path | xr.Dataset
 """A result file, or its Dataset."""
@@ -170,6 +170,7 @@ def write(dataset: xr.Dataset, out: str | Path) -> Path:
             encoding[str(name)] = {"_FillValue": None if name in dataset.coords else _FILL}
             if variable.ndim > 1:
                 encoding[str(name)] |= {"zlib": True, "complevel": 4, "shuffle": True}
+    require_utf8(out)
     with replacing(out) as part:
         dataset.to_netcdf(part, engine="netcdf4", format="NETCDF4", encoding=encoding)
     return out

@@ -28,7 +28,7 @@ from wearsim.profile.files.points import (
 )
 from wearsim.profile.shape import Kind, Profile
 from wearsim.profile.smoothing import smoothed
-from wearsim.whole_files import write_whole
+from wearsim.whole_files import utf8, write_whole
 
 
 class Format(NamedTuple):
@@ -119,7 +119,7 @@ def read_profile(path: str | Path, kind: Kind, **statements: Unpack[Statements])
     notes += () if lean is None else (f"head {placement.lean_words(lean)}",)
     shown = notes[1:] if name == "two-column" else notes
     source = f"file {path.name} ({'; '.join(shown)})" if shown else f"file {path.name}"
-    profile = Profile(path.stem, kind, ours.y, ours.z, source)
+    profile = Profile(utf8(path.stem), kind, ours.y, ours.z, source)
     header |= content.header
     return ProfileReading(profile, name, header, notes, tuple(files), lean, ours.running_circle)
 
