@@ -12,13 +12,14 @@ import xarray as xr
 from wearsim.campaign.directory import read_status
 from wearsim.errors import ResultError
 from wearsim.report.sections import LAYERS, Campaigns
-from wearsim.report.style import role_of, to_svg, write_text
+from wearsim.report.style import role_of, to_svg
 from wearsim.report.tables import Table, exact
 from wearsim.report.tables_quality import read_convergence
 from wearsim.report.texts import environment
 from wearsim.results import load_results
 from wearsim.translation.bands import known_bands
 from wearsim.translation.translate import content_hash, translate, with_known_causes
+from wearsim.whole_files import write_whole
 
 
 def write_report(directory: str | Path) -> Path:
@@ -53,7 +54,9 @@ def write_report(directory: str | Path) -> Path:
     hashes = {role_of(data): content_hash(data) for data in datasets}
     known = known_bands(directory, hashes)
     text = render(datasets, read_convergence(directory), states, factors, known)
-    return write_text(text, directory / "report.html")
+    path = directory / "report.html"
+    write_whole(path, text, "make room, or make the directory writable")
+    return path
 
 
 def _advice(directory: Path, states: Mapping[str, Mapping[str, Any]]) -> str:

@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from wearsim.errors import ResultError
 from wearsim.quantities import QUANTITIES
 from wearsim.report import tables_damage
 from wearsim.report.plates import COUNTERFACE_MEASURES
 from wearsim.report.sections import Campaigns, all_figures
-from wearsim.report.style import plain, role_of, save_svg, with_unit, writing
+from wearsim.report.style import plain, role_of, save_svg, with_unit
 from wearsim.report.tables import MEASURES, UNDEFINED, limit_text
 from wearsim.report.tables_quality import models_in_use
 from wearsim.report.texts import environment, stated_warnings, wears
@@ -153,12 +154,15 @@ def write_figures(path: str | Path, directory: str | Path) -> list[Path]:
     """Write the figures of the report for one result file as SVG to a folder, made if it is not there."""
     directory = Path(directory)
     dataset = load_results(path)
-    with writing(f"{directory}: figures"):
+    try:
         directory.mkdir(parents=True, exist_ok=True)
-        return [
-            save_svg(plate.figure, directory / f"{Path(path).stem}_{plate.name}.svg")
-            for plate in all_figures(Campaigns([dataset]))
-        ]
+    except OSError as error:
+        text = f"{directory}: figures cannot be written: {error.strerror}; choose another folder"
+        raise ResultError(text) from error
+    return [
+        save_svg(plate.figure, directory / f"{Path(path).stem}_{plate.name}.svg")
+        for plate in all_figures(Campaigns([dataset]))
+    ]
 
 
 def write_animation(path: str | Path, target: Path) -> Path:

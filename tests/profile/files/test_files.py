@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wearsim.errors import ProfileError
+from wearsim.errors import ProfileError, ResultError
 from wearsim.profile.checks import points_faults
 from wearsim.profile.files import load_profile, read_profile, write_profile
 from wearsim.profile.shape import Profile
@@ -129,7 +129,7 @@ def test_nothing_is_overwritten_or_left_half_written(tmp_path):
     assert path.read_text() == "mine"
     with pytest.raises(ProfileError, match=r"not finite; nothing was written"):
         write_profile(Profile("bad", "wheel", WHEEL.y, WHEEL.z * np.nan), path, overwrite=True)
-    with pytest.raises(ProfileError, match=r"cannot be written"):
+    with pytest.raises(ResultError, match=r"cannot be written"):
         write_profile(WHEEL, tmp_path / "none" / "p.csv")
     write_profile(WHEEL, path, overwrite=True)
     assert [entry.name for entry in tmp_path.iterdir()] == ["p.csv"]

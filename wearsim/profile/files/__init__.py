@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
@@ -29,6 +28,7 @@ from wearsim.profile.files.points import (
 )
 from wearsim.profile.shape import Kind, Profile
 from wearsim.profile.smoothing import smoothed
+from wearsim.whole_files import utf8, write_whole
 
 
 class Format(NamedTuple):
@@ -115,7 +115,7 @@ def read_profile(path: str | Path, kind: Kind, **statements: Unpack[Statements])
     notes += () if lean is None else (f"head {placement.lean_words(lean)}",)
     shown = notes[1:] if name == "two-column" else notes
     source = f"file {path.name} ({'; '.join(shown)})" if shown else f"file {path.name}"
-    profile = Profile(path.stem, kind, ours.y, ours.z, source)
+    profile = Profile(utf8(path.stem), kind, ours.y, ours.z, source)
     header |= content.header
     diameter = miniprof.wheel_diameter(header) if kind == "wheel" else None
     return ProfileReading(profile, name, header, notes, tuple(files), lean, ours.running_circle, diameter)
@@ -250,8 +250,10 @@ def write_profile(
     Raises
     ------
     ProfileError
-        The format is not written, the extension is that of the other kind, the file exists or cannot be
-        written, or a point is not finite.
+        The format is not written, the extension is that of the other kind, the file exists, or a point is not
+        finite.
+    ResultError
+        The file cannot be written.
 
     Notes
     -----
@@ -276,18 +278,7 @@ def write_profile(
         )
     if path.exists() and not overwrite:
         raise ProfileError(f"{path}: exists already; choose another name or allow overwriting")
-    write_text(path, "\n".join(_lines(profile, path, format)) + "\n")
-
-
-def write_text(path: Path, text: str) -> None:
-    """Write a file that is complete or not there."""
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        part.write_text(text, encoding="utf-8")
-        part.replace(path)
-    except OSError as error:
-        part.unlink(missing_ok=True)
-        raise ProfileError(f"{path}: cannot be written ({error.strerror}); choose another folder") from error
+    write_whole(path, "\n".join(_lines(profile, path, format)) + "\n")
 
 
 _MINIPROF_HEADER = """\
