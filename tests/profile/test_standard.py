@@ -2,10 +2,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from junctions import junctions
 
 from wearsim.errors import ProfileError
 from wearsim.profile import standard
-from wearsim.profile.definitions import evaluate, junctions, sample
+from wearsim.profile.definitions import evaluate, sample
 from wearsim.profile.placement import place_rail
 from wearsim.profile.shape import Profile, arc_length
 from wearsim.profile.standard import definition, find_shipped, rail, shipped_path, wheel

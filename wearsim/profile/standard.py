@@ -14,7 +14,6 @@ from wearsim.profile.definitions import (
     Parameter,
     TangentArc,
     Template,
-    junction_faults,
     read_template,
     sample,
 )
@@ -47,7 +46,7 @@ def _templates(folder: Path) -> dict[str, Template]:
     named: dict[str, Template] = {}
     for path in sorted(folder.glob("*.toml")):
         template = read_template(path)
-        for name in (template.shape.name, *template.shape.aliases):
+        for name in (template.about["name"], *template.about.get("aliases", ())):
             if name in named:
                 raise ProfileError(f"{path}: the name {name!r} is that of {named[name].path.name} already")
             named[name] = template
@@ -57,7 +56,7 @@ def _templates(folder: Path) -> dict[str, Template]:
 def shipped_names(kind: Kind) -> list[str]:
     """Sorted names of the shipped shapes of a kind, other names included, without parameters."""
     named = _templates(shipped_path("profiles"))
-    return sorted(name for name, template in named.items() if template.shape.kind == kind)
+    return sorted(name for name, template in named.items() if template.about["kind"] == kind)
 
 
 def _split(designation: str) -> tuple[Template, list[str]] | None:
@@ -74,12 +73,12 @@ def _split(designation: str) -> tuple[Template, list[str]] | None:
 def _found(designation: str, kind: Kind | None) -> tuple[Template, list[str]]:
     """Shape and parameters of a designation of a kind, if one is asked for; else a fault with the names."""
     found = _split(designation)
-    if found is not None and kind in (None, found[0].shape.kind):
+    if found is not None and kind in (None, found[0].about["kind"]):
         return found
     names = shipped_names(kind) if kind else [*shipped_names("wheel"), *shipped_names("rail")]
     what = f"neither a file nor a shipped {f'{kind} ' if kind else ''}profile"
     if found is not None:
-        what = f"a {found[0].shape.kind} profile, a {kind} is needed"
+        what = f"a {found[0].about['kind']} profile, a {kind} is needed"
     raise ProfileError(
         f"{designation!r} is {what} ({', '.join(names)}){suggestion(designation.split('/')[0], names)}"
     )
@@ -114,12 +113,12 @@ def _parse_parameters(
 
 
 def build(template: Template, values: Mapping[str, float]) -> Definition:
-    """Shape of a file for values of its parameters (by form), junctions checked.
+    """Shape of a file for values of its parameters (by form).
 
     Raises `ProfileError` with the file and the zones that do not fit together.
     """
-    about, pieces = template.shape, list(template.pieces)
-    title, allowances = about.title or about.name, about.allow
+    about, pieces = template.about, list(template.pieces)
+    title, allowances = about.get("title", about["name"]), list(about.get("allow", ()))
     changed = [p for p in template.parameters if values[p.form] != p.default]
     try:
         for parameter in changed:
@@ -129,18 +128,16 @@ def build(template: Template, values: Mapping[str, float]) -> Definition:
         for parameter in changed:
             if parameter.move is not None:
                 by, move = values[parameter.form] - parameter.default, parameter.move
-                chain = part_moved(chain, move.start, move.end, by, move.join_zone, move.join_to)
+                chain = part_moved(chain, move["from"], move["to"], by, move["join_zone"], move["join_to"])
         written = [p.form.replace("#", f"{values[p.form]:g}") for p in changed]
-        name = "/".join((about.name, *written))
+        name = "/".join((about["name"], *written))
         title = f"{title}; but {', '.join(written)}" if written else title
-        definition = Definition(
-            name, title, about.kind, chain, about.source, about.certainty, allowances, about.inclined_gauge_y
-        )
-        if faults := junction_faults(definition):
-            raise ProfileError("; ".join(faults))
     except ProfileError as error:
         raise ProfileError(f"{template.path}: {error}") from error
-    return definition
+    return Definition(
+        name, title, about["kind"], chain, about["source"], about["certainty"], tuple(allowances),
+        about.get("inclined_gauge_y"),
+    )  # fmt: skip
 
 
 def _varied(
@@ -158,15 +155,15 @@ def _varied(
             if new.zone in parameter.raised:
                 new = new.moved(0.0, by)
             turn = parameter.slope
-            if turn is not None and new.zone == turn.zone and isinstance(new, Polynomial):
-                slope = -0.01 * value if turn.meaning == "percent" else -1.0 / value
-                pivot = new.start if turn.pivot is None else turn.pivot
+            if turn is not None and new.zone == turn["zone"] and isinstance(new, Polynomial):
+                slope = -0.01 * value if turn["meaning"] == "percent" else -1.0 / value
+                pivot = turn.get("pivot", new.start)
                 sloped = replace(new, origin=pivot, coefficients=(height_at(new, pivot), slope))
                 lift += height_at(sloped, new.end) - height_at(new, new.end)
                 new = sloped
             arcs = parameter.tangent_arc
-            if arcs is not None and new.zone == arcs.zone and isinstance(new, Arc):
-                radius = arcs.radii[parameter.values.index(value)]
+            if arcs is not None and new.zone == arcs["zone"] and isinstance(new, Arc):
+                radius = arcs["radii"][parameter.values.index(value)]
                 new = TangentArc(zone=new.zone, radius=radius, branch=1 if new.branch > 0 else -1)
         result.append(new)
     return result
@@ -213,7 +210,7 @@ def _built(path: Path, values: tuple[tuple[str, float], ...]) -> Definition:
 
 
 def read_definition(path: Path) -> Definition:
-    """Read a standard shape (TOML) with the default values of its parameters; junctions checked."""
+    """Read a standard shape (TOML) with the default values of its parameters."""
     template = read_template(path)
     return build(template, {p.form: p.default for p in template.parameters})
 
