@@ -132,8 +132,8 @@ def build(template: Template, values: Mapping[str, float]) -> Definition:
         written = [p.form.replace("#", f"{values[p.form]:g}") for p in changed]
         name = "/".join((about["name"], *written))
         title = f"{title}; but {', '.join(written)}" if written else title
-    except ProfileError as error:
-        raise ProfileError(f"{template.path}: {error}") from error
+    except (ProfileError, AssertionError, IndexError) as error:
+        raise ProfileError(f"{template.path}: is no shape: {error}") from error
     return Definition(
         name, title, about["kind"], chain, about["source"], about["certainty"], tuple(allowances),
         about.get("inclined_gauge_y"),
@@ -174,18 +174,18 @@ def _constructed(pieces: list[Segment | TangentArc]) -> tuple[Segment, ...]:
     chain = list(pieces)
     for k, piece in enumerate(chain):
         if isinstance(piece, TangentArc):
-            before = chain[k - 1] if k > 0 else None
-            after = chain[k + 1] if k + 1 < len(chain) else None
-            if not isinstance(before, Segment) or not isinstance(after, Segment):
-                raise ProfileError(f"zone {piece.zone!r} needs an arc or a line on both sides")
+            before, after = chain[k - 1], chain[k + 1]
+            assert isinstance(before, Arc)
+            assert isinstance(after, Polynomial)
             arc = tangent_arc(piece.zone, before, after, piece.radius, piece.branch)
-            chain[k - 1] = before.between(before.start, arc.start)
-            chain[k] = arc
-            chain[k + 1] = after.between(arc.end, after.end)
+            chain[k - 1 : k + 2] = (
+                before.between(before.start, arc.start),
+                arc,
+                after.between(arc.end, after.end),
+            )
     done = tuple(piece for piece in chain if isinstance(piece, Segment))
-    for piece in done:
-        if not (math.isfinite(piece.start) and math.isfinite(piece.end)):
-            raise ProfileError(f"zone {piece.zone!r} has no beginning or no end; give from and to")
+    if not all(math.isfinite(end) for piece in done for end in (piece.start, piece.end)):
+        raise ProfileError("a zone has no beginning or no end; give from and to")
     return done
 
 
