@@ -222,6 +222,7 @@ class Route:
     """A vehicle with the track it runs on, as their files say."""
 
     vehicle: Vehicle
+    about: str  # name and source of the vehicle
     track: tuple[Curve | Tangent, ...]  # classes, or segments of a file
     files: tuple[tuple[str, str, Path], ...]  # role, name in the scene and place of each file
 
@@ -270,7 +271,8 @@ def read_vehicle(scene: FieldScene, place: Place) -> Route:
             faults.append(scene.fault(key, text))
     if faults:
         raise SceneError(faults)
-    return Route(vehicle, tuple(_track(one, torque) for one in track), tuple(files))
+    about = f"{file.name} ({file.source})"
+    return Route(vehicle, about, tuple(_track(one, torque) for one in track), tuple(files))
 
 
 def _faults(section: VehicleSection) -> list[tuple[KeyPath, str]]:
