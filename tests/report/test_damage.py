@@ -55,7 +55,7 @@ def cells(table, head):
 
 def test_report_has_all_tables_and_figures_of_the_laws(text):
     for role in ("rig", "field"):
-        for name in ("wear-laws", "fatigue-laws", "life", "agreement", "wear-numbers"):
+        for name in ("wear-laws", "fatigue-laws", "life", "agreement"):
             assert text.count(f'id="table-{name}-{role}"') == 1, (name, role)
     for group in ("comparison", "fatigue"):
         assert text.count(f'id="table-{group}-factors-translation"') == 1

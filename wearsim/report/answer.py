@@ -60,9 +60,8 @@ def sentences(
         ],
     }  # fmt: skip
     if factors is None:
-        return lines(
-            "wear", **said, **_wear(datasets[0]), bands=[row for row in sure if "depth" in row["quantity"]]
-        )
+        known = [row for row in sure if row["quantity"] == "largest wear depth"]
+        return lines("wear", **said, **_wear(datasets[0]), bands=known)
     rows = {(row["basis"], row["variable"]): row for row in factor_table(factors).to_dict("records")}
     for basis, alike in (("equal distance", ""), ("equal worn depth", "_alike")):
         for short, name in (("run", "distance_run"), ("depth", "max_wear_depth"), ("area", "worn_area")):

@@ -13,7 +13,7 @@ from wearsim.damage.fatigue.agreement import Agreement, agreement
 from wearsim.damage.fatigue.balance import LIMITED_BY, balance
 from wearsim.quantities import QUANTITIES
 from wearsim.report.figures.campaign import WHEELS
-from wearsim.report.style import capital, shown, values_of, with_unit
+from wearsim.report.style import shown, with_unit
 from wearsim.report.tables import Table, table
 from wearsim.results.checks import depth_by_regime, last_worn_row, new_row
 
@@ -120,24 +120,12 @@ def overlaps(dataset: xr.Dataset) -> Table:
     return table("agreement", rows, *common.laws, digits=3)
 
 
-def wear_numbers(dataset: xr.Dataset) -> Table:
-    """Largest wear numbers of each wheel, with and without spin."""
-    end = last_worn_row(dataset)
-    side = dataset["side"].values[end]
-    rows = []
-    for name in ("wear_number_without_spin", "wear_number_with_spin"):
-        values = values_of(dataset, name, end)
-        largest = (values[side == wheel].max(initial=0.0) for wheel in (0, 1))
-        rows.append([capital(str(dataset[name].attrs["long_name"])), *largest])
-    return table("wear_numbers", rows)
-
-
 def fatigue_tables(dataset: xr.Dataset) -> list[Table]:
     """Return all tables on fatigue of a campaign, none if it has no fatigue laws."""
     if "fatigue_name" not in dataset:
         return []
     several = [overlaps(dataset)] if dataset.sizes["fatigue"] > 1 else []
-    tables = [*fatigue_index(dataset), fatigue_laws(dataset), life(dataset), *several, wear_numbers(dataset)]
+    tables = [*fatigue_index(dataset), fatigue_laws(dataset), life(dataset), *several]
     return [table for table in tables if table is not None]
 
 
