@@ -14,7 +14,8 @@ from wearsim.report.style import plain, role_of, role_title, shown, values_of
 from wearsim.report.tables import Table, limit_text, table, wear_by_class
 from wearsim.report.texts import lines
 from wearsim.results.checks import DOUBTED, doubtful_shares, last_worn_row, new_row
-from wearsim.results.limits import crack_distances, distances_to, limits_met
+from wearsim.results.fatigue import crack_distances
+from wearsim.results.limits import distances_to, limits_met
 from wearsim.translation.bands import PER_KM, band_table
 from wearsim.translation.translate import table as factor_table
 

@@ -132,15 +132,11 @@ def worn_profiles(datasets: Datasets) -> Plate:
         ax.set_title(f"{WHEELS[wheel].capitalize()} wheel")
 
     figure = panels(
-        2, 1, draw, sharex=True, keys=(slice(1), 0), width=6.4, height=1.7, between=0.35,
-        edges=(0.7, 0.1, 0.45, 0.55),
+        2, 1, draw, sharex=True, keys=(slice(1), 0), width=5.0, height=1.35, between=0.4,
+        edges=(0.75, 0.1, 0.45, 0.75), key_columns=2,
     )  # fmt: skip
-    states = [
-        ", ".join(
-            f"{role_of(data)} {plain(way * values_of(data, 'distance', -1), 3)} km" for data in datasets
-        )
-        for way in ways
-    ]
+    ends = [(role_of(data), values_of(data, "distance", -1)) for data in datasets]
+    states = [", ".join(f"{role} {plain(way * end, 3)} km" for role, end in ends) for way in ways]
     text = caption("figure", "worn_profiles", datasets=datasets, factor=factor)
     return Plate("worn_profiles", figure, text, states)
 

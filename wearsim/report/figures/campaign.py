@@ -68,10 +68,10 @@ def new_place(dataset: xr.Dataset, wheel: int, distance: float | None = None) ->
 
 
 def exaggeration(datasets: Iterable[xr.Dataset]) -> float:
-    """Round factor that draws the deepest wear of campaigns 3 to 5 mm deep, 1 if that is deeper."""
+    """Round factor that draws the deepest wear of campaigns 3 to 6 mm deep, 1 if that is deeper."""
     deepest = max(float(data["wear_depth"].values[last_worn_row(data)].max()) for data in datasets)
     factors = (base * 10.0**power for power in range(7) for base in (1, 2, 3, 5, 7))
-    return max((factor for factor in factors if factor * deepest <= 5e-3 and deepest > 0.0), default=1.0)
+    return max((factor for factor in factors if factor * deepest <= 6e-3 and deepest > 0.0), default=1.0)
 
 
 def worn_shape(dataset: xr.Dataset, wheel: int, distance: float | None, factor: float) -> np.ndarray:
@@ -134,10 +134,7 @@ def plot_wear_depth(
     distance: float | None = None,
     history: bool = False,
 ) -> Axes:
-    """Draw the wear depth along the profile, with `history` faintly that at quarters of the distance, too.
-
-    The horizontal axis is that of the new, or reprofiled, wheel.
-    """
+    """Draw the wear depth along the profile, with `history` faintly that at quarters of the distance, too."""
     ax = own_axes(ax)
     role = role_of(dataset)
     end = float(dataset["distance"].values[-1]) if distance is None else distance
