@@ -14,7 +14,7 @@ from wearsim.report.inspect import inspect, summary_text
 from wearsim.report.sections import SECTIONS, Campaigns
 from wearsim.report.style import plain
 from wearsim.report.texts import words
-from wearsim.results.limits import crack_distances
+from wearsim.results.fatigue import crack_distances, cycles
 from wearsim.scene import build, load_scene
 from wearsim.translation.translate import translate
 
@@ -55,7 +55,7 @@ def cells(table, head):
 
 def test_report_has_all_tables_and_figures_of_the_laws(text):
     for role in ("rig", "field"):
-        for name in ("wear-laws", "fatigue-laws", "life", "agreement", "wear-numbers"):
+        for name in ("wear-laws", "fatigue-laws", "life", "agreement"):
             assert text.count(f'id="table-{name}-{role}"') == 1, (name, role)
     for group in ("comparison", "fatigue"):
         assert text.count(f'id="table-{group}-factors-translation"') == 1
@@ -275,7 +275,7 @@ def test_index_of_a_patch_explains_its_damage(pair):
 
 def test_agreement_is_weighted_with_the_collective(pair):
     data = pair[1]
-    actual = tables_damage.cycles(data)
+    actual = cycles(data)
     damage = data["fatigue_damage_passage"].values[-1]
     here = np.isfinite(damage[..., 0])
     weight = np.broadcast_to(data["weight"].values[:, None], here.shape)[here]

@@ -134,7 +134,7 @@ def test_page_one_has_at_most_250_words(rig, field, without_figures, roles):
     assert "Largest wear depth of the wheel, at most 2 mm" in words
     assert "Equivalent conicity" not in words  # not met: among the wheel measures
     assert "not validated against a measured wheel" in words
-    assert "Environment factor" in words
+    assert "environment factor of the wear" in words
     assert "Fatigue is not judged" in words
 
 

@@ -14,7 +14,8 @@ from wearsim.report.style import plain, role_of, role_title, shown, values_of
 from wearsim.report.tables import Table, limit_text, table, wear_by_class
 from wearsim.report.texts import lines
 from wearsim.results.checks import DOUBTED, doubtful_shares, last_worn_row, new_row
-from wearsim.results.limits import crack_distances, distances_to, limits_met
+from wearsim.results.fatigue import crack_distances
+from wearsim.results.limits import distances_to, limits_met
 from wearsim.translation.bands import PER_KM, band_table
 from wearsim.translation.translate import table as factor_table
 
@@ -60,9 +61,8 @@ def sentences(
         ],
     }  # fmt: skip
     if factors is None:
-        return lines(
-            "wear", **said, **_wear(datasets[0]), bands=[row for row in sure if "depth" in row["quantity"]]
-        )
+        known = [row for row in sure if row["quantity"] == "largest wear depth"]
+        return lines("wear", **said, **_wear(datasets[0]), bands=known)
     rows = {(row["basis"], row["variable"]): row for row in factor_table(factors).to_dict("records")}
     for basis, alike in (("equal distance", ""), ("equal worn depth", "_alike")):
         for short, name in (("run", "distance_run"), ("depth", "max_wear_depth"), ("area", "worn_area")):

@@ -69,8 +69,7 @@ def _advice(directory: Path, states: Mapping[str, Mapping[str, Any]]) -> str:
         return (
             f"it is the directory of a sweep{whose}; report on one of its cases: `wearsim report {example}`"
         )
-    failures = [str(one.get("message")) for one in states.values() if one.get("state") == "failed"]
-    if failures:
+    if failures := [str(one.get("message")) for one in states.values() if one.get("state") == "failed"]:
         return f"the campaign failed: {'; '.join(failures)}"
     return f"`wearsim run SCENE --out {directory}` makes them"
 

@@ -18,6 +18,7 @@ from wearsim.report.tables import MEASURES, UNDEFINED, limit_text
 from wearsim.report.tables_quality import models_in_use
 from wearsim.report.texts import environment, stated_warnings, wears
 from wearsim.results import checks, load_results, result_warnings
+from wearsim.results.fatigue import largest_index, quantity_of
 from wearsim.results.limits import limits_met
 from wearsim.results.schema import FAINT
 
@@ -131,8 +132,8 @@ def _damage(dataset: xr.Dataset) -> dict[str, Any]:
 
 def _index(dataset: xr.Dataset, k: int, law: str) -> dict[str, Any]:
     """Largest index of a law with its place and operating point, lists are (right, left)."""
-    indexes = tables_damage.largest(dataset, checks.last_worn_row(dataset), k)
-    keys = (tables_damage.quantity_of(law), "fatigue_index_y", "operating_point_name")
+    indexes = largest_index(dataset, checks.last_worn_row(dataset), k)
+    keys = (quantity_of(law), "fatigue_index_y", "operating_point_name")
     return {key: [None if one is None else one[i] for one in indexes] for i, key in enumerate(keys)}
 
 

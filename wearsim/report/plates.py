@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -123,26 +124,19 @@ def worn_profiles(datasets: Datasets) -> Plate:
     factor, ways = campaign.exaggeration(datasets), np.linspace(0.0, 1.0, _STATES)
 
     def draw(ax: Axes, wheel: int, _: int) -> None:
-        for index, data in enumerate(datasets):
-            campaign.plot_profile(data, ax, wheel=wheel, new=index == 0, factor=factor)
-            ax.lines[-1].set_gid(f"state{_STATES - 1}-{wheel}-{role_of(data)}")
-            for state, way in enumerate(ways[:-1]):
-                distance = float(way * data["distance"].values[-1])
-                y, z = campaign.worn_shape(data, wheel, distance, factor)
-                hidden: dict[str, Any] = {"alpha": 0.0, "gid": f"state{state}-{wheel}-{role_of(data)}"}
-                ax.plot(shown("profile_y", y), shown("profile_z", z), color=COLOURS[role_of(data)], **hidden)
+        for data, state in itertools.product(datasets, range(_STATES)):
+            ways_back, end = _STATES - 1 - state, data["distance"].values[-1]  # the end first, for the legend
+            way, new = ways[ways_back] * end, data is datasets[0] and not state
+            campaign.plot_profile(data, ax, wheel=wheel, distance=way, new=new, factor=factor)
+            ax.lines[-1].set(alpha=float(not state), gid=f"state{ways_back}-{wheel}-{role_of(data)}")
         ax.set_title(f"{WHEELS[wheel].capitalize()} wheel")
 
     figure = panels(
-        2, 1, draw, sharex=True, keys=(slice(1), 0), width=6.4, height=1.7, between=0.35,
-        edges=(0.7, 0.1, 0.45, 0.55),
+        2, 1, draw, sharex=True, keys=(slice(1), 0), width=5.0, height=1.35, between=0.4,
+        edges=(0.75, 0.1, 0.45, 0.75), key_columns=2,
     )  # fmt: skip
-    states = [
-        ", ".join(
-            f"{role_of(data)} {plain(way * values_of(data, 'distance', -1), 3)} km" for data in datasets
-        )
-        for way in ways
-    ]
+    ends = [(role_of(data), values_of(data, "distance", -1)) for data in datasets]
+    states = [", ".join(f"{role} {plain(way * end, 3)} km" for role, end in ends) for way in ways]
     text = caption("figure", "worn_profiles", datasets=datasets, factor=factor)
     return Plate("worn_profiles", figure, text, states)
 
@@ -177,9 +171,9 @@ def profiles(datasets: Datasets, factors: xr.Dataset | None = None) -> Figure:
         elif len(datasets) == 2:
             _difference(datasets, distances, ax, wheel)
 
-    return panels(
-        4, len(ends), draw, height=1.6, between=0.42, sharex="col", keys=(slice(2), 0), key_columns=5
-    )
+    width = 6.4 if len(ends) == 1 else 9.6  # that the whole profile has room at equal scales
+    size: dict[str, Any] = {"width": width, "height": 1.75, "between": 0.42}
+    return panels(4, len(ends), draw, sharex="col", keys=(slice(2), 0), key_columns=5, **size)
 
 
 def _difference(datasets: Datasets, distances: list[float | None], ax: Axes, wheel: int) -> None:
@@ -331,19 +325,6 @@ def equivalent_distance(_: Datasets, factors: xr.Dataset) -> Figure:
         translation.plot_equivalent_distance(factors, ax, of=CAMPAIGN[of])
 
     return panels(1, 2, draw, height=2.4)
-
-
-def factor_along_profile(datasets: Datasets, factors: xr.Dataset) -> Figure:
-    """Factor of the wear depth along the profile."""
-    position = datasets[0]["profile_y"].values[0]
-
-    def draw(ax: Axes, wheel: int, basis: int) -> None:
-        translation.plot_depth_factor(factors, position[wheel], ax, basis=basis, wheel=wheel)
-        translation.mark_one(ax)
-        ax.set_xlim(worn_range(datasets, wheel))
-        ax.set_title(f"{WHEELS[wheel].capitalize()} wheel, {BASES[basis].lower()}")
-
-    return panels(2, 2, draw, height=1.8)
 
 
 def factors_at_points(_: Datasets, factors: xr.Dataset) -> Figure | None:

@@ -106,6 +106,9 @@ def _wear(c: Campaigns) -> Content:
     )  # fmt: skip
     yield from c.each(lambda data: [*tables_damage.wear_laws(data), *tables.counterface(data)])
     yield from _factors_of(c, "comparison")
+    if c.factors is not None:
+        about = tables_translation.regime_bands(c.factors, c.datasets[0])
+        yield Block("list", [*lines("about_regimes"), *about])
 
 
 def _factors_of(c: Campaigns, group: str) -> Content:
@@ -136,16 +139,10 @@ def _factors(c: Campaigns) -> Content:
     yield from tables_translation.causes(c.factors)
     yield from figures(
         c, plates.causes, plates.factors_wear, plates.equivalent_distance,
-        plates.factor_along_profile, plates.factors_at_points, factors=True,
+        plates.factors_at_points, factors=True,
     )  # fmt: skip
     yield from tables_translation.zones(c.factors)
     yield from tables_translation.power_causes(c.factors)
-
-
-def _regimes(c: Campaigns) -> Content:
-    if c.factors is not None:
-        yield Block("say", lines("about_regimes"))
-        yield Block("list", tables_translation.regime_bands(c.factors, c.datasets[0]))
 
 
 def _coefficients(c: Campaigns) -> Content:
@@ -189,7 +186,6 @@ LAYERS = {
         Section("fatigue", "Rolling contact fatigue", _fatigue),
         Section("factors", "Factors and causes", _factors),
         Section("bands", "How sure it is", _bands),
-        Section("regimes", "Wear regimes", _regimes),
         Section("quality", "Numerical quality", _quality),
     ),
     "Appendix": (

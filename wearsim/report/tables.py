@@ -157,7 +157,8 @@ def settings(datasets: list[xr.Dataset]) -> Table:
         ranges = (_range(name, data[name].values[data["weight"].values > 0.0]) for data in datasets)
         rows.append([label(datasets[0], name), *ranges])
     rows.append(["Environment factor on the wear depth", *map(environment_text, datasets)])
-    for key, said in words("settings").items():
+    for key in words("settings")["keys"]:
+        said = words("settings").get(key, {})
         values = [data.attrs.get(key) for data in datasets]
         if any(value is not None for value in values):
             quantity = QUANTITIES.get(said.get("quantity", key))

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearsim.damage.fatigue import counts_cycles
-from wearsim.results.checks import last_worn_row
 from wearsim.results.schema import FILL_FLOAT
 
 if TYPE_CHECKING:
@@ -117,22 +116,6 @@ def distances_to(dataset: xr.Dataset, limit: LimitMet) -> tuple[NDArray[np.float
     met = np.array([one is not None for one in limit.distance])
     known = np.array([one or 0.0 for one in limit.distance])
     return np.where(met, known, np.where(at > 10.0 * run[-1], np.inf, at)), met
-
-
-def crack_distances(dataset: xr.Dataset) -> dict[str, NDArray[np.float64]]:
-    """Distance to the first crack of each wheel by each law that counts cycles, infinite if none grows [m].
-
-    From a new wheel at the rates of the last worn state, less what wear removes of cracks of a stated depth.
-    """
-    end, found = last_worn_row(dataset), {}
-    for k, law in enumerate(laws_of(dataset)):
-        if counts_cycles(law):
-            depth = float(dataset["fatigue_crack_depth"].values[k])
-            removed = dataset["wear_depth_rate"].values[end] / depth if np.isfinite(depth) else 0.0
-            grown = (dataset["fatigue_damage_rate"].values[end, :, k] - removed).max(axis=1)
-            with np.errstate(divide="ignore"):
-                found[law] = 1.0 / np.maximum(grown, 0.0)
-    return found
 
 
 def met_attributes(

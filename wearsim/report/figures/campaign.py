@@ -15,7 +15,6 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from wearsim.damage.fatigue.shakedown import boundaries
-from wearsim.profile.shape import arc_length
 from wearsim.report.style import (
     COLOURS,
     REGIME_COLOURS,
@@ -60,23 +59,19 @@ def _row(dataset: xr.Dataset, distance: float | None) -> int:
     return int(rows_at(dataset["distance"].values, np.array([distance]))[0])
 
 
-def new_place(
-    dataset: xr.Dataset, wheel: int, distance: float | None = None, *, against: str = "profile_y"
-) -> np.ndarray:
-    """Lateral position or arc length (`against`) of a wheel's points when it was new or last reprofiled [m].
+def new_place(dataset: xr.Dataset, wheel: int, distance: float | None = None) -> np.ndarray:
+    """Lateral position of a wheel's points when it was new or last reprofiled [m].
 
     Depth and damage of `distance` stand at these (n,) places.
     """
-    row = new_row(dataset, _row(dataset, distance))
-    y, z = (np.asarray(dataset[f"profile_{c}"].values[row, wheel]) for c in "yz")
-    return arc_length(y, z) if against == "arc_length" else y
+    return np.asarray(dataset["profile_y"].values[new_row(dataset, _row(dataset, distance)), wheel])
 
 
 def exaggeration(datasets: Iterable[xr.Dataset]) -> float:
-    """Factor 1, 2 or 5 times a power of ten that draws the deepest wear of campaigns up to 8 mm deep."""
+    """Round factor that draws the deepest wear of campaigns 3 to 6 mm deep, 1 if that is deeper."""
     deepest = max(float(data["wear_depth"].values[last_worn_row(data)].max()) for data in datasets)
-    factors = (base * 10.0**power for power in range(7) for base in (1, 2, 5))
-    return max((factor for factor in factors if factor * deepest <= 8e-3 and deepest > 0.0), default=1.0)
+    factors = (base * 10.0**power for power in range(7) for base in (1, 2, 3, 5, 7))
+    return max((factor for factor in factors if factor * deepest <= 6e-3 and deepest > 0.0), default=1.0)
 
 
 def worn_shape(dataset: xr.Dataset, wheel: int, distance: float | None, factor: float) -> np.ndarray:
@@ -137,13 +132,9 @@ def plot_wear_depth(
     *,
     wheel: int = 0,
     distance: float | None = None,
-    against: str = "profile_y",
     history: bool = False,
 ) -> Axes:
-    """Draw the wear depth along the profile, with `history` faintly that at quarters of the distance, too.
-
-    The horizontal axis is "profile_y" or "arc_length" (`against`) of the new, or reprofiled, wheel.
-    """
+    """Draw the wear depth along the profile, with `history` faintly that at quarters of the distance, too."""
     ax = own_axes(ax)
     role = role_of(dataset)
     end = float(dataset["distance"].values[-1]) if distance is None else distance
@@ -152,10 +143,9 @@ def plot_wear_depth(
     earlier = [(part * end, faint) for part in (0.25, 0.5, 0.75) if history]
     for at, look in (*earlier, (distance, last)):
         depth = shown("wear_depth", along(dataset, "wear_depth", at)[wheel])
-        x = shown(against, new_place(dataset, wheel, at, against=against))
+        x = shown("profile_y", new_place(dataset, wheel, at))
         ax.plot(x, depth, color=COLOURS[role], **look)
-    x_label = NEW_Y if against == "profile_y" else label(dataset, against).replace("right", WHEELS[wheel])
-    return label_axes(ax, x_label, label(dataset, "wear_depth"), 0.0)
+    return label_axes(ax, NEW_Y, label(dataset, "wear_depth"), 0.0)
 
 
 def plot_over_distance(dataset: xr.Dataset, name: str, ax: Axes | None = None) -> Axes:
