@@ -8,6 +8,7 @@ from argparse import Namespace
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
+from wearsim.cli.streams import formula_warning
 from wearsim.errors import ContactError, Fault, SceneError
 from wearsim.studies.contact_flags import COLUMNS
 from wearsim.studies.contact_points import (
@@ -106,6 +107,7 @@ def _solve_table(source: str, flags: Mapping[str, str], faults: list[Fault], in_
     if in_json:
         write_json(results(), sys.stdout)
     else:
+        formula_warning(table.text, table.name)  # other columns are carried through
         write_csv(table, flags, results(), sys.stdout)
     for first, *more in noted.values():
         rows = f" ({len(more)} more row{'s' if len(more) > 1 else ''} like it)" if more else ""

@@ -7,6 +7,7 @@ from argparse import Namespace
 from pathlib import Path
 
 from wearsim.cli import print_json
+from wearsim.cli.streams import formula_warning
 from wearsim.profile.inspection import tables
 from wearsim.profile.inspection.fleet import fleet_rows, profile_files
 from wearsim.profile.inspection.request import Request
@@ -37,6 +38,8 @@ def measure_fleet(arguments: Namespace) -> int:
         if sys.stderr.isatty():
             end = "" if len(rows) < len(files) else "\r" + " " * 40 + "\r"
             print(f"\r{len(rows)} of {len(files)} files", end=end, file=sys.stderr, flush=True)
+    if request.csv is not None:
+        formula_warning(tables.fleet_csv(rows), "--csv")
     if request.csv not in (None, "-"):
         write_whole(Path(request.csv), tables.fleet_csv(rows))
         print(f"wrote {request.csv}", file=sys.stderr)

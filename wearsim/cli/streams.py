@@ -56,6 +56,21 @@ class _Messages(_Output):
         pass
 
 
+def formula_warning(text: str, what: str) -> None:
+    """Warn of cells of a CSV text that a spreadsheet would run, as names and headers of files may be."""
+    import csv
+    import re
+
+    from wearsim.errors import brief
+
+    cells = (cell for row in csv.reader(text.splitlines()) for cell in row)
+    formulas = [cell for cell in cells if re.match(r"[=@\t]|[+-].*[(|!]", cell)]
+    if formulas:
+        more = f" and {len(formulas) - 1} more" if len(formulas) > 1 else ""
+        note = f"{what}: a spreadsheet would run the cell {brief(formulas[0])!r}{more} as a formula"
+        print(f"warning: {note}; import its columns as text", file=sys.stderr)
+
+
 @contextmanager
 def standard_streams() -> Iterator[None]:
     """Guard both streams; a closed one becomes one to nowhere, before a file gets its number."""

@@ -17,7 +17,7 @@ from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
 from wearsim.contact.solve import available_cores
 from wearsim.contact.tangential import TANGENTIAL_MODELS
-from wearsim.errors import ContactError, NumericalError, ProfileError
+from wearsim.errors import LONGEST_ECHO, ContactError, NumericalError, ProfileError
 from wearsim.operation.resultants import resultants
 from wearsim.operation.states import Controlled, StateError, settle
 from wearsim.profile.files import load_profile
@@ -240,7 +240,7 @@ def faults_of(given: Mapping[str, str], wrong: Mapping[str, str], *, as_flags: b
         return "--" + COLUMNS[column].name if as_flags else column
 
     faults = [
-        f"{name(column)} = {' '.join(text.split())[:60]} {wrong[column]}"
+        f"{name(column)} = {' '.join(text.split())[:LONGEST_ECHO]} {wrong[column]}"
         for column, text in given.items()
         if column in wrong
     ]

@@ -14,7 +14,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple, TextIO
 
-from wearsim.errors import ContactError, Fault, SceneError
+from wearsim.errors import LONGEST_ECHO, ContactError, Fault, SceneError
 from wearsim.profile.conicity import flange_clearance
 from wearsim.profile.files import is_file
 from wearsim.profile.inspection.inputs import placement_notes, read_input
@@ -31,13 +31,13 @@ from wearsim.studies.contact_points import (
     texts_of,
     wheel_profile,
 )
-from wearsim.toml_faults import text_of
+from wearsim.toml_faults import LARGEST_TABLE, content_of, of_at_most, text_of
 
 _WINDOW = 64
 """Rows of a table solved and written together; besides the text of the table, only they are in memory."""
 
+_MOST_FAULTS = 1000  # then reading stops
 _LONGEST_LINE = 1_000_000  # characters; longer ones are no table of operating points
-_MOST_FAULTS = 100  # lines of one message; a wrong unit would fault every row of a long table
 _LOWER = {name.lower(): known for known, flag in COLUMNS.items() for name in (known, flag.field)}
 _CREEPAGES = ("creepage_x", "creepage_y", "spin")
 _PRINTED = (
@@ -118,7 +118,7 @@ def read_table(source: str, flags: Mapping[str, str]) -> Table:
     name, text = _text(source)
     columns: tuple[str, ...] = ()
     faults, broken, empty = list[Fault](), list[Fault](), list[int]()
-    rows, further, rest = 0, 0, 0
+    rows, further = 0, 0
     seen: set[tuple[object, ...]] = set()
     try:
         for line, cells in _records(name, text):
@@ -132,17 +132,15 @@ def read_table(source: str, flags: Mapping[str, str]) -> Table:
             else:
                 rows += 1
                 wrong = _row_faults(columns, _row(line, record), cells, flags, seen)
-                shown = wrong[: _MOST_FAULTS - len(faults)]
-                faults += [Fault(fault, name, line) for fault in shown]
-                rest += len(wrong) - len(shown)
+                faults += [Fault(fault, name, line) for fault in wrong]
+                if len(faults) >= _MOST_FAULTS:
+                    break
     except SceneError as error:
         broken = [*error.faults]
     else:
         if rows == 0:
             missing = "only a header" if columns else "nothing"
             broken = [Fault(f"holds {missing}; give a header with flags and a row per point", name)]
-    if rest:
-        broken.append(Fault(f"{rest} more faults are not shown", name))
     if faults or broken:
         raise SceneError([*faults, *broken])
     warnings = list(_warnings(columns))
@@ -160,12 +158,12 @@ def _text(source: str) -> tuple[str, str]:
     try:
         if Path(source).is_dir():
             raise SceneError([Fault("is a folder, not a table; give a CSV file", source)])
-        content = sys.stdin.buffer.read() if source == "-" else Path(source).read_bytes()
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise SceneError(
-            [Fault(f"cannot be read ({reason}); give a CSV file, or - for stdin", source)]
-        ) from None
+        if source == "-":
+            content = of_at_most(sys.stdin.buffer.read(LARGEST_TABLE + 1), LARGEST_TABLE, "fewer rows", name)
+        else:
+            content = content_of(Path(source), "a CSV file, or - for stdin", LARGEST_TABLE)
+    except OSError as error:
+        raise SceneError([Fault(f"cannot be read ({error.strerror}); give a CSV file", name)]) from None
     text = text_of(content, name)
     if "\0" in text:
         line = text[: text.index("\0")].count("\n") + 1
@@ -230,7 +228,7 @@ def _header(name: str, line: int, cells: list[str]) -> tuple[str, ...]:
 
 def _short(text: str) -> str:
     """Name of a column as it fits into a line."""
-    return " ".join(text.split())[:60]
+    return " ".join(text.split())[:LONGEST_ECHO]
 
 
 def _nearest(column: str) -> str | None:

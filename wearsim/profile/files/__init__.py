@@ -159,7 +159,7 @@ def _slice_file(path: Path, listed: SliceFile) -> Path:
     """File of a slice, in the folder of the list."""
     file = path.parent / listed.file.replace("\\", "/")
     if not file.is_file():
-        message = f"slice file {listed.file[:200]!r} does not exist in the folder of the list; copy it there"
+        message = f"slice file {listed.file[:40]!r} does not exist in the folder of the list; copy it there"
         raise ProfileError(f"{path}:{listed.line}: {message}")
     return file
 
