@@ -11,6 +11,7 @@ from wearsim.cli import main
 from wearsim.profile.files import write_profile
 from wearsim.profile.inspection.inputs import read_input
 from wearsim.studies.contact_flags import FLAGS
+from wearsim.studies.contact_points import PATCH_NAMES
 
 
 def solved(capsys: pytest.CaptureFixture[str], *flags: str) -> dict:
@@ -89,7 +90,7 @@ def test_table_for_people(capsys):
     assert main(["contact", "--shift-mm", "3", "--roller-radius-mm", "1000"]) == 0
     out = capsys.readouterr().out
     assert "right wheel on roller of 1000 mm, 1 patch" in out
-    assert "pressure [MPa]" in out
+    assert "max_pressure_MPa" in out
 
 
 def test_all_faulty_flags_at_once(capsys):
@@ -121,13 +122,13 @@ def test_all_faulty_flags_at_once(capsys):
         ("--shift-mm 60", "edge of a profile"),
         ("--wheel-load-kN 80 --normal-force-kN 80", "exclude each other"),
         ("--roller-radius-mm 5", "roller-radius-mm = 5 must be a number from 50"),
-        ("--curve-radius-m 0", "leave it out on tangent track"),
+        ("--curve-radius-m 0", "without it: tangent"),
         ("--shift-mm 5.1 --normal-force-kN 80", "give the wheel load instead"),
         ("--shift-mm 5.1 --creepage=0,0,0", "given creepages belong to one"),
         ("--creepage=0,0,0 --rotation free", "--creepage and --rotation exclude each other"),
         ("--creepage=0,0,0 --side both", "choose the right or the left side"),
         ("--creepage=0,0", "must be three numbers"),
-        ("--side up", "--side = up must be right, left or both"),
+        ("--side up", "--side = up must be one of right, left, both"),
         ("--roll 101", "--roll = 101 must be free or a number from -100 to 100"),
         ("--plot picture.jpg", "must end with .png, .svg, .pdf"),
         ("--plot missing/picture.png", "the folder does not exist"),
@@ -220,9 +221,10 @@ def test_anchors_of_the_conventions(capsys):
 def test_table_for_people_shows_sides_and_roll(capsys):
     assert main(["contact", "--shift-mm", "3", "--side", "both"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert [line.split()[0] for line in lines[:3]] == ["side", "right", "left"]
-    assert "both wheels on rail, 2 patches" in lines[3]
-    assert "mrad (free)" in lines[3]
+    assert lines[0].split() == ["side", "right", "left"]
+    assert [len(line.split()) for line in lines[: len(PATCH_NAMES) + 1]] == [3] * (len(PATCH_NAMES) + 1)
+    assert "both wheels on rail, 2 patches" in lines[len(PATCH_NAMES) + 1]
+    assert "mrad (free)" in lines[len(PATCH_NAMES) + 1]
     assert max(map(len, lines)) < 150
 
 
