@@ -10,6 +10,7 @@ import pytest
 from wearsim.cli import main
 from wearsim.profile.files import write_profile
 from wearsim.profile.inspection.inputs import read_input
+from wearsim.profile.standard import rail
 from wearsim.studies.contact_flags import FLAGS
 from wearsim.studies.contact_points import PATCH_NAMES
 
@@ -78,6 +79,68 @@ def test_a_rotation_speed_may_be_given(capsys):
     assert ruled["rotation_speed"] == pytest.approx(20.0 / 0.46, rel=1e-12)
     given = solved(capsys, "--shift-mm", "3", "--rotation", str(20.0 / 0.46))
     assert given["patches"][0]["creepage_x"] == pytest.approx(ruled["patches"][0]["creepage_x"], abs=1e-14)
+
+
+def test_a_gauge_measured_further_down_acts_as_a_wider_one(capsys):
+    """By twice the distance that the gauge face of the inclined 60E1 recedes; printed to 0.001 um."""
+    face = (
+        rail("60E1", 1 / 40, 1.435, 0.75, gauge_height=15.875e-3).y[0]
+        - rail("60E1", 1 / 40, 1.435, 0.75).y[0]
+    )
+    assert face == pytest.approx(111.1e-6, abs=0.1e-6)
+    lower = solved(capsys, "--shift-mm", "5", "--gauge-height-mm", "15.875")
+    wider = solved(capsys, "--shift-mm", "5", "--gauge-mm", f"{1435.0 + 2e3 * face:.6f}")
+    plain = solved(capsys, "--shift-mm", "5")
+    for name in ("wheel_y", "rail_y", "area", "power"):
+        assert lower["patches"][0][name] == pytest.approx(wider["patches"][0][name], rel=1e-4), name
+        assert abs(lower["patches"][0][name] / plain["patches"][0][name] - 1.0) > 1e-3
+
+
+EVEN = (
+    "area",
+    "max_pressure",
+    "power",
+    "creepage_x",
+    "force_x",
+    "wheel_y",
+    "rail_y",
+    "normal_force",
+    "slip_area",
+)
+ODD = ("contact_angle", "creepage_y", "spin", "force_y", "spin_moment")
+
+
+def assert_mirror_image(point, image, rel):
+    """Patches of the right wheel are those of the left one; directions across the track turned round."""
+    other = {"right": "left", "left": "right"}
+    for name in ("shift", "yaw", "roll"):
+        assert image[name] == pytest.approx(-point[name], rel=rel, abs=2e-11)
+    for side in other:
+        ours = [patch for patch in point["patches"] if patch["side"] == side]
+        theirs = [patch for patch in image["patches"] if patch["side"] == other[side]]
+        assert len(ours) == len(theirs)
+        for here, there in zip(ours, theirs, strict=True):
+            for sign, names in ((1.0, EVEN), (-1.0, ODD)):
+                for name in names:
+                    assert there[name] == pytest.approx(sign * here[name], rel=rel, abs=1e-12), name
+
+
+@pytest.mark.parametrize(
+    ("flags", "rel"),
+    [
+        ("--shift-mm 2 --yaw-mrad 5 --roll 1 --curve-radius-m 300", 1e-9),
+        ("--shift-mm 3 --creepage=-0.0016,1e-3,-0.197", 1e-9),
+        (  # free roll: up to the tolerance on its height, 1e-11 m over 1.5 m
+            "--shift-mm 4 --yaw-mrad 2 --side both --left-wheel EPS --curve-radius-m 800 "
+            "--wheel-load-right-kN 90 --wheel-load-left-kN 70",
+            1e-5,
+        ),
+        ("--lateral-force-kN 10 --axle-load-kN 160 --side both", 1e-4),  # to the tolerance of the balance
+    ],
+)
+def test_mirror_gives_the_mirror_image(flags, rel, capsys):
+    point, image = solved(capsys, *flags.split()), solved(capsys, *flags.split(), "--mirror")
+    assert_mirror_image(point, image, rel)
 
 
 def test_without_friction_nothing_is_transmitted(capsys):

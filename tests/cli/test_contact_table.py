@@ -129,6 +129,26 @@ def test_output_is_input_again(table, run):
             assert float(other[column]) == pytest.approx(float(one[column]), rel=3e-5)
 
 
+def test_a_mirrored_table_holds_the_points_that_were_solved(table, run):
+    """Its output solves the same points without the flag, and with it those of the first table."""
+    path = table(
+        'shift_mm,yaw_mrad,left_wheel,side,creepage\n3,2,EPS,right,\n-1,0,,left,\n2,,,right,"0.001,0.001,0.1"\n'
+    )
+    plain, image = run("--table", path)[1], run("--table", path, "--mirror")[1]
+    again = run("--table", table(image, "image.csv"))[1]
+    back = run("--table", table(image, "image.csv"), "--mirror")[1]
+    assert [row["side"] for row in rows(image)] == ["left", "right", "left"]
+    assert [(row["shift_mm"], row["wheel"], row["left_wheel"]) for row in rows(image)] == [
+        ("-3", "EPS", "S1002"), ("1", "S1002", ""), ("-2", "S1002", ""),
+    ]  # fmt: skip
+    assert rows(image)[2]["creepage"] == "0.001,-0.001,-0.1"
+    assert [row["area_mm2"] for row in rows(again)] == [row["area_mm2"] for row in rows(image)]
+    for one, other in zip(rows(plain), rows(back), strict=True):
+        assert one["side"] == other["side"]
+        for name in ("area_mm2", "force_y_kN", "spin_per_m", "power_W"):
+            assert float(other[name]) == pytest.approx(float(one[name]), rel=1e-9)
+
+
 def test_a_row_without_an_answer_does_not_stop_the_others(table, run):
     path = table("shift_mm,name\n0,a\n60,b\n1,c\n0,d\n-60,e\n")
     code, out, err = run("--table", path)

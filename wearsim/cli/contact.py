@@ -43,6 +43,10 @@ def add_flags(parser: argparse.ArgumentParser) -> None:
         groups[flag.group].add_argument(
             f"--{flag.name}", metavar="X", dest=flag.column, default=None, help=flag.meaning + default
         )
+    groups["motion and load"].add_argument(
+        "--mirror", action="store_true", help="solve the mirror image: right and left wheel exchanged, signs "
+        "of shift, yaw, roll, curve, lateral force and lateral creepages changed"
+    )  # fmt: skip
     add_renamed(parser, {"--flange-back-mm": "--back-to-back-mm"})
     output = parser.add_argument_group("tables and output")
     output.add_argument("--table", metavar="CSV", help="solve every row of a table, - for stdin; prints CSV")

@@ -28,7 +28,7 @@ _FORMATS = ("png", "svg", "pdf")
 def solve_and_print(arguments: Namespace) -> int:
     """Validate the flags, solve the point or the table, and print; the exit code."""
     flags = {column: text.strip() for column in COLUMNS if (text := getattr(arguments, column)) is not None}
-    request, wrong = request_of(flags)
+    request, wrong = request_of(flags, mirror=arguments.mirror)
     faults = faults_of(flags, wrong, as_flags=True)
     if arguments.plot is not None:
         faults += _plot_faults(arguments.plot, arguments.table)
@@ -76,7 +76,7 @@ def _plot_faults(plot: str, table: str | None) -> list[str]:
 def _solve_table(arguments: Namespace, flags: Mapping[str, str], faults: list[Fault]) -> int:
     """Print the solutions of all rows; the exit code is that of the worst row."""
     try:
-        table = read_table(arguments.table, flags)
+        table = read_table(arguments.table, flags, mirror=arguments.mirror)
     except SceneError as error:
         raise SceneError([*faults, *error.faults]) from None
     if faults:

@@ -33,7 +33,9 @@ FLAGS = (
     Flag("left-wheel", None, "profile of the left wheel, if it differs", _BODIES),
     Flag("rail", "60E1", "rail or roller profile, name or file", _BODIES),
     Flag("inclination", "1:40", "of the rail, 1:N or none", _BODIES),
-    Flag("gauge-mm", "1435", "gauge, 14 mm below the top", _BODIES, "gauge"),
+    Flag("gauge-mm", "1435", "gauge", _BODIES, "gauge"),
+    Flag("gauge-height-mm", "14", "depth below the top of the rail at which the gauge is measured; 15.875 in "
+         "North America", _BODIES, "gauge_height"),
     Flag("back-to-back-mm", "1360", "back-to-back distance of the wheels", _BODIES, "back_to_back"),
     Flag("wheel-radius-mm", "460", "wheel radius at the running circle", _BODIES, "wheel_radius"),
     Flag("smooth-mm", None, "take waves shorter than this out of profiles from files", _BODIES,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from types import SimpleNamespace
@@ -47,8 +48,10 @@ _INSTEAD = (
 # fields of points that are solved together may differ in these
 _EACH = {
     "shift", "yaw", "roll", "wheel_load", "wheel_load_right", "wheel_load_left", "axle_load", "normal_force",
-    "lateral_force", "friction", "friction_flange", "speed", "rotation", "creepage", "curve_radius",
+    "lateral_force", "texts", "friction", "friction_flange", "speed", "rotation", "creepage", "curve_radius",
 }  # fmt: skip
+
+_TO_THE_RIGHT = {"shift_mm", "yaw_mrad", "roll", "curve_radius_m", "lateral_force_kN", "creepage"}
 
 PATCH_NAMES = (
     "wheel_y", "rail_y", "x", "contact_angle", "area", "max_pressure", "length", "width", "approach",
@@ -59,7 +62,10 @@ PATCH_NAMES = (
 
 
 class Request(SimpleNamespace):
-    """One operating point with everything that acts on it, SI units; its fields are those of `FLAGS`."""
+    """One operating point with everything that acts on it, SI units.
+
+    Its fields are those of `FLAGS`, and the texts that act by column.
+    """
 
     @property
     def loads(self) -> tuple[float, float]:
@@ -120,7 +126,14 @@ class Request(SimpleNamespace):
         smooth = self.smooth or 0.0
         if column != "rail":
             return getattr(self, column) or self.wheel, smooth
-        return self.rail, smooth, self.inclination, self.gauge, half_span(self.back_to_back)
+        return (
+            self.rail,
+            smooth,
+            self.inclination,
+            self.gauge,
+            half_span(self.back_to_back),
+            self.gauge_height,
+        )
 
     @property
     def bodies(self) -> tuple[Wheelset, Counterface]:
@@ -149,10 +162,8 @@ def profile_of(name: str, smooth: float, *placing: float) -> Profile:
     """Profile of a `Request.source`, read once."""
     if not placing:
         return load_profile(name, "wheel", smooth=smooth)
-    inclination, gauge, half_span = placing
-    return load_profile(
-        name, "rail", smooth=smooth, inclination=inclination, gauge=gauge, half_span=half_span
-    )
+    options = zip(("inclination", "gauge", "half_span", "gauge_height"), placing, strict=True)
+    return load_profile(name, "rail", smooth=smooth, **dict(options))
 
 
 @lru_cache(maxsize=4096)  # the rows of a table repeat most texts
@@ -208,25 +219,50 @@ def texts_of(*layers: Mapping[str, str]) -> dict[str, str]:
     return texts
 
 
-def request_of(*layers: Mapping[str, str]) -> tuple[Request, dict[str, str]]:
+def mirrored(texts: Mapping[str, str]) -> dict[str, str]:
+    """Texts, by column and without faults, of the mirror image of a point."""
+    image = dict(texts)
+    for column in _TO_THE_RIGHT & texts.keys():
+        parts = texts[column].split(",")  # the longitudinal creepage, the first of three, keeps its sign
+        image[column] = ",".join([*parts[: len(parts) // 2], *map(_negative, parts[len(parts) // 2 :])])
+    image["side"] = {"right": "left", "left": "right"}.get(texts["side"], texts["side"])
+    for right, left in (("wheel", "left_wheel"), ("wheel_load_right_kN", "wheel_load_left_kN")):
+        if left in texts:
+            image |= {right: texts[left], left: texts[right]}
+    return image
+
+
+def _negative(text: str) -> str:
+    number = decimal(text)
+    return text if math.isnan(number) else f"{0.0 - number:.15g}"
+
+
+def request_of(*layers: Mapping[str, str], mirror: bool = False) -> tuple[Request, dict[str, str]]:
     """Validate texts given together, in layers as for `texts_of`.
 
     Returns
     -------
     request : Request
-        Of all texts that are right, and defaults.
+        Of all texts that are right, and defaults; or its mirror image.
     wrong : dict
         By column what is wrong with the others: the end of a sentence that begins with name and text.
     """
-    texts, wrong = texts_of(*layers), {}
-    values: dict[str, Any] = {}
-    for column, flag in COLUMNS.items():
-        for text in (texts.get(column, flag.default), flag.default):
-            try:
-                values.setdefault(flag.field, None if text is None else _value(flag, text))
-            except ValueError as error:
-                wrong[column] = str(error)
-    return Request(**values), wrong
+    texts, wrong = texts_of(*layers), dict[str, str]()
+    for column, text in tuple(texts.items()):
+        try:
+            _value(COLUMNS[column], text)
+        except ValueError as error:
+            wrong[column] = str(error)
+            del texts[column]
+    texts = {
+        column: flag.default for column, flag in COLUMNS.items() if column in wrong and flag.default
+    } | texts
+    texts = mirrored(texts) if mirror else texts
+    values = {
+        flag.field: None if (text := texts.get(column, flag.default)) is None else _value(flag, text)
+        for column, flag in COLUMNS.items()
+    }
+    return Request(texts=texts, **values), wrong
 
 
 def faults_of(given: Mapping[str, str], wrong: Mapping[str, str], *, as_flags: bool) -> list[str]:

@@ -28,7 +28,6 @@ from wearsim.studies.contact_points import (
     profile_faults,
     profile_of,
     request_of,
-    texts_of,
 )
 from wearsim.toml_faults import text_of
 
@@ -65,10 +64,9 @@ RESULT_COLUMNS = ("table_line", "patch", _ROTATION, *(column for _, column, _ in
 
 
 class Row(NamedTuple):
-    """One row: its line, the texts of its flags that are not empty, its other columns, and its point."""
+    """One row: its line, its columns that are no flags, and its point."""
 
     line: int
-    given: dict[str, str]
     carried: dict[str, str]
     request: Request
 
@@ -82,11 +80,11 @@ class Table(NamedTuple):
     warnings: list[str]
 
 
-def read_table(source: str, flags: Mapping[str, str]) -> Table:
+def read_table(source: str, flags: Mapping[str, str], *, mirror: bool = False) -> Table:
     """Read a table from a CSV file, or - for standard input, and check it.
 
     Its rows are merged into the texts of the flags, which are by column and without faults. SceneError holds
-    all faults, each with its line.
+    all faults, each with its line. `mirror`: the rows hold the mirror images of the points.
     """
     name = "stdin" if source == "-" else source
     records = _records(name, source)
@@ -108,8 +106,8 @@ def read_table(source: str, flags: Mapping[str, str]) -> Table:
             other = {
                 column: values[column] for column in columns if column not in (*COLUMNS, *RESULT_COLUMNS)
             }
-            request, wrong = request_of(flags, given)
-            rows.append(Row(line, given, other, request))
+            request, wrong = request_of(flags, given, mirror=mirror)
+            rows.append(Row(line, other, request))
             new = [fault for fault in profile_faults(request) if fault not in seen]
             seen.update(new)
             texts = [*faults_of(given, wrong, as_flags=False), *map(": ".join, new), request.conflict]
@@ -200,8 +198,7 @@ def patch_table(
     """Table with a line per patch: what was given, the side and roll that were solved, `RESULT_COLUMNS`."""
     lines = []
     for row, result in solved:
-        # flags given with the table become columns, too: the output holds all that was not a default
-        point: dict[str, Any] = texts_of(flags, row.given) | row.carried
+        point: dict[str, Any] = row.request.texts | row.carried
         point |= {"roll": result.roll * 1e3, "table_line": row.line}
         speed = result.rotation_speed
         point[_ROTATION] = None if speed is None else speed * _ROTATION_FACTOR
@@ -211,7 +208,23 @@ def patch_table(
             numbers = {column: patch[name] * factor for name, column, factor in _PATCH}
             lines.append(point | {"side": patch["side"], "patch": count[patch["side"]]} | numbers)
     kept = [column for column in columns if column not in RESULT_COLUMNS]  # not of an earlier run
-    order = [*kept, *flags, "side", "roll", "normal", "tangential", *RESULT_COLUMNS]
+    # all that was not a default becomes a column, too
+    acting = {
+        column
+        for row, _ in solved
+        for column, text in row.request.texts.items()
+        if text != COLUMNS[column].default
+    }
+    order = [
+        *kept,
+        *flags,
+        *(column for column in COLUMNS if column in acting),
+        "side",
+        "roll",
+        "normal",
+        "tangential",
+        *RESULT_COLUMNS,
+    ]
     return pd.DataFrame(lines, columns=list(dict.fromkeys(order)))
 
 
@@ -234,7 +247,7 @@ def as_json(result: PointResult, row: Row | None = None) -> dict[str, Any]:
 
 def as_text(result: PointResult) -> str:
     """Table of the patches for people, and what they belong to."""
-    table = patch_table([(Row(0, {}, {}, result.request), result)], (), {})
+    table = patch_table([(Row(0, {}, result.request), result)], (), {})
     shown = table[["side", *(column for _, column, _ in _PATCH)]].T
     lines = [shown.to_string(header=False, float_format="{:.5g}".format)]
     request, speed, count = result.request, result.rotation_speed, len(result.patches)
