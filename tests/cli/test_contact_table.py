@@ -119,9 +119,7 @@ def test_output_is_input_again(table, run):
     """
     _, first, _ = run("--table", table("name,shift_mm,yaw_mrad\na,3,2\nb,-1,0\n"), "--side", "both")
     code, second, err = run("--table", table(first, "again.csv"))
-    assert code == 0
-    assert err.count("\n") == 1
-    assert "results of an earlier run" in err
+    assert (code, err) == (0, "")
     assert list(rows(second)[0]) == list(rows(first)[0])
     for one, other in zip(rows(first), rows(second), strict=True):
         assert (one["name"], one["side"], one["roll"]) == (other["name"], other["side"], other["roll"])
@@ -200,8 +198,8 @@ def test_the_exit_code_is_that_of_the_worst_row(table, run, monkeypatch):
         ("shift_mm\n\n1\n,\n200\n", [":5: shift_mm = 200 must be a number from -100"]),
         ("shift_mm\nnan\ninf\n1_0\n", [":2: shift_mm = nan", ":3: shift_mm = inf", ":4: shift_mm = 1_0"]),
         ('shift_mm\n"1,5"\n', [":2: shift_mm = 1,5 must be", "the decimal mark is a point"]),
-        ("shift_mm;yaw_mrad\n1,5;2\n", [":1: columns are separated by semicolons"]),
-        ("shift_mm\tyaw_mrad\n1\t2\n", [":1: columns are separated by tabs"]),
+        ("shift_mm;yaw_mrad\n1,5;2\n", [":1: no column has the name of a flag"]),
+        ("one\ttwo\n1\t2\n", ["separate columns by commas"]),
         ("shift_mm,yaw_mrad,shift_mm\n1,2,3\n", [":1: column shift_mm stands there more than once"]),
         ("shift_mm,flange_back_mm\n1,1360\n", [":1: column flange_back_mm has a new name"]),
         ("shift_mm,,yaw_mrad\n1,2,3\n", [":1: column 2 has no name"]),
@@ -215,7 +213,7 @@ def test_the_exit_code_is_that_of_the_worst_row(table, run, monkeypatch):
         ('shift_mm,name\n1,"a"b\n', [":2: is not well-formed CSV"]),
         (b"shift_mm,name\n1,a\n2,\xe4\n", [":3: is not UTF-8 text"]),
         ("shift_mm\n1\n".encode("utf-16"), [":1: is not UTF-8 text"]),
-        ("shift_mm\n1\n".encode("utf-16-le"), [":1: holds zero bytes"]),
+        ("shift_mm\n1\n".encode("utf-16-le"), [":1: no column has the name of a flag"]),
         ("side\nup\nboth\n", [":2: side = up must be one of right, left, both"]),
         ("wheel,rail\nS1003,60E1\nS1002,59E1\nS1003,60E1\n", [":2: wheel: 'S1003'", ":3: rail: '59E1'"]),
         ("inclination\n0.0250\n", [":2: inclination = 0.0250 must be 1:N"]),
@@ -303,11 +301,7 @@ def test_other_columns_are_no_matter_for_warnings(column, table, run):
 def test_what_spreadsheets_write_is_read(content, table, run):
     code, out, err = run("--table", table(content))
     assert code == 0
-    empty = b"\n,,," in content
-    printed_text = (
-        "1 rows of empty cells are left out, the first is line 3; a row of defaults needs one value"
-    )
-    assert err == (f"{table(content)}: {printed_text}\n" if empty else "")
+    assert err == ""
     assert [(row["shift_mm"], row["name"]) for row in rows(out)] == [("1", "a"), ("2", "b")]
 
 
@@ -317,8 +311,7 @@ def test_output_as_input_solves_each_wheel_once(table, run):
     assert [row["patch"] for row in rows(first)] == ["1", "2", "1"]
     path = table(first, "solved.csv")
     code, second, err = run("--table", path)
-    assert code == 0
-    assert "1 lines of further patches (column patch above 1) are left out" in err
+    assert (code, err) == (0, "")
     assert [row["area_mm2"] for row in rows(second)] == [row["area_mm2"] for row in rows(first)]
     assert {row["normal"] for row in rows(second)} == {"kik_piotrowski"}
     assert {row["tangential"] for row in rows(second)} == {"fastsim"}

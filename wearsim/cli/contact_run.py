@@ -11,16 +11,15 @@ from wearsim.cli import print_json
 from wearsim.errors import ContactError, Fault, SceneError
 from wearsim.studies.contact_flags import COLUMNS
 from wearsim.studies.contact_points import (
-    PointResult,
     Request,
+    Result,
     conditions,
-    faults_of,
     profile_faults,
     request_of,
     solve_batch,
     solve_points,
 )
-from wearsim.studies.contact_table import Row, as_json, as_text, notes, patch_table, read_table
+from wearsim.studies.contact_table import Row, as_text, notes, patch_table, read_table
 
 _FORMATS = ("png", "svg", "pdf")
 
@@ -28,16 +27,14 @@ _FORMATS = ("png", "svg", "pdf")
 def solve_and_print(arguments: Namespace) -> int:
     """Validate the flags, solve the point or the table, and print; the exit code."""
     flags = {column: text.strip() for column in COLUMNS if (text := getattr(arguments, column)) is not None}
-    request, wrong = request_of(flags, mirror=arguments.mirror)
-    faults = faults_of(flags, wrong, as_flags=True)
+    request, faults = request_of(flags, mirror=arguments.mirror, dashes=True)
     if arguments.plot is not None:
         faults += _plot_faults(arguments.plot, arguments.table)
     if request.conflict and arguments.table is None:
         faults.append(request.conflict)
     faults += [f"--{COLUMNS[column].name}: {message}" for column, message in profile_faults(request)]
     if arguments.table is not None:
-        right = {column: text for column, text in flags.items() if column not in wrong}
-        return _solve_table(arguments, right, [Fault(fault) for fault in faults])
+        return _solve_table(arguments, flags, [Fault(fault) for fault in faults])
     if faults:
         raise SceneError([Fault(fault) for fault in faults])
     _solve_point(request, arguments)
@@ -47,11 +44,11 @@ def solve_and_print(arguments: Namespace) -> int:
 def _solve_point(request: Request, arguments: Namespace) -> None:
     contact, (result,) = solve_batch([request], fields=arguments.plot is not None)
     if arguments.json:
-        print_json({"points": [as_json(result)]})
+        print_json({"points": [result]})
     else:
-        print(as_text(result))
+        print(as_text(request, result))
     sys.stdout.flush()  # kept even if the drawing fails
-    for note in notes(result).values():
+    for note in notes(request, result).values():
         print(f"note: {note}", file=sys.stderr)
     if arguments.plot is not None:
         from wearsim.report.figures.contact import contact_figure
@@ -76,14 +73,14 @@ def _plot_faults(plot: str, table: str | None) -> list[str]:
 def _solve_table(arguments: Namespace, flags: Mapping[str, str], faults: list[Fault]) -> int:
     """Print the solutions of all rows; the exit code is that of the worst row."""
     try:
-        table = read_table(arguments.table, flags, mirror=arguments.mirror)
+        table = read_table(arguments.table, {} if faults else flags, mirror=arguments.mirror)
     except SceneError as error:
         raise SceneError([*faults, *error.faults]) from None
     if faults:
         raise SceneError(faults)
     for warning in table.warnings:
         print(f"{table.name}: {warning}", file=sys.stderr)
-    worst, solved = 0, list[tuple[Row, PointResult]]()
+    worst, solved = 0, list[tuple[Row, Result]]()
     noted: dict[str, list[str]] = {}
     for row, result in zip(table.rows, solve_points([row.request for row in table.rows]), strict=True):
         if isinstance(result, ContactError):
@@ -91,10 +88,12 @@ def _solve_table(arguments: Namespace, flags: Mapping[str, str], faults: list[Fa
             print(Fault(str(result), table.name, row.line), file=sys.stderr)
             continue
         solved.append((row, result))
-        for kind, note in notes(result).items():
+        for kind, note in notes(row.request, result).items():
             noted.setdefault(kind, []).append(f"line {row.line}: {note}")
     if arguments.json:
-        print_json({"points": [as_json(result, row) for row, result in solved]})
+        print_json(
+            {"points": [{"line": row.line, "columns": row.carried} | result for row, result in solved]}
+        )
     else:
         lines = patch_table(solved, table.columns, flags)
         lines.to_csv(sys.stdout, index=False, float_format="%.12g", lineterminator="\n")

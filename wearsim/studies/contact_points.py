@@ -7,9 +7,10 @@ import math
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from types import SimpleNamespace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
 from wearsim.contact.dataset import Side, solve_contact
@@ -26,7 +27,7 @@ from wearsim.profile.placement import slope_of
 from wearsim.profile.shape import Profile
 from wearsim.profile.sources import half_span
 from wearsim.quantities import QUANTITIES
-from wearsim.studies.contact_flags import COLUMNS, Flag
+from wearsim.studies.contact_flags import COLUMNS, FLAGS, MODELS, MOTION, Flag
 from wearsim.toml_faults import decimal
 
 _SIDES: dict[str, tuple[Side, ...]] = {"right": ("right",), "left": ("left",), "both": ("right", "left")}
@@ -37,6 +38,7 @@ _WORDS = {  # allowed texts, beside numbers where the flag has a quantity
     "normal": tuple(sorted(NORMAL_MODELS)),
     "tangential": tuple(sorted(TANGENTIAL_MODELS)),
 }
+_DEFAULTS = {column: flag.default for column, flag in COLUMNS.items() if flag.default is not None}
 _WHOLE = ("strips", "cells", "most_cells")
 _LOADS = ("wheel_load_kN", "wheel_load_right_kN", "wheel_load_left_kN", "axle_load_kN", "normal_force_kN")
 # only one of each pair acts
@@ -46,11 +48,7 @@ _INSTEAD = (
     ("shift_mm", "lateral_force_kN"),
 )
 # fields of points that are solved together may differ in these
-_EACH = {
-    "shift", "yaw", "roll", "wheel_load", "wheel_load_right", "wheel_load_left", "axle_load", "normal_force",
-    "lateral_force", "texts", "friction", "friction_flange", "speed", "rotation", "creepage", "curve_radius",
-}  # fmt: skip
-
+_EACH = {flag.field for flag in FLAGS if flag.group == MOTION} - {"side"} | {"curve_radius", "texts"}
 _TO_THE_RIGHT = {"shift_mm", "yaw_mrad", "roll", "curve_radius_m", "lateral_force_kN", "creepage"}
 
 PATCH_NAMES = (
@@ -59,6 +57,9 @@ PATCH_NAMES = (
     "power", "power_balance",
 )  # fmt: skip
 """Numbers of each patch, names as in JSON and in the table of quantities."""
+
+
+Result = dict[str, Any]
 
 
 class Request(SimpleNamespace):
@@ -146,14 +147,7 @@ class Request(SimpleNamespace):
     def models(self) -> ContactModels:
         """Contact models."""
         return ContactModels(
-            normal=self.normal,
-            tangential=self.tangential,
-            strips=self.strips,
-            cells=self.cells,
-            cell_size=self.cell,
-            most_cells=self.most_cells,
-            youngs_modulus=self.youngs,
-            poisson_ratio=self.poisson,
+            **{flag.field: getattr(self, flag.field) for flag in FLAGS if flag.group == MODELS}
         )
 
 
@@ -162,8 +156,9 @@ def profile_of(name: str, smooth: float, *placing: float) -> Profile:
     """Profile of a `Request.source`, read once."""
     if not placing:
         return load_profile(name, "wheel", smooth=smooth)
-    options = zip(("inclination", "gauge", "half_span", "gauge_height"), placing, strict=True)
-    return load_profile(name, "rail", smooth=smooth, **dict(options))
+    inclination, gauge, span, height = placing
+    placed = {"inclination": inclination, "gauge": gauge, "half_span": span, "gauge_height": height}
+    return load_profile(name, "rail", smooth=smooth, **placed)  # type: ignore[arg-type]
 
 
 @lru_cache(maxsize=4096)  # the rows of a table repeat most texts
@@ -207,27 +202,15 @@ def _creepage(text: str) -> tuple[float, ...]:
     return numbers
 
 
-def texts_of(*layers: Mapping[str, str]) -> dict[str, str]:
-    """Texts that act, by column: those of later layers before those of earlier ones before the defaults."""
-    texts = {column: flag.default for column, flag in COLUMNS.items() if flag.default is not None}
-    for given in layers:
-        for pair in _INSTEAD:
-            if any(column in given for column in pair):
-                for column in pair:
-                    texts.pop(column, None)
-        texts.update(given)
-    return texts
-
-
 def mirrored(texts: Mapping[str, str]) -> dict[str, str]:
     """Texts, by column and without faults, of the mirror image of a point."""
     image = dict(texts)
     for column in _TO_THE_RIGHT & texts.keys():
         parts = texts[column].split(",")  # the longitudinal creepage, the first of three, keeps its sign
         image[column] = ",".join([*parts[: len(parts) // 2], *map(_negative, parts[len(parts) // 2 :])])
-    image["side"] = {"right": "left", "left": "right"}.get(texts["side"], texts["side"])
+    image["side"] = {"right": "left", "left": "right", "both": "both"}[texts.get("side", "right")]
     for right, left in (("wheel", "left_wheel"), ("wheel_load_right_kN", "wheel_load_left_kN")):
-        if left in texts:
+        if left in texts and right in texts:
             image |= {right: texts[left], left: texts[right]}
     return image
 
@@ -237,47 +220,40 @@ def _negative(text: str) -> str:
     return text if math.isnan(number) else f"{0.0 - number:.15g}"
 
 
-def request_of(*layers: Mapping[str, str], mirror: bool = False) -> tuple[Request, dict[str, str]]:
-    """Validate texts given together, in layers as for `texts_of`.
+def request_of(
+    *layers: Mapping[str, str], mirror: bool = False, dashes: bool = False
+) -> tuple[Request, list[str]]:
+    """Validate texts by column; those of later layers act before those of earlier ones, before the defaults.
 
     Returns
     -------
     request : Request
         Of all texts that are right, and defaults; or its mirror image.
-    wrong : dict
-        By column what is wrong with the others: the end of a sentence that begins with name and text.
+    faults : list
+        All that is wrong, one line each; columns are named as flags with `dashes`.
     """
-    texts, wrong = texts_of(*layers), dict[str, str]()
+    name = {column: f"--{flag.name}" if dashes else column for column, flag in COLUMNS.items()}
+    texts, faults = dict[str, str](_DEFAULTS), list[str]()
+    for given in layers:
+        for pair in _INSTEAD:
+            if given.keys() & set(pair):
+                texts = {column: text for column, text in texts.items() if column not in pair}
+        texts |= given
     for column, text in tuple(texts.items()):
         try:
             _value(COLUMNS[column], text)
         except ValueError as error:
-            wrong[column] = str(error)
-            del texts[column]
-    texts = {
-        column: flag.default for column, flag in COLUMNS.items() if column in wrong and flag.default
-    } | texts
+            faults.append(f"{name[column]} = {' '.join(text.split())[:60]} {error}")
+            texts = {other: text for other, text in texts.items() if other != column}
+    for one, other in _INSTEAD:
+        if one in layers[-1] and other in layers[-1]:
+            faults.append(f"{name[other]} and {name[one]} exclude each other; give one of them")
     texts = mirrored(texts) if mirror else texts
     values = {
-        flag.field: None if (text := texts.get(column, flag.default)) is None else _value(flag, text)
+        flag.field: None if (acting := texts.get(column, flag.default)) is None else _value(flag, acting)
         for column, flag in COLUMNS.items()
     }
-    return Request(texts=texts, **values), wrong
-
-
-def faults_of(given: Mapping[str, str], wrong: Mapping[str, str], *, as_flags: bool) -> list[str]:
-    """All that is wrong with texts given together, one line each, named as flags or as columns."""
-    name = {column: f"--{flag.name}" if as_flags else column for column, flag in COLUMNS.items()}
-    faults = [
-        f"{name[column]} = {' '.join(text.split())[:60]} {wrong[column]}"
-        for column, text in given.items()
-        if column in wrong
-    ]
-    return faults + [
-        f"{name[other]} and {name[one]} exclude each other; give one of them"
-        for one, other in _INSTEAD
-        if one in given and other in given
-    ]
+    return Request(texts=texts, **values), faults
 
 
 def profile_faults(request: Request) -> list[tuple[str, str]]:
@@ -293,38 +269,6 @@ def _faults(source: tuple[Any, ...]) -> list[str]:
     except ProfileError as error:
         return str(error).splitlines()
     return []
-
-
-class PointResult(NamedTuple):
-    """One solved point; `rotation_speed` is None if creepages were given.
-
-    Each patch holds its side and the numbers of `PATCH_NAMES`.
-    """
-
-    request: Request
-    roll: float
-    rotation_speed: float | None
-    patches: tuple[dict[str, Any], ...]
-    shift: float = 0.0
-
-    @property
-    def wheelset(self) -> dict[str, float]:
-        """Forces on the wheelset, if both wheels are solved: SI units, names as in results."""
-        if self.request.side != "both":
-            return {}
-        arrays = {name: np.array([patch[name] for patch in self.patches]) for name in PATCH_NAMES}
-        side = np.array([patch["side"] == "left" for patch in self.patches], dtype=np.int64)
-        patches: Any = SimpleNamespace(point=np.zeros_like(side), side=side, z=np.zeros(side.size), **arrays)
-        forces = resultants(patches, ContactConditions.of([self.shift]), *self.request.bodies)
-        return {
-            "lateral_force": float(-forces.force[0]),
-            "derailment_quotient_right": float(forces.derailment_quotient[0, 0]),
-            "derailment_quotient_left": float(forces.derailment_quotient[0, 1]),
-            "wheel_load_right": float(forces.vertical[0, 0]),
-            "wheel_load_left": float(forces.vertical[0, 1]),
-            "steering_moment": float(forces.moment[0]),
-            "axle_wear_number": float(forces.power[0] / self.request.speed),
-        }
 
 
 def conditions(points: Sequence[Request]) -> ContactConditions:
@@ -357,43 +301,63 @@ def conditions(points: Sequence[Request]) -> ContactConditions:
         raise ContactError("; ".join(error.messages.values()), row=0) from None
 
 
-def solve_batch(points: Sequence[Request], *, fields: bool = False) -> tuple[xr.Dataset, list[PointResult]]:
-    """Solve points that have `Request.batch` in common: the dataset of `solve_contact`, and each result."""
-    first = points[0]
-    found = conditions(points)
+def solve_batch(points: Sequence[Request], *, fields: bool = False) -> tuple[xr.Dataset, list[Result]]:
+    """Solve points that have `Request.batch` in common.
+
+    Returns
+    -------
+    contact : Dataset
+        That of `solve_contact`.
+    results : list of dict
+        SI units and names of each point as `--json` prints them.
+    """
+    first, found = points[0], conditions(points)
+    load = "wheel" if first.normal_force is None else "normal_force"
+    options: Any = {"sides": _SIDES[first.side], "load": load, "threads": available_cores()}
     try:
-        contact = solve_contact(
-            *first.bodies,
-            found,
-            first.models,
-            sides=_SIDES[first.side],
-            load="wheel" if first.normal_force is None else "normal_force",
-            fields=fields,
-            threads=available_cores(),
-        )
+        contact = solve_contact(*first.bodies, found, first.models, fields=fields, **options)
     except ContactError as error:  # the user does not know the index of the point in the batch
         text = str(error).removeprefix(f"point {error.row}, ")
         raise type(error)(text, row=error.row, rows=error.rows) from None
-    numbers = np.stack([contact[name].values for name in PATCH_NAMES], axis=1)
+    patches = contact[list(PATCH_NAMES)].to_dataframe()[["point", "side", *PATCH_NAMES]]
     roll, speed = contact["roll"].values, contact["rotation_speed"].values
-    if not (np.isfinite(numbers).all() and np.isfinite(roll).all()):
+    if not (np.isfinite(patches[list(PATCH_NAMES)].values).all() and np.isfinite(roll).all()):
         raise NumericalError("the solution is not finite; use other models")
-    patches: list[list[dict[str, Any]]] = [[] for _ in points]
-    for point, side, row in zip(contact["point"].values, contact["side"].values, numbers, strict=True):
-        patches[point].append({"side": str(side)} | dict(zip(PATCH_NAMES, row.tolist(), strict=True)))
-    return contact, [
-        PointResult(
-            point,
-            float(roll[k]),
-            float(speed[k]) if point.creepage is None else None,
-            tuple(patches[k]),
-            float(found.shift[k]),
-        )
+    results: list[Result] = [
+        {
+            "shift": float(found.shift[k]),
+            "yaw": point.yaw,
+            "roll": float(roll[k]),
+            "wheel_load": None if point.normal_force is not None else sum(point.loads) / 2.0,
+            "counterface_curvature": point.counterface_curvature,
+            "rotation_speed": None if point.creepage is not None else float(speed[k]),
+            "patches": [],
+        }
         for k, point in enumerate(points)
     ]
+    if first.side == "both":
+        forces = _forces(patches, found, first)
+        for result, wheelset in zip(results, forces.to_dict("records"), strict=True):
+            result["wheelset"] = wheelset
+    for patch in patches.assign(normal=first.normal, tangential=first.tangential).to_dict("records"):
+        results[patch.pop("point")]["patches"].append(patch)
+    return contact, results
 
 
-def solve_points(points: Sequence[Request]) -> list[PointResult | ContactError]:
+def _forces(patches: pd.DataFrame, found: ContactConditions, first: Request) -> pd.DataFrame:
+    """Table of the forces on the wheelset at each point, names as in results."""
+    side = np.asarray(patches["side"] == "left", dtype=np.int64)
+    arrays = {name: patches[name].to_numpy() for name in ("point", *PATCH_NAMES)}
+    acting: Any = SimpleNamespace(**arrays | {"side": side, "z": np.zeros(side.size)})
+    forces = resultants(acting, found, *first.bodies)
+    columns = {"lateral_force": -forces.force}
+    for name, values in ("derailment_quotient", forces.derailment_quotient), ("wheel_load", forces.vertical):
+        columns |= {f"{name}_right": values[:, 0], f"{name}_left": values[:, 1]}
+    columns |= {"steering_moment": forces.moment, "axle_wear_number": forces.power / found.speed}
+    return pd.DataFrame(columns)
+
+
+def solve_points(points: Sequence[Request]) -> list[Result | ContactError]:
     """Solve any points, each as if it were alone; those of one batch are solved together.
 
     Returns
@@ -404,7 +368,7 @@ def solve_points(points: Sequence[Request]) -> list[PointResult | ContactError]:
     batches: dict[Any, list[int]] = {}
     for index, request in enumerate(points):
         batches.setdefault(request.batch, []).append(index)
-    solved: dict[int, PointResult | ContactError] = {}
+    solved: dict[int, Result | ContactError] = {}
     for left in batches.values():
         while left:
             try:

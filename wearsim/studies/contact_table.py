@@ -6,6 +6,7 @@ import csv
 import difflib
 import io
 import math
+import re
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
@@ -22,9 +23,8 @@ from wearsim.quantities import QUANTITIES
 from wearsim.studies.contact_flags import COLUMNS
 from wearsim.studies.contact_points import (
     PATCH_NAMES,
-    PointResult,
     Request,
-    faults_of,
+    Result,
     profile_faults,
     profile_of,
     request_of,
@@ -36,7 +36,7 @@ _LOWER = {name.lower(): known for known, flag in COLUMNS.items() for name in (kn
 _CREEPAGES = ("creepage_x", "creepage_y", "spin")
 _ENDINGS = {
     "mm": "_mm", "mm²": "_mm2", "1/m": "_per_m", "mrad": "_mrad", "rad/s": "_rad_per_s", "kN": "_kN",
-    "N m": "_Nm", "MPa": "_MPa", "W": "_W", "µm": "_um",
+    "N m": "_Nm", "kN m": "_kN_m", "N": "_N", "MPa": "_MPa", "W": "_W", "µm": "_um",
 }  # fmt: skip
 _RENAMED = {"normal_force_kN": "patch_normal_force_kN"}  # the first is a flag
 
@@ -49,7 +49,7 @@ steel, that is 4 GPa."""
 
 def _column(name: str) -> tuple[str, float]:
     """Name of a result with its unit, and the factor from SI."""
-    quantity = QUANTITIES[name]
+    quantity = QUANTITIES[re.sub("_(right|left)$", "", name)]
     if quantity.shown_unit not in _ENDINGS:  # ratios, also those shown in thousandths
         return name, 1.0
     column = name + _ENDINGS[quantity.shown_unit]
@@ -88,48 +88,34 @@ def read_table(source: str, flags: Mapping[str, str], *, mirror: bool = False) -
     """
     name = "stdin" if source == "-" else source
     records = _records(name, source)
-    first, header = next(records, (1, []))
-    columns = _header(name, first, header)
+    columns = _header(name, *next(records, (1, [])))
+    carried = [column for column in columns if column not in (*COLUMNS, *RESULT_COLUMNS)]
     rows, faults, seen = list[Row](), list[Fault](), set[tuple[str, str]]()
-    empty, further = list[int](), 0
     for line, cells in records:
         values = dict(zip(columns, cells, strict=False))
-        if not any(cells):
-            empty.append(line)
-        elif len(cells) < len(columns) or any(cells[len(columns) :]):
+        if len(cells) < len(columns) or any(cells[len(columns) :]):
             text = f"{len(cells)} cells, the header has {len(columns)}; quote cells that hold commas"
             faults.append(Fault(text, name, line))
-        elif "table_line" in values and values.get("patch", "1") not in ("", "1"):
-            further += 1  # patch of a point in the output of an earlier run
-        else:
+        elif "table_line" not in values or values.get("patch", "1") in ("", "1"):  # else a further patch
             given = {column: cell for column, cell in values.items() if column in COLUMNS and cell}
-            other = {
-                column: values[column] for column in columns if column not in (*COLUMNS, *RESULT_COLUMNS)
-            }
             request, wrong = request_of(flags, given, mirror=mirror)
-            rows.append(Row(line, other, request))
+            rows.append(Row(line, {column: values[column] for column in carried}, request))
             new = [fault for fault in profile_faults(request) if fault not in seen]
             seen.update(new)
-            texts = [*faults_of(given, wrong, as_flags=False), *map(": ".join, new), request.conflict]
+            texts = [*wrong, *map(": ".join, new), request.conflict]
             faults += [Fault(text, name, line) for text in texts if text]
     if not faults and not rows:
         missing = "only a header" if columns else "nothing"
         faults = [Fault(f"holds {missing}; give a header with flags and a row per point", name)]
-    if more := len(faults) - _MOST_FAULTS:
-        faults = [*faults[:_MOST_FAULTS], *([Fault(f"{more} more faults are not shown", name)] * (more > 0))]
+    if len(faults) > _MOST_FAULTS:
+        faults[_MOST_FAULTS:] = [Fault(f"{len(faults) - _MOST_FAULTS} more faults are not shown", name)]
     if faults:
         raise SceneError(faults)
-    warnings = list(_warnings(columns))
-    if further:
-        warnings.append(f"{further} lines of further patches (column patch above 1) are left out")
-    if empty:
-        listed = f"{len(empty)} rows of empty cells are left out, the first is line {empty[0]}"
-        warnings.append(f"{listed}; a row of defaults needs one value")
-    return Table(name, columns, rows, warnings)
+    return Table(name, columns, rows, list(_warnings(columns)))
 
 
 def _records(name: str, source: str) -> Iterator[tuple[int, list[str]]]:
-    """Line and cells of each record that holds anything, be it empty cells."""
+    """Line and cells of each record that holds anything."""
     try:
         content = sys.stdin.buffer.read() if source == "-" else Path(source).read_bytes()
     except (OSError, ValueError) as error:
@@ -139,7 +125,7 @@ def _records(name: str, source: str) -> Iterator[tuple[int, list[str]]]:
     reader, line = csv.reader(io.StringIO(text_of(content, name)), strict=True, skipinitialspace=True), 1
     try:
         for cells in reader:
-            if len(cells) > 1 or any(cell.strip() for cell in cells):
+            if any(cell.strip() for cell in cells):
                 yield line, [cell.strip() for cell in cells]
             line = reader.line_num + 1
     except csv.Error as error:
@@ -155,17 +141,12 @@ def _header(name: str, line: int, cells: list[str]) -> tuple[str, ...]:
     faults = [f"column {k} has no name" for k, column in enumerate(columns, 1) if not column]
     twice = sorted({column for column in columns if column and columns.count(column) > 1})
     faults += [f"column {column[:60]} stands there more than once; keep one" for column in twice]
-    if any("\0" in column for column in columns):
-        faults = ["holds zero bytes; save the table as CSV in UTF-8"]
-    elif len(columns) == 1 and (";" in cells[0] or "\t" in cells[0]):
-        fix = "save the table with commas between columns and points as decimal marks"
-        faults = [f"columns are separated by {'semicolons' if ';' in cells[0] else 'tabs'}; {fix}"]
-    elif "flange_back_mm" in columns:
+    if "flange_back_mm" in columns:
         faults.append("column flange_back_mm has a new name; write back_to_back_mm")
     elif columns and not any(column in COLUMNS for column in columns):
         near = [hint for column in columns if (hint := _nearest(column))]
-        hint = f"; did you mean {', '.join(near[:5])}?" if near else ""
-        faults.append(f"no column has the name of a flag, such as shift_mm, yaw_mrad or wheel_load_kN{hint}")
+        hint = f"did you mean {', '.join(near[:5])}?" if near else "separate columns by commas"
+        faults.append(f"no column has the name of a flag, such as shift_mm or wheel_load_kN; {hint}")
     if faults:
         raise SceneError([Fault(fault, name, line) for fault in faults])
     return tuple(columns)
@@ -179,10 +160,6 @@ def _nearest(column: str) -> str | None:
 
 
 def _warnings(columns: tuple[str, ...]) -> Iterator[str]:
-    earlier = [column for column in columns if column in RESULT_COLUMNS]
-    if earlier:
-        names = ", ".join(earlier[:4]) + (", ..." if len(earlier) > 4 else "")
-        yield f"columns {names} are results of an earlier run; they are computed anew"
     if any(column in columns for column in _CREEPAGES) and "patch" not in columns:
         yield 'creepages are given in one column creepage, as "XI_X,XI_Y,SPIN" in quotes'
     for column in columns:
@@ -193,17 +170,17 @@ def _warnings(columns: tuple[str, ...]) -> Iterator[str]:
 
 
 def patch_table(
-    solved: Sequence[tuple[Row, PointResult]], columns: Sequence[str], flags: Mapping[str, str]
+    solved: Sequence[tuple[Row, Result]], columns: Sequence[str], flags: Mapping[str, str]
 ) -> pd.DataFrame:
     """Table with a line per patch: what was given, the side and roll that were solved, `RESULT_COLUMNS`."""
     lines = []
     for row, result in solved:
         point: dict[str, Any] = row.request.texts | row.carried
-        point |= {"roll": result.roll * 1e3, "table_line": row.line}
-        speed = result.rotation_speed
+        point |= {"roll": result["roll"] * 1e3, "table_line": row.line}
+        speed = result["rotation_speed"]
         point[_ROTATION] = None if speed is None else speed * _ROTATION_FACTOR
         count = dict.fromkeys(("right", "left"), 0)
-        for patch in result.patches:
+        for patch in result["patches"]:
             count[patch["side"]] += 1
             numbers = {column: patch[name] * factor for name, column, factor in _PATCH}
             lines.append(point | {"side": patch["side"], "patch": count[patch["side"]]} | numbers)
@@ -228,66 +205,42 @@ def patch_table(
     return pd.DataFrame(lines, columns=list(dict.fromkeys(order)))
 
 
-def as_json(result: PointResult, row: Row | None = None) -> dict[str, Any]:
-    """JSON value of a point, SI units; of a row of a table with its line and the carried columns."""
-    request = result.request
-    models = {"normal": request.normal, "tangential": request.tangential}
-    return {
-        "shift": result.shift,
-        "yaw": request.yaw,
-        "roll": result.roll,
-        "wheel_load": sum(request.loads) / 2.0 if request.normal_force is None else None,
-        "counterface_curvature": request.counterface_curvature,
-        "rotation_speed": result.rotation_speed,
-        **({"wheelset": result.wheelset} if result.wheelset else {}),
-        **({} if row is None else {"line": row.line, "columns": row.carried}),
-        "patches": [patch | models for patch in result.patches],
-    }
-
-
-def as_text(result: PointResult) -> str:
-    """Table of the patches for people, and what they belong to."""
-    table = patch_table([(Row(0, {}, result.request), result)], (), {})
+def as_text(request: Request, result: Result) -> str:
+    """Numbers of each patch as a column, and those of the point, named as in tables, for people."""
+    table = patch_table([(Row(0, {}, request), result)], (), {})
     shown = table[["side", *(column for _, column, _ in _PATCH)]].T
     lines = [shown.to_string(header=False, float_format="{:.5g}".format)]
-    request, speed, count = result.request, result.rotation_speed, len(result.patches)
-    kappa = request.counterface_curvature
-    against = "rail" if kappa == 0.0 else f"roller of {1e3 / kappa:g} mm"
+    for name, value in (result | result.get("wheelset", {})).items():
+        if isinstance(value, float):
+            column, factor = _column(name)
+            lines.append(f"{column:28} {value * factor:.5g}")
     who = "both wheels" if request.side == "both" else f"{request.side} wheel"
-    rotation = "creepages given" if speed is None else f"rotation {speed:.4f} rad/s"
-    if speed is not None and isinstance(request.rule, str):
-        rotation += f" ({request.rule})"
-    roll = f"roll {result.roll * 1e3:.4f} mrad" + (" (free)" if request.free_roll else "")
-    lines.append(f"{who} on {against}, {count} patch{'' if count == 1 else 'es'}; {rotation}; {roll}")
-    if forces := result.wheelset:
-        lines.append(
-            f"shift {1e3 * result.shift:.4f} mm, lateral force H {1e-3 * forces['lateral_force']:.3f} kN at "
-            f"axle height, Y/Q {forces['derailment_quotient_right']:.3f} right and "
-            f"{forces['derailment_quotient_left']:.3f} left, steering moment "
-            f"{1e-3 * forces['steering_moment']:.3f} kN m, wear number {forces['axle_wear_number']:.1f} N"
-        )
-    lines.append(f"{request.normal}, {request.tangential}; forces act on the wheel")
+    against = "rail" if request.roller_radius is None else f"roller of {1e3 * request.roller_radius:g} mm"
+    rotation = f"rotation {request.rotation}" if request.creepage is None else "creepages given"
+    roll = "free" if request.free_roll else "given"
+    models = f"{request.normal}, {request.tangential}"
+    lines.append(f"{who} on {against}; {rotation}, roll {roll}; {models}; forces act on the wheel")
     return "\n".join(lines)
 
 
-def notes(result: PointResult) -> dict[str, str]:
+def notes(request: Request, result: Result) -> dict[str, str]:
     """Warnings on one solved point, by kind.
 
     On a measured rail, a wheel that climbs its flange, pressures no steel carries, and a roller that runs in
     a curve.
     """
-    request, lines = result.request, {}
+    lines, shift = {}, result["shift"]
     if line := _stand(request.rail, request.inclination):
         lines["measured rail"] = f"{request.rail}: {line}"
     free = _clearance(request.source("wheel"), request.source("rail"))
-    towards = {"right": result.shift, "left": -result.shift}
-    climbing = [patch["side"] for patch in result.patches if towards[patch["side"]] > free]
+    towards = {"right": shift, "left": -shift}
+    climbing = [patch["side"] for patch in result["patches"] if towards[patch["side"]] > free]
     if climbing:
         lines["flange clearance"] = (
-            f"shift {1e3 * result.shift:.6g} mm is beyond the flange clearance of {1e3 * free:.3g} mm: the "
+            f"shift {1e3 * shift:.6g} mm is beyond the flange clearance of {1e3 * free:.3g} mm: the "
             f"{climbing[0]} wheel climbs its flange, which a wheelset in service does only while it derails"
         )
-    highest = max(patch["max_pressure"] for patch in result.patches)
+    highest = max(patch["max_pressure"] for patch in result["patches"])
     if highest > _PLASTIC:
         lines["pressure"] = (
             f"maximum pressure {1e-9 * highest:.3g} GPa: wheel and rail steel yields far below "
