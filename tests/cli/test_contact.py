@@ -143,6 +143,12 @@ def test_mirror_gives_the_mirror_image(flags, rel, capsys):
     assert_mirror_image(point, image, rel)
 
 
+def test_faults_of_a_mirrored_point_name_the_flags_that_were_given(capsys):
+    assert main(["contact", "--mirror", "--left-wheel", "S1003", "--side", "up", "--shift-mm", "x"]) == 2
+    starts = [line.split()[0] for line in capsys.readouterr().err.splitlines()]
+    assert sorted(starts) == ["--left-wheel:", "--shift-mm", "--side"]
+
+
 def test_without_friction_nothing_is_transmitted(capsys):
     patch = solved(capsys, "--shift-mm", "3", "--yaw-mrad", "3", "--friction", "0")["patches"][0]
     assert (patch["force_x"], patch["force_y"], patch["power"]) == (0.0, 0.0, 0.0)

@@ -14,6 +14,7 @@ from wearsim.studies.contact_points import (
     Request,
     Result,
     conditions,
+    mirrored,
     profile_faults,
     request_of,
     solve_batch,
@@ -27,7 +28,7 @@ _FORMATS = ("png", "svg", "pdf")
 def solve_and_print(arguments: Namespace) -> int:
     """Validate the flags, solve the point or the table, and print; the exit code."""
     flags = {column: text.strip() for column in COLUMNS if (text := getattr(arguments, column)) is not None}
-    request, faults = request_of(flags, mirror=arguments.mirror, dashes=True)
+    request, faults = request_of(flags, dashes=True)
     if arguments.plot is not None:
         faults += _plot_faults(arguments.plot, arguments.table)
     if request.conflict and arguments.table is None:
@@ -37,7 +38,7 @@ def solve_and_print(arguments: Namespace) -> int:
         return _solve_table(arguments, flags, [Fault(fault) for fault in faults])
     if faults:
         raise SceneError([Fault(fault) for fault in faults])
-    _solve_point(request, arguments)
+    _solve_point(mirrored(request) if arguments.mirror else request, arguments)
     return 0
 
 
@@ -73,16 +74,17 @@ def _plot_faults(plot: str, table: str | None) -> list[str]:
 def _solve_table(arguments: Namespace, flags: Mapping[str, str], faults: list[Fault]) -> int:
     """Print the solutions of all rows; the exit code is that of the worst row."""
     try:
-        table = read_table(arguments.table, {} if faults else flags, mirror=arguments.mirror)
+        table = read_table(arguments.table, {} if faults else flags)
     except SceneError as error:
         raise SceneError([*faults, *error.faults]) from None
     if faults:
         raise SceneError(faults)
+    points = [row._replace(request=mirrored(row.request)) if arguments.mirror else row for row in table.rows]
     for warning in table.warnings:
         print(f"{table.name}: {warning}", file=sys.stderr)
     worst, solved = 0, list[tuple[Row, Result]]()
     noted: dict[str, list[str]] = {}
-    for row, result in zip(table.rows, solve_points([row.request for row in table.rows]), strict=True):
+    for row, result in zip(points, solve_points([row.request for row in points]), strict=True):
         if isinstance(result, ContactError):
             worst = max(worst, result.exit_code)
             print(Fault(str(result), table.name, row.line), file=sys.stderr)
@@ -91,12 +93,11 @@ def _solve_table(arguments: Namespace, flags: Mapping[str, str], faults: list[Fa
         for kind, note in notes(row.request, result).items():
             noted.setdefault(kind, []).append(f"line {row.line}: {note}")
     if arguments.json:
-        print_json(
-            {"points": [{"line": row.line, "columns": row.carried} | result for row, result in solved]}
-        )
+        lines = [{"line": row.line, "columns": row.carried} | result for row, result in solved]
+        print_json({"points": lines})
     else:
-        lines = patch_table(solved, table.columns, flags)
-        lines.to_csv(sys.stdout, index=False, float_format="%.12g", lineterminator="\n")
+        patches = patch_table(solved, table.columns, flags)
+        patches.to_csv(sys.stdout, index=False, float_format="%.12g", lineterminator="\n")
     for first, *more in noted.values():
         rows = f" ({len(more)} more row{'s' if len(more) > 1 else ''} like it)" if more else ""
         print(f"{table.name}: note: {first}{rows}", file=sys.stderr)

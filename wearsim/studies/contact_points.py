@@ -202,17 +202,17 @@ def _creepage(text: str) -> tuple[float, ...]:
     return numbers
 
 
-def mirrored(texts: Mapping[str, str]) -> dict[str, str]:
-    """Texts, by column and without faults, of the mirror image of a point."""
-    image = dict(texts)
+def mirrored(request: Request) -> Request:
+    """Mirror image of a point that has no faults."""
+    texts, image = request.texts, dict(request.texts)
     for column in _TO_THE_RIGHT & texts.keys():
         parts = texts[column].split(",")  # the longitudinal creepage, the first of three, keeps its sign
         image[column] = ",".join([*parts[: len(parts) // 2], *map(_negative, parts[len(parts) // 2 :])])
-    image["side"] = {"right": "left", "left": "right", "both": "both"}[texts.get("side", "right")]
+    image["side"] = {"right": "left", "left": "right", "both": "both"}[texts["side"]]
     for right, left in (("wheel", "left_wheel"), ("wheel_load_right_kN", "wheel_load_left_kN")):
-        if left in texts and right in texts:
+        if left in texts:
             image |= {right: texts[left], left: texts[right]}
-    return image
+    return request_of(image)[0]
 
 
 def _negative(text: str) -> str:
@@ -220,15 +220,13 @@ def _negative(text: str) -> str:
     return text if math.isnan(number) else f"{0.0 - number:.15g}"
 
 
-def request_of(
-    *layers: Mapping[str, str], mirror: bool = False, dashes: bool = False
-) -> tuple[Request, list[str]]:
+def request_of(*layers: Mapping[str, str], dashes: bool = False) -> tuple[Request, list[str]]:
     """Validate texts by column; those of later layers act before those of earlier ones, before the defaults.
 
     Returns
     -------
     request : Request
-        Of all texts that are right, and defaults; or its mirror image.
+        Of all texts that are right, and defaults.
     faults : list
         All that is wrong, one line each; columns are named as flags with `dashes`.
     """
@@ -248,7 +246,6 @@ def request_of(
     for one, other in _INSTEAD:
         if one in layers[-1] and other in layers[-1]:
             faults.append(f"{name[other]} and {name[one]} exclude each other; give one of them")
-    texts = mirrored(texts) if mirror else texts
     values = {
         flag.field: None if (acting := texts.get(column, flag.default)) is None else _value(flag, acting)
         for column, flag in COLUMNS.items()

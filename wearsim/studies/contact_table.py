@@ -80,11 +80,11 @@ class Table(NamedTuple):
     warnings: list[str]
 
 
-def read_table(source: str, flags: Mapping[str, str], *, mirror: bool = False) -> Table:
+def read_table(source: str, flags: Mapping[str, str]) -> Table:
     """Read a table from a CSV file, or - for standard input, and check it.
 
     Its rows are merged into the texts of the flags, which are by column and without faults. SceneError holds
-    all faults, each with its line. `mirror`: the rows hold the mirror images of the points.
+    all faults, each with its line.
     """
     name = "stdin" if source == "-" else source
     records = _records(name, source)
@@ -98,7 +98,7 @@ def read_table(source: str, flags: Mapping[str, str], *, mirror: bool = False) -
             faults.append(Fault(text, name, line))
         elif "table_line" not in values or values.get("patch", "1") in ("", "1"):  # else a further patch
             given = {column: cell for column, cell in values.items() if column in COLUMNS and cell}
-            request, wrong = request_of(flags, given, mirror=mirror)
+            request, wrong = request_of(flags, given)
             rows.append(Row(line, {column: values[column] for column in carried}, request))
             new = [fault for fault in profile_faults(request) if fault not in seen]
             seen.update(new)
