@@ -17,7 +17,7 @@ from wearsim.profile.definitions import (
     read_template,
     sample,
 )
-from wearsim.profile.placement import placement
+from wearsim.profile.placement import GAUGE_DEPTH, placement
 from wearsim.profile.segments import Arc, Polynomial, Segment, height_at, part_moved, tangent_arc
 from wearsim.profile.shape import Kind, Profile
 
@@ -230,7 +230,14 @@ def wheel(name: str, spacing: float = 0.25e-3) -> Profile:
     return Profile(shape.name, "wheel", y, z, shape.source)
 
 
-def rail(name: str, inclination: float, gauge: float, half_span: float, spacing: float = 0.25e-3) -> Profile:
+def rail(
+    name: str,
+    inclination: float,
+    gauge: float,
+    half_span: float,
+    spacing: float = 0.25e-3,
+    gauge_height: float = GAUGE_DEPTH,
+) -> Profile:
     """Return a standard rail head, inclined and placed in the track, from the gauge to the field side.
 
     Parameters
@@ -242,15 +249,16 @@ def rail(name: str, inclination: float, gauge: float, half_span: float, spacing:
         defined as it stands in the track (EN15302_rail_A) is not tilted, whatever is given here.
     gauge, half_span : float
         See `wearsim.profile.placement.place_rail`; z = 0 at the highest point, gauge point at
-        y = gauge/2 - half_span. Where the definition names the gauge point itself, that point counts [m].
-    spacing : float
-        As of `wheel` [m].
+        y = gauge/2 - half_span. Where the definition names the gauge point itself, that point counts, unless
+        the gauge height is another [m].
+    spacing, gauge_height : float
+        As of `wheel` and of `place_rail` [m].
     """
     shape = definition(name, "rail")
     gauge_y = shape.inclined_gauge_y
     fine = sample(shape, _PLACEMENT_SPACING)
-    where = placement(*fine, inclination if gauge_y is None else 0.0, gauge, half_span)
-    if gauge_y is not None:
+    where = placement(*fine, inclination if gauge_y is None else 0.0, gauge, half_span, gauge_height)
+    if gauge_y is not None and gauge_height == GAUGE_DEPTH:
         where = replace(where, shift_y=0.5 * gauge - half_span - 1e-3 * gauge_y)
     y, z = where.apply(*sample(shape, spacing))
     return Profile(shape.name, "rail", y, z, shape.source)

@@ -107,6 +107,9 @@ class CounterfaceSection(Section):
     profile: Text = words("the name of a shipped rail profile, such as 60E1, or a file of points")
     inclination: Inclination = words('the inclination of the rail, such as "1:40", or "none"')
     gauge_mm: float = number("gauge", "the track gauge", 1435.0)
+    gauge_height_mm: float = number(
+        "gauge_height", "the depth below the top of the rail at which the gauge is measured", 14.0
+    )
     smooth_mm: float | None = number(
         "noise_wavelength", "the wavelength below which a measured profile is smoothed", None
     )

@@ -173,6 +173,7 @@ def load_profile(
     half_span: float = 0.750,
     spacing: float = 0.25e-3,
     smooth: float = 0.0,
+    gauge_height: float = placement.GAUGE_DEPTH,
     **statements: Unpack[Statements],
 ) -> Profile:
     """Profile by the name of a standard shape or from a file; a rail is placed in the track.
@@ -191,17 +192,20 @@ def load_profile(
         Placement of a rail, see `place_rail`; point distance of a shipped shape [m].
     smooth : float
         Wavelength below which a profile from a file is smoothed, see `smoothed` [m].
+    gauge_height : float
+        Depth below the top of the rail at which the gauge is measured, see `place_rail` [m].
     """
     name = str(name_or_path)
     if not is_file(name):
         if kind == "wheel":
             return standard.wheel(name, spacing)
-        return standard.rail(name, inclination, gauge, half_span, spacing)
+        return standard.rail(name, inclination, gauge, half_span, spacing, gauge_height)
     reading = read_profile(name_or_path, kind, **statements)
     profile = smoothed(reading.profile, smooth)
     if kind == "wheel":
         return profile
-    return place_file(profile, name, placement.tilt_to_add(reading.lean, inclination), gauge, half_span)
+    tilt = placement.tilt_to_add(reading.lean, inclination)
+    return place_file(profile, name, tilt, gauge, half_span, gauge_height)
 
 
 def is_file(name: str) -> bool:
@@ -214,10 +218,17 @@ def is_file(name: str) -> bool:
     return path.is_file() or (looks_like_path and not standard.is_designation(name))
 
 
-def place_file(profile: Profile, name: str, tilt: float, gauge: float, half_span: float) -> Profile:
+def place_file(
+    profile: Profile,
+    name: str,
+    tilt: float,
+    gauge: float,
+    half_span: float,
+    gauge_height: float = placement.GAUGE_DEPTH,
+) -> Profile:
     """Place a rail from the file `name` in the track, see `place_rail`; faults name the file."""
     try:
-        placed = placement.place_rail(profile, tilt, gauge, half_span)
+        placed = placement.place_rail(profile, tilt, gauge, half_span, gauge_height)
     except ProfileError as error:
         raise ProfileError(f"{name}: {error}") from error
     return replace(placed, source=profile.source)
