@@ -113,6 +113,7 @@ def _executed(words: Sequence[str]) -> int:
         arguments.command_line = shlex.join(["wearsim", *words])
         code = int(importlib.import_module(f"wearsim.cli.{arguments.command}").execute(arguments))
         sys.stdout.flush()
+        _say_uncached()
     except KeyboardInterrupt:
         print("interrupted; a started campaign continues with `wearsim resume DIR`", file=sys.stderr)
         return 130
@@ -131,3 +132,10 @@ def _executed(words: Sequence[str]) -> int:
         print(f"wearsim: {fault}, add --debug to see where", file=sys.stderr)
         return 3
     return code
+
+
+def _say_uncached() -> None:
+    """Say that kernels were compiled anew, where they were used and could not be cached."""
+    if reasons := getattr(sys.modules.get("wearsim.contact.kernel"), "UNCACHED", ()):
+        text = f"kernels are compiled anew in each run, numba's cache fails: {reasons[0]}"
+        print(f"note: {text}; set NUMBA_CACHE_DIR to a folder that can be written", file=sys.stderr)
