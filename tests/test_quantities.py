@@ -134,7 +134,7 @@ def test_scene_and_command_line_allow_the_same_range(section, key, column):
         for bound in ("ge", "le")
         if hasattr(item, bound)
     }
-    assert (limits["ge"], limits["le"]) == (COLUMNS[column].low, COLUMNS[column].high)
+    assert (limits["ge"], limits["le"]) == QUANTITIES[COLUMNS[column].quantity].span
 
 
 def test_label_shows_meaning_symbol_and_unit_of_dimensional_quantities():

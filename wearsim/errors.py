@@ -38,18 +38,36 @@ def suggestion(name: str, known: Iterable[str]) -> str:
     return f"; did you mean {by_lower[near[0]]!r}?" if near else ""
 
 
+MOST_FAULTS = 20
+"""Lines of one message: a wrong unit or separator is a fault of every line of a long file."""
+
+LONGEST_ECHO = 40
+"""Characters of a file that a message repeats."""
+
+
+def brief(text: str) -> str:
+    """Text of a file as a message repeats it, shortened."""
+    return text if len(text) <= LONGEST_ECHO else f"{text[: LONGEST_ECHO - 3]}..."
+
+
 class WearsimError(Exception):
     """Base of all errors with a message for the user; `exit_code` is what the command line returns."""
 
     exit_code = 2
 
 
+def first_of(lines: Sequence[str]) -> list[str]:
+    """Return the first lines of a message, and how many more there are."""
+    more = len(lines) - MOST_FAULTS
+    return [*lines[:MOST_FAULTS], *([f"and {more} more faults that are not shown"] if more > 0 else [])]
+
+
 class SceneError(WearsimError):
-    """A scene file, or a set of flags, with one or more faults, all reported at once."""
+    """A scene file, or a set of flags, with one or more faults, of which the first are told."""
 
     def __init__(self, faults: Sequence[Fault]) -> None:
         self.faults = tuple(faults)
-        super().__init__("\n".join(str(fault) for fault in self.faults))
+        super().__init__("\n".join(first_of([str(fault) for fault in self.faults])))
 
 
 class ProfileError(WearsimError):

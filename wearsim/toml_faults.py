@@ -16,7 +16,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails, PydanticCustomError
 
-from wearsim.errors import Fault, SceneError
+from wearsim.errors import LONGEST_ECHO, Fault, SceneError, brief
 
 if TYPE_CHECKING:
     from tree_sitter import Node
@@ -25,6 +25,11 @@ KeyPath = tuple[str | int, ...]
 Lines = dict[KeyPath, int]
 _Model = TypeVar("_Model", bound=BaseModel)
 _LARGEST_FILE = 2_000_000
+LARGEST_TABLE = 200_000_000
+"""Largest file of samples or operating points [B]; others are of people's making."""
+DEEPEST = 50
+"""Most parts of a key, and tables in tables."""
+_DEEP_KEY = re.compile(rf"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){{{DEEPEST}}}")
 
 _OPPOSITES: tuple[set[str], ...] = (
     {"left", "right"}, {"wheel", "rail", "roller", "counterface"}, {"rig", "field"}, {"min", "max"},
@@ -87,17 +92,22 @@ def cross_check(message: str, key: str = "") -> PydanticCustomError:
     return PydanticCustomError("cross_check", "cross-check", {"message": message, "key": key})
 
 
-def content_of(path: Path, what: str) -> bytes:
-    """Content of a file of at most 2 MB; a SceneError says that `what` must be given."""
+def content_of(path: Path, what: str, most: int = _LARGEST_FILE) -> bytes:
+    """Content of a file of at most `most` bytes; a SceneError says that `what` must be given."""
     file = str(path)
     try:
         with path.open("rb") as stream:
-            content = stream.read(_LARGEST_FILE + 1)
+            content = stream.read(most + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise SceneError([Fault(f"cannot be read ({reason}); give {what}", file)]) from None
-    if len(content) > _LARGEST_FILE:
-        raise SceneError([Fault(f"is larger than {_LARGEST_FILE // 1_000_000} MB; give {what}", file)])
+    return of_at_most(content, most, what, file)
+
+
+def of_at_most(content: bytes, most: int, what: str, file: str) -> bytes:
+    """Return content of at most `most` bytes, or raise a SceneError."""
+    if len(content) > most:
+        raise SceneError([Fault(f"is larger than {most // 1_000_000} MB; give {what}", file)])
     return content
 
 
@@ -112,12 +122,23 @@ def text_of(content: bytes, file: str) -> str:
 
 def toml_of(text: str, file: str) -> dict[str, Any]:
     """Parse TOML, or raise a SceneError with the fault of its syntax."""
+    deep, line = "tables or lists are nested too deeply; write flat tables", None
     try:
-        return tomllib.loads(text)
+        if match := _DEEP_KEY.search(text):  # the parser takes the square of its parts
+            line = text.count("\n", 0, match.start()) + 1
+            raise RecursionError
+        data = tomllib.loads(text)
+        level: list[Any] = [data]
+        for _ in range(DEEPEST):
+            values = [one.values() if isinstance(one, dict) else one for one in level]
+            level = [item for one in values for item in one if isinstance(item, dict | list)]
+        if level:
+            raise RecursionError
     except ValueError as error:
         raise SceneError([syntax_fault(error, text, file)]) from error
     except RecursionError:
-        raise SceneError([Fault("tables or lists are nested too deeply; write flat tables", file)]) from None
+        raise SceneError([Fault(deep, file, line)]) from None
+    return data
 
 
 def read_toml(path: Path, model: type[_Model]) -> tuple[_Model | None, list[Fault]]:
@@ -210,10 +231,11 @@ def shown(value: object) -> str:
         return "(a table)"
     if isinstance(value, str | bool):
         text = json.dumps(value, ensure_ascii=False)
-        return text if len(text) <= 60 else f'{text[:56]}..."'
+        return text if len(text) <= LONGEST_ECHO else f'{text[: LONGEST_ECHO - 4]}..."'
     if isinstance(value, list | tuple):
-        return "(a list)" if len(value) > 4 else "[" + ", ".join(shown(item) for item in value) + "]"
-    return str(value)
+        text = f"[{', '.join(map(shown, value))}]"
+        return "(a list)" if len(value) > 4 or len(text) > LONGEST_ECHO else text
+    return brief(str(value))
 
 
 def nearest(name: str, names: Sequence[str]) -> str | None:
@@ -241,7 +263,7 @@ def suggestion(name: str, names: Sequence[str]) -> str:
 
 def table_name(path: Sequence[str | int]) -> str:
     """Name of a table as its header is written: ``[campaign]``, ``[[operation.block]]``."""
-    names = ".".join(str(item) for item in path if isinstance(item, str))
+    names = _dotted(tuple(path))
     if not names:
         return "the file"
     return f"[[{names}]]" if path and isinstance(path[-1], int) else f"[{names}]"
@@ -260,10 +282,11 @@ def unknown_key(keys: Sequence[str], model: type[BaseModel]) -> str:
 def syntax_fault(error: ValueError, text: str, file: str) -> Fault:
     """Fault of a text that is no TOML."""
     match = re.search(r"at line (\d+)", str(error))
+    what = re.sub(rf"[\w.-]{{{LONGEST_ECHO},}}", lambda word: brief(word[0]), str(error))
     line = int(match[1]) if match else max(1, len(text.rstrip().splitlines()))
     if not isinstance(error, tomllib.TOMLDecodeError):  # a number that Python does not read
-        return Fault(f"not valid TOML: {error}", file)
-    return Fault(f"not valid TOML: {error}; write one `key = value` per line", file, line)
+        return Fault(f"not valid TOML: {what}", file)
+    return Fault(f"not valid TOML: {what}; write one `key = value` per line", file, line)
 
 
 def validation_faults(error: ValidationError, model: type[BaseModel], lines: Lines, file: str) -> list[Fault]:
@@ -356,11 +379,11 @@ def _unknown(name: str, table: KeyPath, model: type[BaseModel], value: object) -
 
 
 def _key(name: str) -> str:
-    return name if re.fullmatch(r"[\w-]+", name) else shown(name)
+    return name if re.fullmatch(rf"[\w-]{{1,{LONGEST_ECHO}}}", name) else shown(name)
 
 
 def _dotted(path: KeyPath) -> str:
-    return ".".join(str(item) for item in path if isinstance(item, str))
+    return ".".join(_key(item) for item in path if isinstance(item, str))
 
 
 def _label(path: KeyPath) -> str:

@@ -4,13 +4,13 @@ from functools import partial
 
 import numpy as np
 import pytest
+from closed_forms import hertz
 
 from wearsim.contact import geometry
 from wearsim.contact.geometry import WheelsetPose
 from wearsim.contact.normal import half_space
 from wearsim.contact.normal.half_space.pressure import HeightGrid, solve_pressure
 from wearsim.contact.patch import Resolution
-from wearsim.contact.reference.hertzian import hertz
 from wearsim.profile import standard
 
 pytestmark = pytest.mark.benchmark

@@ -4,13 +4,13 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
+from law_settings import wear_settings
 
 from wearsim.campaign.comparison import ComparisonLaws
 from wearsim.campaign.control import half_space_depth_limit
 from wearsim.campaign.evaluate import Setup, accumulate, passage_of
 from wearsim.campaign.faint import lost_row, weight_of
 from wearsim.contact.solve import ContactModels
-from wearsim.damage.wear import default_settings
 
 FAINT = 1e-3
 
@@ -52,7 +52,7 @@ def wheels(made_solution, shares):
 
 
 def setup_of(wheelset, law="usfd"):
-    return Setup(wheelset, None, None, default_settings(law))
+    return Setup(wheelset, None, None, wear_settings(law))
 
 
 def test_load_is_kept_and_the_rest_counted(wheels, made_points, wheelset, shares):
@@ -94,7 +94,7 @@ def test_wear_by_a_comparison_law_counts_for_that_law_alone(wheels, made_points,
     """The third patch wears by the comparison law alone, three times as much as the first one."""
     work = wheels.fields.work_density * np.tile([1.0, 1.0, 3e5], 4)[:, None, None]
     wheels = replace(wheels, fields=replace(wheels.fields, work_density=work))
-    energy, alone = default_settings("energy"), setup_of(wheelset, "none")
+    energy, alone = wear_settings("energy"), setup_of(wheelset, "none")
     both = replace(alone, comparison=ComparisonLaws((energy,)))
     one, other = (passage_of(wheels, setup) for setup in (alone, both))
     full, (depth,) = passage_of(wheels, setup_of(wheelset, "energy")), other.comparison.depth

@@ -393,7 +393,7 @@ def test_full_disk_is_told_and_keeps_the_finished_steps(synthetic, tmp_path, mon
         raise OSError(28, "No space left on device")
 
     with monkeypatch.context() as patched:
-        patched.setattr("wearsim.campaign.record.os.fsync", full)
+        patched.setattr("wearsim.whole_files.os.fsync", full)
         with pytest.raises(ResultError, match="No space left on device"):
             run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig")
     events = []

@@ -10,7 +10,9 @@ import pytest
 from wearsim.cli import main
 from wearsim.profile.files import write_profile
 from wearsim.profile.inspection.inputs import read_input
+from wearsim.profile.standard import rail
 from wearsim.studies.contact_flags import FLAGS
+from wearsim.studies.contact_points import PATCH_NAMES
 
 
 def solved(capsys: pytest.CaptureFixture[str], *flags: str) -> dict:
@@ -79,6 +81,74 @@ def test_a_rotation_speed_may_be_given(capsys):
     assert given["patches"][0]["creepage_x"] == pytest.approx(ruled["patches"][0]["creepage_x"], abs=1e-14)
 
 
+def test_a_gauge_measured_further_down_acts_as_a_wider_one(capsys):
+    """By twice the distance that the gauge face of the inclined 60E1 recedes; printed to 0.001 um."""
+    face = (
+        rail("60E1", 1 / 40, 1.435, 0.75, gauge_height=15.875e-3).y[0]
+        - rail("60E1", 1 / 40, 1.435, 0.75).y[0]
+    )
+    assert face == pytest.approx(111.1e-6, abs=0.1e-6)
+    lower = solved(capsys, "--shift-mm", "5", "--gauge-height-mm", "15.875")
+    wider = solved(capsys, "--shift-mm", "5", "--gauge-mm", f"{1435.0 + 2e3 * face:.6f}")
+    plain = solved(capsys, "--shift-mm", "5")
+    for name in ("wheel_y", "rail_y", "area", "power"):
+        assert lower["patches"][0][name] == pytest.approx(wider["patches"][0][name], rel=1e-4), name
+        assert abs(lower["patches"][0][name] / plain["patches"][0][name] - 1.0) > 1e-3
+
+
+EVEN = (
+    "area",
+    "max_pressure",
+    "power",
+    "creepage_x",
+    "force_x",
+    "wheel_y",
+    "rail_y",
+    "normal_force",
+    "slip_area",
+)
+ODD = ("contact_angle", "creepage_y", "spin", "force_y", "spin_moment")
+
+
+def assert_mirror_image(point, image, rel):
+    """Patches of the right wheel are those of the left one; directions across the track turned round."""
+    other = {"right": "left", "left": "right"}
+    for name in ("shift", "yaw", "roll"):
+        assert image[name] == pytest.approx(-point[name], rel=rel, abs=2e-11)
+    for side in other:
+        ours = [patch for patch in point["patches"] if patch["side"] == side]
+        theirs = [patch for patch in image["patches"] if patch["side"] == other[side]]
+        assert len(ours) == len(theirs)
+        for here, there in zip(ours, theirs, strict=True):
+            for sign, names in ((1.0, EVEN), (-1.0, ODD)):
+                for name in names:
+                    assert there[name] == pytest.approx(sign * here[name], rel=rel, abs=1e-12), name
+
+
+@pytest.mark.parametrize(
+    ("flags", "rel"),
+    [
+        ("--shift-mm 2 --yaw-mrad 5 --roll 1 --curve-radius-m 300", 1e-9),
+        ("--shift-mm 3 --creepage=-0.0016,1e-3,-0.197", 1e-9),
+        (  # free roll: up to the tolerance on its height, 1e-11 m over 1.5 m
+            "--shift-mm 4 --yaw-mrad 2 --side both --left-wheel EPS --curve-radius-m 800 "
+            "--wheel-load-right-kN 90 --wheel-load-left-kN 70",
+            1e-5,
+        ),
+        ("--lateral-force-kN 10 --axle-load-kN 160 --side both", 1e-4),  # to the tolerance of the balance
+    ],
+)
+def test_mirror_gives_the_mirror_image(flags, rel, capsys):
+    point, image = solved(capsys, *flags.split()), solved(capsys, *flags.split(), "--mirror")
+    assert_mirror_image(point, image, rel)
+
+
+def test_faults_of_a_mirrored_point_name_the_flags_that_were_given(capsys):
+    assert main(["contact", "--mirror", "--left-wheel", "S1003", "--side", "up", "--shift-mm", "x"]) == 2
+    starts = [line.split()[0] for line in capsys.readouterr().err.splitlines()]
+    assert sorted(starts) == ["--left-wheel:", "--shift-mm", "--side"]
+
+
 def test_without_friction_nothing_is_transmitted(capsys):
     patch = solved(capsys, "--shift-mm", "3", "--yaw-mrad", "3", "--friction", "0")["patches"][0]
     assert (patch["force_x"], patch["force_y"], patch["power"]) == (0.0, 0.0, 0.0)
@@ -88,8 +158,8 @@ def test_without_friction_nothing_is_transmitted(capsys):
 def test_table_for_people(capsys):
     assert main(["contact", "--shift-mm", "3", "--roller-radius-mm", "1000"]) == 0
     out = capsys.readouterr().out
-    assert "right wheel on roller of 1000 mm, 1 patch" in out
-    assert "pressure [MPa]" in out
+    assert "right wheel on roller of 1000 mm; rotation free, roll given" in out
+    assert "max_pressure_MPa" in out
 
 
 def test_all_faulty_flags_at_once(capsys):
@@ -121,13 +191,13 @@ def test_all_faulty_flags_at_once(capsys):
         ("--shift-mm 60", "edge of a profile"),
         ("--wheel-load-kN 80 --normal-force-kN 80", "exclude each other"),
         ("--roller-radius-mm 5", "roller-radius-mm = 5 must be a number from 50"),
-        ("--curve-radius-m 0", "leave it out on tangent track"),
+        ("--curve-radius-m 0", "without it: tangent"),
         ("--shift-mm 5.1 --normal-force-kN 80", "give the wheel load instead"),
         ("--shift-mm 5.1 --creepage=0,0,0", "given creepages belong to one"),
         ("--creepage=0,0,0 --rotation free", "--creepage and --rotation exclude each other"),
         ("--creepage=0,0,0 --side both", "choose the right or the left side"),
         ("--creepage=0,0", "must be three numbers"),
-        ("--side up", "--side = up must be right, left or both"),
+        ("--side up", "--side = up must be one of right, left, both"),
         ("--roll 101", "--roll = 101 must be free or a number from -100 to 100"),
         ("--plot picture.jpg", "must end with .png, .svg, .pdf"),
         ("--plot missing/picture.png", "the folder does not exist"),
@@ -220,9 +290,9 @@ def test_anchors_of_the_conventions(capsys):
 def test_table_for_people_shows_sides_and_roll(capsys):
     assert main(["contact", "--shift-mm", "3", "--side", "both"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert [line.split()[0] for line in lines[:3]] == ["side", "right", "left"]
-    assert "both wheels on rail, 2 patches" in lines[3]
-    assert "mrad (free)" in lines[3]
+    assert lines[0].split() == ["side", "right", "left"]
+    assert [len(line.split()) for line in lines[: len(PATCH_NAMES) + 1]] == [3] * (len(PATCH_NAMES) + 1)
+    assert lines[-1].startswith("both wheels on rail; rotation free, roll free; kik_piotrowski, fastsim")
     assert max(map(len, lines)) < 150
 
 

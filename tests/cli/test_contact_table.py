@@ -6,7 +6,6 @@ import csv
 import io
 import json
 import sys
-import tracemalloc
 import types
 
 import numpy as np
@@ -14,9 +13,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from wearsim.cli import main
+from wearsim.cli import contact_run, main
 from wearsim.errors import ContactError, NumericalError
-from wearsim.studies import contact_table
 from wearsim.studies.contact_flags import COLUMNS
 from wearsim.studies.contact_table import RESULT_COLUMNS
 
@@ -88,26 +86,6 @@ def test_three_hundred_rows_in_one_call(table, run):
     assert np.all(area[3:-1:3] < 0.97 * np.minimum(area[2:-2:3], area[4::3]))  # rollers, rails beside them
 
 
-def test_windows_do_not_show_in_the_output(table, run, monkeypatch):
-    path = table(TABLE)
-    whole = run("--table", path)
-    monkeypatch.setattr(contact_table, "_WINDOW", 2)
-    assert run("--table", path) == whole
-
-
-def test_a_long_table_is_not_kept_as_rows(table):
-    """Beyond the text of the table, less than 50 bytes a row; rows in memory take about a kilobyte each."""
-    count = 4000
-    path = table("shift_mm,vehicle\n" + "".join(f"{k % 60 / 10},car {k % 7}\n" for k in range(count)))
-    contact_table.read_table(path, {})  # profiles and texts of flags stay in their caches
-    tracemalloc.start()
-    known = contact_table.read_table(path, {})
-    kept, _ = tracemalloc.get_traced_memory()
-    tracemalloc.stop()
-    assert kept < 2 * len(known.text) + 50 * count
-    assert sum(1 for _ in known.rows()) == sum(1 for _ in known.rows()) == count
-
-
 def test_columns_are_carried_through_and_flags_fill_what_is_empty(table, run):
     content = 'place,shift_mm,note,friction\nA,1,"x, ""y""",\nB,,,0.2\n'
     _, out, _ = run("--table", table(content), "--friction", "0.4", "--roller-radius-mm", "800")
@@ -141,14 +119,32 @@ def test_output_is_input_again(table, run):
     """
     _, first, _ = run("--table", table("name,shift_mm,yaw_mrad\na,3,2\nb,-1,0\n"), "--side", "both")
     code, second, err = run("--table", table(first, "again.csv"))
-    assert code == 0
-    assert err.count("\n") == 1
-    assert "results of an earlier run" in err
+    assert (code, err) == (0, "")
     assert list(rows(second)[0]) == list(rows(first)[0])
     for one, other in zip(rows(first), rows(second), strict=True):
         assert (one["name"], one["side"], one["roll"]) == (other["name"], other["side"], other["roll"])
         for column in ("area_mm2", "power_W", "force_y_kN", "rotation_speed_rad_per_s"):
             assert float(other[column]) == pytest.approx(float(one[column]), rel=3e-5)
+
+
+def test_a_mirrored_table_holds_the_points_that_were_solved(table, run):
+    """Its output solves the same points without the flag, and with it those of the first table."""
+    path = table(
+        'shift_mm,yaw_mrad,left_wheel,side,creepage\n3,2,EPS,right,\n-1,0,,left,\n2,,,right,"0.001,0.001,0.1"\n'
+    )
+    plain, image = run("--table", path)[1], run("--table", path, "--mirror")[1]
+    again = run("--table", table(image, "image.csv"))[1]
+    back = run("--table", table(image, "image.csv"), "--mirror")[1]
+    assert [row["side"] for row in rows(image)] == ["left", "right", "left"]
+    assert [(row["shift_mm"], row["wheel"], row["left_wheel"]) for row in rows(image)] == [
+        ("-3", "EPS", "S1002"), ("1", "S1002", ""), ("-2", "S1002", ""),
+    ]  # fmt: skip
+    assert rows(image)[2]["creepage"] == "0.001,-0.001,-0.1"
+    assert [row["area_mm2"] for row in rows(again)] == [row["area_mm2"] for row in rows(image)]
+    for one, other in zip(rows(plain), rows(back), strict=True):
+        assert one["side"] == other["side"]
+        for name in ("area_mm2", "force_y_kN", "spin_per_m", "power_W"):
+            assert float(other[name]) == pytest.approx(float(one[name]), rel=1e-9)
 
 
 def test_a_row_without_an_answer_does_not_stop_the_others(table, run):
@@ -188,7 +184,7 @@ def test_rows_that_fail_leave_the_others_as_they_are_alone(table, run):
 
 def test_the_exit_code_is_that_of_the_worst_row(table, run, monkeypatch):
     answers = iter([ContactError("no touch", 0), NumericalError("no convergence", 1), ContactError("edge")])
-    monkeypatch.setattr(contact_table, "solve_points", lambda points: [next(answers) for _ in points])
+    monkeypatch.setattr(contact_run, "solve_points", lambda points: [next(answers) for _ in points])
     code, out, err = run("--table", table("shift_mm\n0\n1\n2\n"))
     assert code == 3
     assert out.count("\n") == 1  # the header
@@ -202,8 +198,8 @@ def test_the_exit_code_is_that_of_the_worst_row(table, run, monkeypatch):
         ("shift_mm\n\n1\n,\n200\n", [":5: shift_mm = 200 must be a number from -100"]),
         ("shift_mm\nnan\ninf\n1_0\n", [":2: shift_mm = nan", ":3: shift_mm = inf", ":4: shift_mm = 1_0"]),
         ('shift_mm\n"1,5"\n', [":2: shift_mm = 1,5 must be", "the decimal mark is a point"]),
-        ("shift_mm;yaw_mrad\n1,5;2\n", [":1: columns are separated by semicolons"]),
-        ("shift_mm\tyaw_mrad\n1\t2\n", [":1: columns are separated by tabs"]),
+        ("shift_mm;yaw_mrad\n1,5;2\n", [":1: no column has the name of a flag"]),
+        ("one\ttwo\n1\t2\n", ["separate columns by commas"]),
         ("shift_mm,yaw_mrad,shift_mm\n1,2,3\n", [":1: column shift_mm stands there more than once"]),
         ("shift_mm,flange_back_mm\n1,1360\n", [":1: column flange_back_mm has a new name"]),
         ("shift_mm,,yaw_mrad\n1,2,3\n", [":1: column 2 has no name"]),
@@ -217,20 +213,19 @@ def test_the_exit_code_is_that_of_the_worst_row(table, run, monkeypatch):
         ('shift_mm,name\n1,"a"b\n', [":2: is not well-formed CSV"]),
         (b"shift_mm,name\n1,a\n2,\xe4\n", [":3: is not UTF-8 text"]),
         ("shift_mm\n1\n".encode("utf-16"), [":1: is not UTF-8 text"]),
-        ("shift_mm\n1\n".encode("utf-16-le"), [":1: holds zero bytes"]),
-        ("shift_mm," + "x" * 1_000_001 + "\n1,2\n", [":1: is too long a line"]),
-        ("side\nup\nboth\n", [":2: side = up must be right, left or both"]),
+        ("shift_mm\n1\n".encode("utf-16-le"), [":1: no column has the name of a flag"]),
+        ("side\nup\nboth\n", [":2: side = up must be one of right, left, both"]),
         ("wheel,rail\nS1003,60E1\nS1002,59E1\nS1003,60E1\n", [":2: wheel: 'S1003'", ":3: rail: '59E1'"]),
         ("inclination\n0.0250\n", [":2: inclination = 0.0250 must be 1:N"]),
         ("rotation\nslow\n", [":2: rotation = slow must be free"]),
         ("roll\n200\nresting\n", [":2: roll = 200 must be free or", ":3: roll = resting"]),
         ("strips\n5.5\n", [":2: strips = 5.5 must be a whole number"]),
-        ("curve_radius_m\n0\n", [":2: curve_radius_m = 0 must not lie within"]),
+        ("curve_radius_m\n0\n", [":2: curve_radius_m = 0 must be a number of magnitude"]),
         ("wheel_load_kN,normal_force_kN\n80,80\n", [":2: normal_force_kN and wheel_load_kN exclude each"]),
         ('rotation,creepage\nfree,"0,0,0"\n', [":2: creepage and rotation exclude each other"]),
         ('side,creepage\nboth,"0,0,0"\n', [":2: creepages are given for the single patch of one wheel"]),
         ('creepage\n"0,0"\n"0,2,0"\n', [":2: creepage = 0,0 must be three", ":3: creepage = 0,2,0"]),
-        ("normal\nhertzian\n", [":2: normal = hertzian is not one of"]),
+        ("normal\nhertzian\n", [":2: normal = hertzian must be one of"]),
     ],
 )  # fmt: skip
 def test_every_fault_of_the_input_is_one_line(content, messages, table, run):
@@ -263,8 +258,8 @@ def test_faults_of_flags_and_table_are_told_together(table, run):
 def test_very_many_faults_are_counted(table, run):
     path = table("shift_mm\n" + "x\n" * 250)
     _, _, err = run("--table", path)
-    assert len(err.splitlines()) == 101
-    assert err.endswith(f"{path}: 150 more faults are not shown\n")
+    assert len(err.splitlines()) == 21
+    assert err.endswith("and 230 more faults that are not shown\n")
 
 
 @pytest.mark.parametrize(
@@ -306,11 +301,7 @@ def test_other_columns_are_no_matter_for_warnings(column, table, run):
 def test_what_spreadsheets_write_is_read(content, table, run):
     code, out, err = run("--table", table(content))
     assert code == 0
-    empty = b"\n,,," in content
-    printed_text = (
-        "1 rows of empty cells are left out, the first is line 3; a row of defaults needs one value"
-    )
-    assert err == (f"{table(content)}: {printed_text}\n" if empty else "")
+    assert err == ""
     assert [(row["shift_mm"], row["name"]) for row in rows(out)] == [("1", "a"), ("2", "b")]
 
 
@@ -320,8 +311,7 @@ def test_output_as_input_solves_each_wheel_once(table, run):
     assert [row["patch"] for row in rows(first)] == ["1", "2", "1"]
     path = table(first, "solved.csv")
     code, second, err = run("--table", path)
-    assert code == 0
-    assert "1 lines of further patches (column patch above 1) are left out" in err
+    assert (code, err) == (0, "")
     assert [row["area_mm2"] for row in rows(second)] == [row["area_mm2"] for row in rows(first)]
     assert {row["normal"] for row in rows(second)} == {"kik_piotrowski"}
     assert {row["tangential"] for row in rows(second)} == {"fastsim"}
@@ -355,7 +345,9 @@ def test_standard_input_is_a_table(run, monkeypatch, table):
     assert run("--table", "-")[2].startswith("stdin:2: shift_mm = x")
 
 
-@pytest.mark.parametrize(("name", "printed_text"), [("missing.csv", "cannot be read"), (".", "is a folder")])
+@pytest.mark.parametrize(
+    ("name", "printed_text"), [("missing.csv", "cannot be read"), (".", "Is a directory")]
+)
 def test_a_table_that_cannot_be_read(name, printed_text, tmp_path, run):
     code, out, err = run("--table", str(tmp_path / name))
     assert (code, out) == (2, "")

@@ -1,7 +1,8 @@
 """Results hang neither on what was compiled when nor on what was called before."""
 
-import importlib
+import importlib.util
 import pkgutil
+import resource
 import sys
 
 import numba
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 
 import wearsim.contact
+from wearsim.cli import main
 from wearsim.contact.kernel import _uncounted, bare_kernel, kernel, leaf_kernel, plain
 
 
@@ -104,3 +106,66 @@ def test_plain_arrays_are_contiguous_and_writeable():
     assert array.dtype == np.float64
     np.testing.assert_array_equal(array, given)
     assert plain(array) is array
+
+
+SQUARE = """
+from wearsim.contact.kernel import kernel
+
+@kernel
+def square(x):
+    return x * x
+"""
+
+
+@pytest.fixture
+def square(tmp_path, monkeypatch):
+    """Function that makes a kernel of a module of its own, cached in a folder of its own, and its cache."""
+    monkeypatch.setattr("wearsim.contact.kernel.UNCACHED", [])
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "cache"))
+    path = tmp_path / "square_alone.py"
+    path.write_text(SQUARE)
+
+    def made():
+        spec = importlib.util.spec_from_file_location("square_alone", path)
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+        return module.square
+
+    return made
+
+
+def reasons():
+    return sys.modules["wearsim.contact.kernel"].UNCACHED
+
+
+def test_without_a_place_for_the_cache_kernels_are_compiled_anew_and_it_is_said(square, monkeypatch, capsys):
+    njit = numba.njit
+
+    def nowhere(cache=False, **options):
+        if cache:
+            raise RuntimeError("cannot cache function")
+        return njit(**options)
+
+    monkeypatch.setattr(numba, "njit", nowhere)
+    assert square()(3.0) == 9.0
+    assert reasons() == ["no folder for it can be written"]
+    assert main(["schema"]) == 0
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("note: kernels are compiled anew in each run, numba's cache fails: no folder")
+
+
+def test_a_full_disk_or_a_damaged_cache_costs_time_not_the_run(square, tmp_path):
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (10, limits[1]))
+    try:
+        assert square()(3.0) == 9.0
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert reasons() == ["File too large"]
+    reasons().clear()
+    assert square()(3.0) == 9.0
+    assert reasons() == []
+    (index,) = tmp_path.rglob("*.nbi")
+    index.write_bytes(b"")
+    assert square()(3.0) == 9.0
+    assert any("EOFError" in reason for reason in reasons())

@@ -2,11 +2,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from law_settings import wear_settings
 
 from wearsim.contact.patch import Patch, SurfaceFields
 from wearsim.contact.tangential import fastsim
 from wearsim.damage.coefficients import COEFFICIENT_SETS
-from wearsim.damage.wear import archard, default_settings, energy, passage_depth
+from wearsim.damage.wear import archard, energy, passage_depth
 from wearsim.damage.wear.sliding import relative_slip
 
 SET = COEFFICIENT_SETS["jendel_2002"]
@@ -176,15 +177,15 @@ def test_seizure_is_told_and_can_be_capped(patches):
     fields.pressure[0] = 2.6e9
     fields.work_density[0] *= 2.6
     fields.shear_x[0] *= 2.6
-    printed = passage_depth(fields, area, default_settings("archard"))
+    printed = passage_depth(fields, area, wear_settings("archard"))
     assert printed[3, 0].any()
     assert not printed[:3, 0].any()
     volume = (printed.sum(axis=2) * fields.strip_width).sum(axis=1)
     assert 0.9 < volume[3] / volume.sum() < 1.0
-    by_regime = passage_depth(fields, area, default_settings("archard", seizure_cap="regime"))
+    by_regime = passage_depth(fields, area, wear_settings("archard", seizure_cap="regime"))
     np.testing.assert_allclose(by_regime[0, 0] * 70.0, printed[3, 0], rtol=1e-12)
     assert not by_regime[3].any()
-    by_pressure = passage_depth(fields, area, default_settings("archard", seizure_cap="pressure"))
+    by_pressure = passage_depth(fields, area, wear_settings("archard", seizure_cap="pressure"))
     np.testing.assert_allclose(by_pressure[0, 0], by_regime[0, 0] * 2.4 / 2.6, rtol=1e-12)
     np.testing.assert_allclose(by_pressure[:, 1:], printed[:, 1:], rtol=1e-12)
 

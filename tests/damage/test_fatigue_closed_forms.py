@@ -2,9 +2,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from law_settings import fatigue_settings
 
 from wearsim.damage.coefficients import COEFFICIENT_SETS
-from wearsim.damage.fatigue import default_settings, passage_damage, shakedown, surface_fatigue, wlrm
+from wearsim.damage.fatigue import passage_damage, shakedown, surface_fatigue, wlrm
 from wearsim.damage.fatigue.agreement import agreement, normalised
 from wearsim.damage.fatigue.balance import LIMITED_BY, balance, damage_after
 
@@ -53,12 +54,12 @@ def test_local_index_in_full_slip_is_the_index_of_the_patch(loads):
         force_x=(fields.shear_x * cell_area).sum(axis=(1, 2)),
         max_pressure=pressure.max(axis=(1, 2)),
     )
-    patch = passage_damage(full, default_settings("surface_fatigue_index"))
-    local = passage_damage(full, default_settings("surface_fatigue_index_local"))
+    patch = passage_damage(full, fatigue_settings("surface_fatigue_index"))
+    local = passage_damage(full, fatigue_settings("surface_fatigue_index_local"))
     np.testing.assert_allclose(local.index, patch.index, rtol=1e-12)
     np.testing.assert_allclose(local.index, 0.4 - 300e6 / full.max_pressure, rtol=1e-12)
     np.testing.assert_allclose(np.abs(local.index_y), np.abs(given.y).min(axis=1), rtol=1e-12)
-    stress = passage_damage(full, default_settings("stress_index"))
+    stress = passage_damage(full, fatigue_settings("stress_index"))
     np.testing.assert_allclose(stress.index, 0.4 * full.max_pressure - 300e6, rtol=1e-12)
     np.testing.assert_allclose(stress.damage, stress.index / 300e6, rtol=1e-12)
 
@@ -69,8 +70,8 @@ def test_local_index_finds_the_cell_the_patch_does_not_show(loads):
     given.fields.shear_x[:] = 0.0
     given.fields.shear_y[0, 4, 11] = 380e6
     given = replace(given, force_x=np.zeros(3))
-    assert passage_damage(given, default_settings("surface_fatigue_index")).damage[0] == 0.0
-    local = passage_damage(given, default_settings("surface_fatigue_index_local"))
+    assert passage_damage(given, fatigue_settings("surface_fatigue_index")).damage[0] == 0.0
+    local = passage_damage(given, fatigue_settings("surface_fatigue_index_local"))
     assert local.index[0] == pytest.approx(0.08)  # 80 MPa over 1 GPa
     assert local.index_y[0] == given.y[0, 11]
     assert np.flatnonzero(local.strip_damage[0]).tolist() == [11]

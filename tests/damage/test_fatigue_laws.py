@@ -2,6 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from law_settings import fatigue_settings
 
 from wearsim.damage.coefficients import COEFFICIENT_SETS
 from wearsim.damage.fatigue import (
@@ -9,7 +10,6 @@ from wearsim.damage.fatigue import (
     FatigueSettings,
     coefficients_of,
     counts_cycles,
-    default_settings,
     passage_damage,
 )
 from wearsim.damage.fatigue.loads import (
@@ -119,7 +119,7 @@ def test_every_law_has_a_set_and_a_quantity():
     assert {each.law for each in MADE_FOR} == set(FATIGUE_LAWS)
     for name, law in FATIGUE_LAWS.items():
         assert law.index_quantity in QUANTITIES
-        assert coefficients_of(default_settings(name)).name == law.coefficients
+        assert coefficients_of(fatigue_settings(name)).name == law.coefficients
     assert [name for name in sorted(known) if FATIGUE_LAWS[name].contains_removal] == ["wlrm"]
     assert [name for name in (*sorted(known), "law of a later version") if counts_cycles(name)] == ["wlrm"]
 
@@ -161,13 +161,13 @@ def fault(settings):
 
 
 def test_removal_of_cracks_is_never_counted_twice_nor_forgotten():
-    message = fault(default_settings("wlrm", crack_depth=5e-3))
+    message = fault(fatigue_settings("wlrm", crack_depth=5e-3))
     assert len(message) == 1
     assert "both would count wear twice" in message[0]
-    assert "needs the removal" in fault(default_settings("wlrm", branch="rising"))[0]
-    assert coefficients_of(default_settings("wlrm"))
-    assert coefficients_of(default_settings("wlrm", branch="rising", crack_depth=5e-3))
-    both = fault(default_settings("stress_index", branch="rising", crack_depth=5e-3))
+    assert "needs the removal" in fault(fatigue_settings("wlrm", branch="rising"))[0]
+    assert coefficients_of(fatigue_settings("wlrm"))
+    assert coefficients_of(fatigue_settings("wlrm", branch="rising", crack_depth=5e-3))
+    both = fault(fatigue_settings("stress_index", branch="rising", crack_depth=5e-3))
     assert both[0] == 'branch = "rising" acts with law = "wlrm" only; delete it'
     assert "orders passages" in both[1]
 
@@ -182,13 +182,13 @@ def test_all_faults_of_fatigue_settings():
         'coefficient set "burstow" is unknown; there is burstow_2004, burstow_2004_20n; did you mean '
         "'burstow_2004'?",
     ]
-    other = fault(default_settings("wlrm", coefficients="dirks_enblom_2011"))
+    other = fault(fatigue_settings("wlrm", coefficients="dirks_enblom_2011"))
     assert other == [
         'coefficients = "dirks_enblom_2011" belong to stress_index, not to law = "wlrm"; '
         "take burstow_2004, burstow_2004_20n"
     ]
     with pytest.raises(SceneError, match="did you mean 'wlrm'"):
-        default_settings("wlmr")
+        fatigue_settings("wlmr")
 
 
 @pytest.mark.parametrize("law", sorted(FATIGUE_LAWS))
@@ -202,6 +202,6 @@ def test_fatigue_laws_take_a_few_patches_at_a_time(law, loads):
     values = dict(vars(given))
     fields = values.pop("fields")
     more = replace(given, **many(values, 17), fields=replace(fields, **many(vars(fields), 17)))
-    result, once = passage_damage(more, default_settings(law)), passage_damage(given, default_settings(law))
+    result, once = passage_damage(more, fatigue_settings(law)), passage_damage(given, fatigue_settings(law))
     for name, value in vars(once).items():
         assert (getattr(result, name) == np.concatenate([value] * 17)).all()

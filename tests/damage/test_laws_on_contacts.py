@@ -2,15 +2,15 @@
 
 import numpy as np
 import pytest
+from law_settings import fatigue_settings, wear_settings
 
 from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
 from wearsim.contact.solve import solve
 from wearsim.damage.coefficients import COEFFICIENT_SETS
-from wearsim.damage.fatigue import default_settings, passage_damage
+from wearsim.damage.fatigue import passage_damage
 from wearsim.damage.fatigue.agreement import agreement
 from wearsim.damage.fatigue.loads import patch_loads, wear_number_with_spin, wear_number_without_spin
 from wearsim.damage.wear import archard, energy, passage_depth
-from wearsim.damage.wear import default_settings as wear_settings
 from wearsim.damage.wear.sliding import relative_slip
 from wearsim.profile import standard
 
@@ -122,7 +122,7 @@ def test_all_fatigue_laws_compared(solved):
     At 3 mm from rail to roller: FI -0.0247 and 0.0393, local 0.083 and 0.151, T-gamma 24.7 and 45.5 N.
     """
     laws = ("stress_index", "surface_fatigue_index", "surface_fatigue_index_local", "wlrm")
-    settings = [default_settings(law) for law in laws]
+    settings = [fatigue_settings(law) for law in laws]
     rail, roller = ([passage_damage(patch_loads(one), each) for each in settings] for one in solved)
     for result in (rail, roller):
         assert (result[2].index >= result[1].index).all()

@@ -5,11 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from law_settings import wear_settings
 
 from wearsim.damage import wear
 from wearsim.damage.coefficients import COEFFICIENT_SETS, read_set
 from wearsim.damage.registry import Registry, discover
-from wearsim.damage.wear import WEAR_LAWS, default_settings, passage_depth
+from wearsim.damage.wear import WEAR_LAWS, passage_depth
 from wearsim.damage.wear.law import WearLaw
 from wearsim.errors import SceneError
 from wearsim.scene import build, load_scene, scene_schema
@@ -56,7 +57,7 @@ def with_a_new_law(tmp_path, monkeypatch):
 
 def test_a_new_law_is_known_everywhere(with_a_new_law, patches, tmp_path, monkeypatch):
     fields, area = patches(5e6)
-    depth = passage_depth(fields, area, default_settings("sliding_test"))
+    depth = passage_depth(fields, area, wear_settings("sliding_test"))
     np.testing.assert_allclose(depth[0], 2e-12 * fields.strip_work, rtol=1e-12)
     monkeypatch.chdir(tmp_path)
     rig = (Path(__file__).parents[1] / "data" / "scene_rig.toml").read_text()

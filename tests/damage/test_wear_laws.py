@@ -3,17 +3,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from law_settings import wear_settings
 
 from wearsim.contact.patch import SurfaceFields
 from wearsim.damage.coefficients import COEFFICIENT_SETS, coefficient_set
-from wearsim.damage.wear import (
-    WEAR_LAWS,
-    WearSettings,
-    coefficients_of,
-    default_settings,
-    energy,
-    passage_depth,
-)
+from wearsim.damage.wear import WEAR_LAWS, WearSettings, coefficients_of, energy, passage_depth
 from wearsim.damage.wear.law import FORMS
 from wearsim.errors import NumericalError, SceneError
 from wearsim.scene.wear_table import WearTableSection, wear_table
@@ -140,11 +134,9 @@ def test_every_law_has_regimes_and_a_set():
         assert {regime for regime, _ in law.outside} <= set(law.regimes)
         assert (law.coefficients is None) == ("table" in law.parameters)
     for name in PUBLISHED:
-        settings = default_settings(name)
+        settings = wear_settings(name)
         assert coefficients_of(settings) is COEFFICIENT_SETS[WEAR_LAWS[name].coefficients]
         assert passage_depth_of_nothing(settings).shape[0] == len(WEAR_LAWS[name].regimes)
-    with pytest.raises(SceneError, match="needs its own table"):
-        default_settings("table")
 
 
 def passage_depth_of_nothing(settings):
@@ -161,7 +153,7 @@ def test_unknown_names_tell_what_there_is_and_the_nearest():
     with pytest.raises(SceneError, match=r"did you mean \'lewis_dwyer_joyce_2004\'\?"):
         coefficient_set("lewis_dwyer_2004", "usfd")
     with pytest.raises(SceneError, match="wear law"):
-        default_settings("arkard")
+        wear_settings("arkard")
 
 
 def test_set_of_another_law_is_refused():
@@ -171,7 +163,7 @@ def test_set_of_another_law_is_refused():
         coefficient_set("jendel_2002", "table")
     with pytest.raises(SceneError, match=r'"constant" belong to energy, not to law = .archard.'):
         coefficient_set(SETS["constant"], "archard")
-    settings = default_settings("none", coefficients="jendel_2002")
+    settings = wear_settings("none", coefficients="jendel_2002")
     assert coefficients_of(settings) is COEFFICIENT_SETS["jendel_2002"]
 
 
@@ -193,7 +185,7 @@ def test_settings_that_do_not_fit_are_told_all_at_once(patches):
 
 
 def test_hardness_of_the_wheel_replaces_that_of_the_set():
-    result = coefficients_of(default_settings("archard", hardness=2.7e9))
+    result = coefficients_of(wear_settings("archard", hardness=2.7e9))
     assert result["hardness"] == pytest.approx(2.7)
     assert result.values["hardness"].certainty == "given"
     assert "hardness = 2.7 GPa" in result.departures[-1]
@@ -204,8 +196,8 @@ def test_laws_take_a_few_patches_at_a_time(law, patches):
     """50 patches, more than one part of 16: the same bits as all at once, and none lost."""
     fields, area = patches(50e6)
     many = replace(fields, **{name: np.concatenate([v] * 17)[:50] for name, v in vars(fields).items()})
-    depth = passage_depth(many, np.concatenate([area] * 17)[:50], default_settings(law))
-    once = passage_depth(fields, area, default_settings(law))
+    depth = passage_depth(many, np.concatenate([area] * 17)[:50], wear_settings(law))
+    once = passage_depth(fields, area, wear_settings(law))
     assert (depth == np.concatenate([once] * 17, axis=1)[:, :50]).all()
     none = replace(fields, **{name: v[:0] for name, v in vars(fields).items()})
-    assert passage_depth(none, area[:0], default_settings(law)).shape == (len(WEAR_LAWS[law].regimes), 0, 16)
+    assert passage_depth(none, area[:0], wear_settings(law)).shape == (len(WEAR_LAWS[law].regimes), 0, 16)

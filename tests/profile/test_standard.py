@@ -2,10 +2,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from junctions import junctions
 
 from wearsim.errors import ProfileError
 from wearsim.profile import standard
-from wearsim.profile.definitions import evaluate, junctions, sample
+from wearsim.profile.definitions import evaluate, sample
 from wearsim.profile.placement import place_rail
 from wearsim.profile.shape import Profile, arc_length
 from wearsim.profile.standard import definition, find_shipped, rail, shipped_path, wheel
@@ -95,6 +96,23 @@ def test_gauge_point_does_not_depend_on_the_spacing(spacing):
     assert at == pytest.approx(0.5 * 1.437 - 0.7515, abs=spacing**2 / (8 * 13e-3) + 1e-9)
 
 
+def test_the_gauge_height_moves_the_rail_by_the_slope_of_its_gauge_face():
+    """From 14.2 mm down the side of an upright 60E1 is straight, 1:20; 14 mm lies at the end of its arc."""
+    upright = {
+        height: rail("60E1", 0.0, 1.435, 0.75, gauge_height=1e-3 * height) for height in (14, 15, 15.875)
+    }
+    assert np.array_equal(upright[14].y, rail("60E1", 0.0, 1.435, 0.75).y)
+    moved = upright[15.875].y - upright[15].y
+    np.testing.assert_allclose(moved, 0.875e-3 / 20.0, rtol=0, atol=1e-8)  # chords of the arc above
+    np.testing.assert_allclose(upright[15.875].y - upright[14].y, 1.875e-3 / 20.0, rtol=0, atol=5e-6)
+    for placed in (upright[14], rail("60E1", 1 / 40, 1.435, 0.75)):
+        gauge_side = slice(None, int(np.argmin(placed.z)))
+        depth, y = placed.z[gauge_side][::-1], placed.y[gauge_side][::-1]
+        again = place_rail(placed, 0.0, 1.435, 0.75, 15.875e-3)
+        face = np.interp(14e-3, depth, y) - np.interp(15.875e-3, depth, y)
+        np.testing.assert_allclose(again.y - placed.y, face, rtol=0, atol=1e-6)  # chords of 0.25 mm on R 13
+
+
 def test_upright_rail_is_symmetric():
     placed = rail("60E1", 0.0, 1.435, 0.750)
     assert placed.z == pytest.approx(placed.z[::-1], abs=1e-12)
@@ -140,6 +158,7 @@ def test_spacing_is_checked(spacing):
         ((np.nan, 1.435, 0.75), r"inclination = nan must be in"),
         ((0.025, 1435.0, 0.75), r"gauge = 1\.435e\+06 must be at least 500 and"),
         ((0.025, 1.435, 1.5), r"half_span = 1500 must be at least 250 and"),
+        ((0.025, 1.435, 0.75, 1e-3, 0.1), r"gauge_height = 100 must be at least 5 and at most 25 mm"),
     ],
 )
 def test_placement_is_checked(arguments, message):
@@ -153,6 +172,11 @@ def test_a_head_that_ends_above_the_gauge_point_is_refused():
     short = Profile("short", "rail", head.y[keep], head.z[keep])
     with pytest.raises(ProfileError, match=r"reaches .* mm below its highest point; the gauge"):
         place_rail(short, 0.0, 1.435, 0.750)
+    keep = head.z < 15e-3
+    short = Profile("short", "rail", head.y[keep], head.z[keep])
+    place_rail(short, 0.0, 1.435, 0.750)
+    with pytest.raises(ProfileError, match=r"the gauge is measured down to 15.875 mm: measure further down"):
+        place_rail(short, 0.0, 1.435, 0.750, 15.875e-3)
 
 
 def test_unknown_names_list_what_there_is():

@@ -5,19 +5,13 @@ import math
 
 import numpy as np
 import pytest
+from junctions import KINK_TOLERANCE, STEP_TOLERANCE, junction_faults, junctions
 
 from wearsim.cli import main
 from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
 from wearsim.contact.solve import solve
 from wearsim.profile.checks import points_faults
-from wearsim.profile.definitions import (
-    KINK_TOLERANCE,
-    STEP_TOLERANCE,
-    evaluate,
-    junctions,
-    read_template,
-    sample,
-)
+from wearsim.profile.definitions import evaluate, read_template, sample
 from wearsim.profile.shape import Profile, arc_length, resample
 from wearsim.profile.standard import (
     build,
@@ -31,8 +25,8 @@ from wearsim.profile.standard import (
 )
 
 FILES = sorted(shipped_path("profiles").glob("*.toml"))
-RAILS = [path.stem for path in FILES if read_template(path).shape.kind == "rail"]
-WHEELS = [path.stem for path in FILES if read_template(path).shape.kind == "wheel"]
+RAILS = [path.stem for path in FILES if read_template(path).about["kind"] == "rail"]
+WHEELS = [path.stem for path in FILES if read_template(path).about["kind"] == "wheel"]
 # flat across its whole width: no flange to measure, and no origin to check
 WITHOUT_FLANGE = ["disc"]
 # (file, parameter, value): the ends of all ranges
@@ -83,7 +77,7 @@ def test_every_file_tells_its_source_and_certainty(path):
     assert len(shape.source) > 20
     assert shape.certainty.startswith(("certain", "exact", "uncertain"))
     assert find_shipped(shape.name) == path
-    for alias in read_template(path).shape.aliases:
+    for alias in read_template(path).about.get("aliases", ()):
         assert definition(alias, shape.kind) == shape
 
 
@@ -96,15 +90,16 @@ def test_names_are_complete():
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda p: p.stem)
-def test_every_allowance_is_needed(path):
-    """Junctions beyond the tolerances are refused at reading; here, that nothing is excused for nothing."""
+def test_junctions_are_smooth_but_where_the_standard_is_not(path):
+    """None is off without a reason, and nothing is excused for nothing."""
     shape = read_definition(path)
+    assert junction_faults(shape) == []
     _, step, kink = junctions(shape)
     rough = (np.abs(step) > STEP_TOLERANCE) | (np.abs(kink) > KINK_TOLERANCE)
     zones = [piece.zone for piece in shape.segments]
     there = {(zones[k], zones[k + 1]) for k in np.flatnonzero(rough)}
-    assert there == {allowance.between for allowance in shape.allowances}
-    assert all(len(allowance.reason) > 10 for allowance in shape.allowances)
+    assert there == {tuple(allowance["between"]) for allowance in shape.allowances}
+    assert all(len(allowance["reason"]) > 10 for allowance in shape.allowances)
     assert np.max(np.abs(step)) < 1e-6
     assert np.all(step[np.abs(kink) > 4e-3] < STEP_TOLERANCE)
 
@@ -160,6 +155,7 @@ def test_every_parameter_can_be_taken_to_its_limits(path, form, value, rail_60e1
     template = read_template(path)
     values = {p.form: p.default for p in template.parameters}
     shape = build(template, values | {form: value})
+    assert junction_faults(shape) == []
     y, z = sample(shape, 0.25e-3)
     assert points_faults(shape.kind, y, z) == []
     assert np.all(pressures(Profile(shape.name, "wheel", y, z), rail_60e1, 0.0) < 6e9)

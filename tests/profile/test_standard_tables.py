@@ -5,9 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from junctions import junctions
 
 from wearsim.profile.conicity import equivalent_conicity, rolling_radius_difference
-from wearsim.profile.definitions import evaluate, junctions
+from wearsim.profile.definitions import evaluate
 from wearsim.profile.measures import flange_gradient, flange_height, flange_thickness
 from wearsim.profile.segments import Arc
 from wearsim.profile.standard import definition, rail, wheel

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from junctions import junctions
 
 from wearsim.errors import ProfileError
 from wearsim.profile.conicity import equivalent_conicity
-from wearsim.profile.definitions import evaluate, junctions
+from wearsim.profile.definitions import evaluate
 from wearsim.profile.measures import flange_height, flange_thickness, hollowing
 from wearsim.profile.standard import definition, find_shipped, is_designation, rail, shipped_path, wheel
 

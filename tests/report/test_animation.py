@@ -88,7 +88,7 @@ def test_one_line_for_each_fault(result, dataset, tmp_path, capsys):
     assert fault(result, "--animate", "film.mp4") == "--animate = film.mp4 must end with .gif\n"
     gone = tmp_path / "gone" / "film.gif"
     assert fault(result, "--animate", gone) == (
-        f"{gone} cannot be written (No such file or directory); choose another folder\n"
+        f"{gone} cannot be written: No such file or directory; choose another folder\n"
     )
     with pytest.raises(ResultError, match="no wear step yet"):
         animate_wear(dataset.isel(step=slice(0, 1)), tmp_path / "film.gif")

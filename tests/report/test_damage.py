@@ -7,11 +7,14 @@ import pytest
 
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.damage.fatigue.agreement import agreement
-from wearsim.report import plates, tables_damage
+from wearsim.report import answer, plates, sources, tables_damage
 from wearsim.report.figures import campaign
 from wearsim.report.html import render, write_report
 from wearsim.report.inspect import inspect, summary_text
 from wearsim.report.sections import SECTIONS, Campaigns
+from wearsim.report.style import plain
+from wearsim.report.texts import words
+from wearsim.results.fatigue import crack_distances, cycles
 from wearsim.scene import build, load_scene
 from wearsim.translation.translate import translate
 
@@ -51,13 +54,12 @@ def cells(table, head):
 
 
 def test_report_has_all_tables_and_figures_of_the_laws(text):
-    names = ("wear-laws", "wear-law-numbers", "fatigue-laws", "fatigue-law-numbers", "life", "agreement")
     for role in ("rig", "field"):
-        for name in (*names, "wear-numbers"):
+        for name in ("wear-laws", "fatigue-laws", "life", "agreement"):
             assert text.count(f'id="table-{name}-{role}"') == 1, (name, role)
     for group in ("comparison", "fatigue"):
         assert text.count(f'id="table-{group}-factors-translation"') == 1
-    for figure in ("wear_laws", "shakedown", "fatigue_damage", "fatigue_cycles", "balance"):
+    for figure in ("wear_laws", "shakedown", "fatigue_damage", "balance"):
         assert text.count(f'id="figure-{figure}"') == 1
     assert '<a href="#fatigue">' in text
 
@@ -70,10 +72,20 @@ def test_whole_figures_of_the_laws_are_drawn(folder, drawing, text):
     assert len(drawn) > 10 * len(text)
 
 
-def test_report_marks_uncertain_constants_of_every_law(text):
-    for constant in ("k_seizure = 0.035, range 0.03 to 0.04 (uncertain)", "start = 15 N (recalled)"):
-        assert constant in text
-    assert "shear_yield = 300 MPa, range 200 to 350 (recalled)" in text
+def test_certainty_of_every_constant_stands_in_one_table_of_the_appendix(pair, text):
+    found = sources.coefficients(pair).frame.set_index(["Law", "Coefficient"])
+    recalled, uncertain = (words("certainty")[key] for key in ("recalled", "uncertain"))
+    assert found.loc[("archard", "k_seizure"), ["Value", "Range", "Certainty"]].tolist() == [
+        "0.035", "0.03 to 0.04", uncertain,
+    ]  # fmt: skip
+    for law in ("surface_fatigue_index_local", "wlrm"):
+        symbol, value = ("start", "15 N") if law == "wlrm" else ("shear_yield", "300 MPa")
+        assert found.loc[(law, symbol), ["Value", "Certainty"]].tolist() == [value, recalled]
+    assert not found.index.duplicated().any()  # rig and field have the same laws
+    assert found.loc["shakedown map", "Certainty"].notna().all()
+    assert text.count('id="table-coefficients"') == 1
+    told = re.sub(r"<pre>.*?</pre>", "", text, flags=re.DOTALL)
+    assert not re.search("recalled|memory", told)
     assert re.search(r"seizure \d+\.\d%", text)  # the share of wear above 0.8 H
 
 
@@ -86,11 +98,8 @@ def test_report_marks_laws_of_the_users_own_with_their_certainty(pair, tmp_path,
     )
     (tmp_path / "rig.toml").write_text(scene_text(BLOCK, more=own))
     header = WheelsetEvolution(build(load_scene(tmp_path / "rig.toml"))).header
-    numbers = tables_damage.wear_laws(pair[0].assign_attrs(header.attributes))[1]
-    assert (
-        cells(numbers, "Uncertain coefficients")[0]
-        == "wear.table: given by the user, who says: measured, 10 %"
-    )
+    numbers = sources.coefficients([pair[0].assign_attrs(header.attributes)])
+    assert cells(numbers, "Certainty")[0] == "wear.table: given by the user, who says: measured, 10 %"
     assert header.static["fatigue_warnings"] == ("damage_function: given by the user, who says: a guess",)
     assert "given by the user" in render([pair[0].assign_attrs(header.attributes)])
 
@@ -105,17 +114,18 @@ def test_report_states_what_the_numbers_of_every_law_hold_for(pair, text):
         "Twin discs in line contact",  # usfd, active
     ):
         assert message in text
-    table = tables_damage.wear_laws(pair[0])[2]
+    table = sources.laws(pair)
     values = table.frame.to_numpy()
-    assert values[:, 0].tolist() == ["usfd, active", "archard", "none"]
-    assert table.frame.iloc[1, 1].startswith("wheel and rail steels, dry")
-    assert values[2, 1:].tolist() == [None] * 3
+    names = ("usfd", "archard", "none", "wlrm", "surface_fatigue_index_local")
+    assert values[:, 0].tolist() == [f"{name} (rig, field)" for name in names]
+    assert values[1, 3].startswith("wheel and rail steels, dry")
+    assert values[2, 2:].tolist() == [None] * 4
     life = tables_damage.life(pair[0])
     assert "numbers of rail steels R220 and R260 (burstow_2004), not of wheel steel" in life.caption
     assert text.count("not of wheel steel") == 2  # rig and field
     older = pair[0].copy()
     older.attrs = {k: v for k, v in older.attrs.items() if not k.startswith(("fatigue_", "comparison_"))}
-    assert tables_damage.wear_laws(older)[2].frame.iloc[1, 1:].tolist() == [None] * 3
+    assert sources.laws([older]).frame.iloc[1, 3:].tolist() == [None] * 3
     assert "wheel steel" not in tables_damage.life(older).caption
 
 
@@ -148,7 +158,7 @@ def test_assumptions_of_the_balance_are_stated_with_their_effect(pair):
         expected = pytest.approx(1e-3 / grown, rel=1e-12) if grown > 0.0 else None
         assert cells(table, head)[0] == expected
     assert "in the last state" in table.caption
-    laws = tables_damage.fatigue_laws(pair[0])[0]
+    laws = tables_damage.fatigue_laws(pair[0])
     assert "assumption" in laws.caption
     assert "Right: largest rate at the end, before removal [1/1000 km]" in laws.frame.columns
     plate = plates.plate(plates.balance, [pair[0]])
@@ -156,19 +166,32 @@ def test_assumptions_of_the_balance_are_stated_with_their_effect(pair):
     assert "assumptions" in plate.caption
 
 
-def test_shakedown_map_states_where_its_yield_stress_comes_from(pair):
-    source = "ekberg_kabo_andersson_2002"
-    stated = "shear_yield = 300 MPa, range 200 to 350 (recalled)"
-    message = campaign.shear_yield_text(pair[0])
-    assert message == f"300 MPa of surface_fatigue_index_local ({source}; {stated})"
+def test_shakedown_map_states_its_yield_stress(pair):
+    caption = plates.plate(plates.shakedown, pair).caption
+    assert caption.endswith("Yield stress in cyclic shear: 300 MPa (rig), 300 MPa (field).")
     alone = pair[0].isel(fatigue=[0])
     assert list(alone["fatigue_name"].values) == ["wlrm"]
-    assert campaign.shear_yield_text(alone) == (
-        f"300 MPa of {source}, as no law of the scene has one ({stated})"
+    assert "300 MPa (rig)" in plates.plate(plates.shakedown, [alone]).caption  # of a published set
+
+
+def test_first_crack_of_page_one_is_that_of_the_table(pair, text):
+    """Of the law that counts cycles, the wheel that comes first."""
+    found = crack_distances(pair[1])
+    assert list(found) == ["wlrm"]
+    texts = cells(tables_damage.life(pair[1]), "First crack after [km]")
+    assert [1e-3 * at for at in found["wlrm"]] == pytest.approx(
+        [np.inf if one == "never" else one for one in texts], rel=1e-12
     )
-    own = pair[0].copy(deep=True)
-    own["fatigue_warnings"][1] = ""
-    assert campaign.shear_yield_text(own) == "300 MPa as given for surface_fatigue_index_local"
+    told = [line for line in answer.sentences(pair, translate(*pair)) if line.startswith("First crack")]
+    assert len(told) == 1
+    for role, data in zip(("rig", "field"), pair, strict=True):
+        first = 1e-3 * crack_distances(data)["wlrm"].min()
+        assert f"{role} after {plain(first, 3)} km (wlrm)" in told[0]
+        assert f"after {plain(first, 3)} km (" in answer.limits(pair)[0].frame[role.capitalize()].iloc[-1]
+    net = pair[1].copy()
+    net["fatigue_crack_depth"] = net["fatigue_crack_depth"] * np.nan  # the law counts the removal itself
+    rate = net["fatigue_damage_rate"].values[-1, :, 0].max(axis=1)
+    np.testing.assert_allclose(crack_distances(net)["wlrm"], 1.0 / rate, rtol=1e-12)
 
 
 def test_report_without_such_laws_has_no_section(run_directory):
@@ -252,7 +275,7 @@ def test_index_of_a_patch_explains_its_damage(pair):
 
 def test_agreement_is_weighted_with_the_collective(pair):
     data = pair[1]
-    actual = tables_damage.cycles(data)
+    actual = cycles(data)
     damage = data["fatigue_damage_passage"].values[-1]
     here = np.isfinite(damage[..., 0])
     weight = np.broadcast_to(data["weight"].values[:, None], here.shape)[here]
@@ -276,7 +299,7 @@ def test_figures_are_made_for_one_campaign_too(pair):
     one = Campaigns([pair[1]])
     drawn = {s.key: [b.name for b in s.content(one) if isinstance(b, plates.Plate)] for s in SECTIONS}
     assert drawn["wear"][-1] == "wear_laws"
-    assert drawn["fatigue"] == ["shakedown", "fatigue_damage", "fatigue_cycles", "balance"]
+    assert drawn["fatigue"] == ["shakedown", "fatigue_damage", "balance"]
     assert 'id="fatigue"' in render([pair[1]])
 
 

@@ -22,6 +22,39 @@ def test_profile_lines_are_the_data(rig):
     assert ax.yaxis_inverted()
 
 
+def test_exaggerated_wear_is_a_factor_on_the_depth_and_stated_on_the_axis(rig):
+    """Along the normal of the new wheel: on its flat tread that is the height."""
+    factor = figures.exaggeration([rig])
+    deepest = rig["wear_depth"].values[-1].max()
+    assert 3e-3 <= factor * deepest <= 6e-3
+    new, worn = (figures.worn_shape(rig, 0, distance, 1.0) for distance in (0.0, None))
+    drawn = figures.worn_shape(rig, 0, None, factor)
+    moved = np.hypot(*(drawn - new))
+    np.testing.assert_allclose(moved, factor * rig["wear_depth"].values[-1, 0], rtol=1e-9, atol=1e-15)
+    at = int(moved.argmax())
+    assert drawn[1, at] < worn[1, at] < new[1, at]  # out is down: wear goes up
+    assert f"wear drawn {factor:g} times" in figures.plot_profile(rig, factor=factor).get_ylabel()
+    assert "drawn" not in figures.plot_profile(rig).get_ylabel()
+    unworn = rig.assign(wear_depth=0.0 * rig["wear_depth"])
+    assert figures.exaggeration([unworn]) == 1.0
+
+
+def test_limits_stand_in_figures_of_measures_where_they_are_near(rig):
+    worn = rig["max_wear_depth"].values.max()
+    near, far = (rig.assign_attrs(limit_max_wear_depth=part * worn) for part in (1.5, 10.0))
+    for data, count in ((rig, 2), (near, 3), (far, 2)):
+        assert len(figures.plot_over_distance(data, "max_wear_depth").lines) == count
+
+
+def test_axes_have_no_offsets(rig):
+    ax = figures.plot_over_distance(rig, "flange_height")
+    formatter = ax.yaxis.get_major_formatter()
+    formatter.set_axis(ax.yaxis)
+    texts = formatter.format_ticks([28.0, 28.00001, 28.00002])
+    assert formatter.get_offset() == ""
+    assert len(set(texts)) == 3
+
+
 def test_counterface_touches_the_new_wheel(rig):
     """Neither gap nor overlap, within the wheel's chords."""
     lines = {line.get_label(): line for line in figures.plot_profile(rig).lines}
@@ -30,11 +63,9 @@ def test_counterface_touches_the_new_wheel(rig):
     assert gap.min() == pytest.approx(0.0, abs=1e-12)
 
 
-@pytest.mark.parametrize(("against", "variable"), [("profile_y", "profile_y"), ("arc_length", "arc_length")])
-def test_wear_depth_line_is_the_data(field, against, variable):
-    ax = figures.plot_wear_depth(field, wheel=0, against=against)
-    place = field[variable].values
-    np.testing.assert_array_equal(ax.lines[-1].get_xdata(), 1e3 * (place[0, 0] if place.ndim > 1 else place))
+def test_wear_depth_line_is_the_data(field):
+    ax = figures.plot_wear_depth(field, wheel=0)
+    np.testing.assert_array_equal(ax.lines[-1].get_xdata(), 1e3 * field["profile_y"].values[0, 0])
     np.testing.assert_array_equal(ax.lines[-1].get_ydata(), 1e3 * field["wear_depth"].values[-1, 0])
     assert ax.lines[-1].get_color() == COLOURS["field"]
     assert ax.get_ylim()[1] >= 1e3 * field["wear_depth"].values.max()
@@ -106,8 +137,10 @@ def test_svg_has_own_ids_and_no_links():
         (9.99996, "10.00"),
         (55047.3, "55047"),
         (-0.0123456, "\N{MINUS SIGN}0.01235"),
-        (1.5e-7, "1.500·10^\N{MINUS SIGN}7"),
-        (2.5e9, "2.500·10^9"),
+        (9.99996e-5, "0.0001000"),
+        (8.351e-11, "< 0.0001"),
+        (-1.5e-7, "> \N{MINUS SIGN}0.0001"),
+        (2.5e9, "2\N{NARROW NO-BREAK SPACE}500\N{NARROW NO-BREAK SPACE}000\N{NARROW NO-BREAK SPACE}000"),
         (np.nan, "undefined"),
         (np.inf, "undefined"),
     ],

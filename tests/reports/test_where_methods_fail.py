@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import wear_step_stability
 import where_methods_fail
+from closed_forms import hertz
 from where_methods_fail import (
     CRASHED,
     DEGRADED,
@@ -25,7 +26,6 @@ from where_methods_fail import (
 )
 
 import wearsim
-from wearsim.contact.reference.hertzian import hertz
 
 TABLES = ("where_methods_fail.csv", "where_methods_fail_steps.csv")
 SAMPLE = [

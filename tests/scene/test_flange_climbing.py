@@ -26,7 +26,7 @@ CASES = {  # change of the scene, shift that the user reads, wheel
     "block to the left": (RIG, "shift_mm = -3", "shift_mm = -{}", "shift_mm = -{} is", "left"),
     "watched shift": (RIG, "[-2, 0, 2]", "[-2, 0, {}]", "shifts_mm[2] = {} is", "right"),
     "class without spread": (
-        FIELD,
+        FIELD.replace("curve_radius_m = -500", "curve_radius_m = 500"),
         "shift_mean_mm = 3",
         "shift_mean_mm = -{}",
         "shift_mean_mm = -{} is",

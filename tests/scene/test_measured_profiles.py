@@ -167,6 +167,23 @@ def solve_scene(scene):
     return solve(setup.points.conditions, setup.wheelset, setup.counterface, setup.models)
 
 
+@pytest.mark.parametrize("name", ["60E1", "head.csv"])
+def test_the_gauge_height_of_a_scene_places_shipped_and_measured_rails(name, folder, changed):
+    write_profile(rail("60E1", 0.0, 1.435, 0.75), "head.csv")
+    profiles = [build(scene_of(changed, **{"60E1": name})).counterface.profile]
+    text = changed(
+        Path("scene.toml").read_text(), ("[counterface]\n", "[counterface]\ngauge_height_mm = 15.875\n")
+    )
+    Path("scene.toml").write_text(text)
+    profiles.append(build(load_scene("scene.toml")).counterface.profile)
+    expected = [rail("60E1", 1 / 40, 1.435, 0.75, gauge_height=height).y[0] for height in (14e-3, 15.875e-3)]
+    assert np.ptp(profiles[1].y - profiles[0].y) < 1e-12
+    assert profiles[1].y[0] - profiles[0].y[0] == pytest.approx(np.diff(expected)[0], abs=1e-6)  # chords
+    Path("scene.toml").write_text(changed(text, ("15.875", "50")))
+    with pytest.raises(SceneError, match="gauge_height_mm = 50 must be at least 5 and at most 25 mm"):
+        load_scene("scene.toml")
+
+
 def test_a_head_that_leans_as_measured_is_not_tilted_again(folder, changed):
     """As for `wearsim contact` and in Python; one that stands upright is tilted."""
     for inclination in (0.0, 1.0 / 40.0):

@@ -154,7 +154,7 @@ def test_the_schema_knows_every_key_limit_and_name():
     assert parts["BlockSection"]["properties"]["load_kN"]["unit"] == "kN"
     assert "kik_piotrowski" in parts["ContactSection"]["properties"]["normal"]["enum"]
     assert "usfd" in parts["WearSection"]["properties"]["law"]["enum"]
-    assert set(parts["RigOperation"]["properties"]) == {"block", "programme", "monitor"}
+    assert set(parts["RigOperation"]["properties"]) == {"block", "programme", "together", "monitor"}
     assert set(parts["FieldOperation"]["properties"]) == {"class", "monitor"}
     for name, part in parts.items():
         assert part["additionalProperties"] is False, name

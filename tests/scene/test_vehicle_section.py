@@ -1,5 +1,6 @@
 """[vehicle] in field scenes: what it becomes, and what is refused."""
 
+import html
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from wearsim.campaign.run import run_scene
 from wearsim.errors import SceneError
 from wearsim.profile.standard import shipped_path
+from wearsim.report.html import write_report
 from wearsim.results import open_results
 from wearsim.scene import build, load_scene
 from wearsim.scene.setup import warnings_of
@@ -139,6 +141,10 @@ def test_a_campaign_of_a_vehicle_stores_where_both_axles_run(folder):
         # turned half of the time: the mirror image, of alike wheels
         np.testing.assert_allclose(yaw[:, -4:-2], -yaw[:, -2:], atol=1e-5)
         assert result["worn_area"].values[-1].min() > 0.0
+        assert result.attrs["vehicle"].startswith("regional multiple unit (example, made up")
+    said = html.unescape(write_report("out").read_text())
+    assert "vehicle: regional multiple unit, quasi-static in curves, on straight track suspended." in said
+    assert "not modelled: switches and crossings" in said
 
 
 def test_frozen_positions_are_those_of_the_new_wheels(folder, changed):

@@ -123,7 +123,7 @@ def test_no_more_than_twenty_faults_are_shown(tmp_path):
     path.write_text(KTH + "0.1, 0, much\n" * 30)
     output = faults_of(path)
     assert len(output) == 21
-    assert output[-1] == ": 10 more faults of this file are not shown"
+    assert output[-1] == "and 10 more faults that are not shown"
 
 
 def test_every_column_is_a_key_of_the_table():

@@ -17,6 +17,7 @@ import filelock
 
 from wearsim.campaign.record import readable_errors, write_atomically
 from wearsim.errors import ResultError
+from wearsim.whole_files import require_utf8
 
 SCENE_FOLDER = "scene"
 MANIFEST = "manifest.json"
@@ -69,6 +70,7 @@ def locked(out: Path) -> Iterator[None]:
     ResultError
         If the directory cannot be made or written, or another run holds the lock.
     """
+    require_utf8(out)
     with readable_errors(f"{out} cannot be made a run directory"):
         out.mkdir(parents=True, exist_ok=True)
     with readable_errors(f"{out} cannot be written"):

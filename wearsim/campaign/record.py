@@ -12,7 +12,6 @@ import hashlib
 import io
 import json
 import math
-import os
 import shutil
 import time
 import zipfile
@@ -40,6 +39,7 @@ from wearsim.results import (
 from wearsim.results.checks import step_limits
 from wearsim.results.limits import ending_limits, first_met, limits_of, met_attributes
 from wearsim.results.schema import CHANGES, RENAMED
+from wearsim.whole_files import write_whole
 
 MEMORY = "memory: "
 """Beginning of the names of what a record holds besides the row of the result file."""
@@ -55,31 +55,9 @@ def readable_errors(what: str, advice: str = "choose another --out") -> Iterator
 
 
 def write_atomically(path: Path, content: bytes, *, durable: bool = True) -> None:
-    """Write a file so that `path` always has the complete old or the complete new content.
-
-    Parameters
-    ----------
-    path : Path
-        File to write.
-    content : bytes
-        New content.
-    durable : bool
-        Whether to wait for the disk, so that the file survives a power failure.
-
-    Raises
-    ------
-    ResultError
-        If the disk is full or the directory is not writable.
-    """
-    temporary = path.with_name(f".{path.name}.tmp")
+    """Write a file of a run directory, which always has the complete old or the complete new content."""
     advice = "finished steps are safe, make room or give write access and run the same command again"
-    with readable_errors(f"{path} cannot be written", advice):
-        with open(temporary, "wb") as file:
-            file.write(content)
-            if durable:
-                file.flush()
-                os.fsync(file.fileno())
-        os.replace(temporary, path)
+    write_whole(path, content, advice, durable=durable)
 
 
 @dataclass(frozen=True)

@@ -309,6 +309,7 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         "error_tolerance": limits.error_tolerance if limits.error_tolerance < math.inf else "",
         "target_distance": limits.distance,
         **_record_attributes(setup.reduction),
+        **({"vehicle": setup.vehicle} if setup.vehicle else {}),
         **attributes_of(dict(limits.limits), limits.end_at_limit),
         **_reprofiling_attributes(limits.reprofiling),
         "counterface_curvature": setup.counterface.curvature,

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import contextlib
 import importlib
-import os
 import shlex
 import signal
 import sys
@@ -14,6 +13,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any, NoReturn
 
 from wearsim import __version__
+from wearsim.cli.streams import standard_streams
 
 COMMANDS = (
     "contact", "profile", "new", "check", "run", "sweep", "resume", "status", "inspect", "translate",
@@ -34,7 +34,8 @@ def print_json(value: Any, **options: Any) -> None:
     """Print JSON for people and programs; options are those of `json.dumps`."""
     import json
 
-    print(json.dumps(value, indent=2, ensure_ascii=False, **options))
+    plain = not (sys.stdout.encoding or "utf-8").lower().startswith("utf")
+    print(json.dumps(value, indent=2, ensure_ascii=plain, **options))
 
 
 def build_parser() -> argparse.ArgumentParser:
@@ -77,10 +78,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         by Ctrl-C, 143 by SIGTERM, 129 by SIGHUP.
     """
     words = list(sys.argv[1:] if argv is None else argv)
-    arguments = build_parser().parse_args(words)
-    arguments.command_line = shlex.join(["wearsim", *words])
-    with _stopped_by() as received:
-        code = _executed(arguments)
+    with standard_streams(), _stopped_by() as received:
+        code = _executed(words)
     return 128 + received[0] if received else code
 
 
@@ -105,29 +104,38 @@ def _stopped_by() -> Iterator[list[int]]:
             signal.signal(number, signal.SIG_DFL)
 
 
-def _executed(arguments: argparse.Namespace) -> int:
-    from wearsim.errors import WearsimError  # not for --help: dataclasses cost 10 ms
-
+def _executed(words: Sequence[str]) -> int:
     try:
+        try:
+            arguments = build_parser().parse_args(words)
+        finally:
+            sys.stdout.flush()  # of the help
+        arguments.command_line = shlex.join(["wearsim", *words])
         code = int(importlib.import_module(f"wearsim.cli.{arguments.command}").execute(arguments))
         sys.stdout.flush()
-    except WearsimError as error:
-        if arguments.debug:
-            raise
-        print(error, file=sys.stderr)
-        return error.exit_code
+        _say_uncached()
     except KeyboardInterrupt:
         print("interrupted; a started campaign continues with `wearsim resume DIR`", file=sys.stderr)
         return 130
     except BrokenPipeError:
-        # The reader, such as `head`, has left; Python would complain once more when it closes stdout.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except Exception as error:
-        if arguments.debug:
+        from wearsim.errors import WearsimError  # not for --help: dataclasses cost 10 ms
+
+        if "--debug" in words:
             raise
+        if isinstance(error, WearsimError):
+            print(error, file=sys.stderr)
+            return error.exit_code
         message = " ".join(str(error).split())
         fault = f"internal error, {type(error).__name__}: {message}; this is a fault of wearsim"
         print(f"wearsim: {fault}, add --debug to see where", file=sys.stderr)
         return 3
     return code
+
+
+def _say_uncached() -> None:
+    """Say that kernels were compiled anew, where they were used and could not be cached."""
+    if reasons := getattr(sys.modules.get("wearsim.contact.kernel"), "UNCACHED", ()):
+        text = f"kernels are compiled anew in each run, numba's cache fails: {reasons[0]}"
+        print(f"note: {text}; set NUMBA_CACHE_DIR to a folder that can be written", file=sys.stderr)

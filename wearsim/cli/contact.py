@@ -6,7 +6,7 @@ import argparse
 import re
 
 from wearsim.cli.flags import add_renamed
-from wearsim.studies.contact_flags import FLAGS
+from wearsim.studies.contact_flags import FLAGS, MOTION
 
 SUMMARY = (
     "solve the contact of one or both wheels with rail or roller, at one operating point or a table of them"
@@ -16,8 +16,8 @@ Tables: a CSV file with a header, columns named like the flags (shift_mm, yaw_mr
 row per operating point. An empty cell takes the flag's value; other columns are carried through. What a row
 gives goes before the flags. Nothing is computed before the whole table is free of faults; a row whose contact
 has no solution is named on stderr, the others are printed, the exit code is 2 (3 if a computation failed).
-The output holds one line per patch and is a table for this command again: lines of further patches of a
-wheel (patch 2, 3, ...) are then left out.
+The output holds one line per patch and is a table for this command again: its results are computed anew,
+lines of further patches of a wheel (patch 2, 3, ...) are left out. So are rows without any value.
 """
 
 EXAMPLES = """\
@@ -43,6 +43,10 @@ def add_flags(parser: argparse.ArgumentParser) -> None:
         groups[flag.group].add_argument(
             f"--{flag.name}", metavar="X", dest=flag.column, default=None, help=flag.meaning + default
         )
+    groups[MOTION].add_argument(
+        "--mirror", action="store_true", help="solve the mirror image: right and left wheel exchanged, signs "
+        "of shift, yaw, roll, curve, lateral force and lateral creepages changed"
+    )  # fmt: skip
     add_renamed(parser, {"--flange-back-mm": "--back-to-back-mm"})
     output = parser.add_argument_group("tables and output")
     output.add_argument("--table", metavar="CSV", help="solve every row of a table, - for stdin; prints CSV")

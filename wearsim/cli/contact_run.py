@@ -2,34 +2,26 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from argparse import Namespace
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
+from wearsim.cli import print_json
+from wearsim.cli.streams import formula_warning
 from wearsim.errors import ContactError, Fault, SceneError
 from wearsim.studies.contact_flags import COLUMNS
 from wearsim.studies.contact_points import (
-    PointResult,
     Request,
-    bodies,
-    faults_of,
-    found_conditions,
+    Result,
+    conditions,
+    mirrored,
     profile_faults,
     request_of,
     solve_batch,
+    solve_points,
 )
-from wearsim.studies.contact_table import (
-    Row,
-    as_json,
-    as_text,
-    notes,
-    read_table,
-    solved_rows,
-    write_csv,
-    write_json,
-)
+from wearsim.studies.contact_table import Row, as_text, notes, patch_table, read_table
 
 _FORMATS = ("png", "svg", "pdf")
 
@@ -37,34 +29,35 @@ _FORMATS = ("png", "svg", "pdf")
 def solve_and_print(arguments: Namespace) -> int:
     """Validate the flags, solve the point or the table, and print; the exit code."""
     flags = {column: text.strip() for column in COLUMNS if (text := getattr(arguments, column)) is not None}
-    request, wrong = request_of(flags)
-    faults = faults_of(flags, wrong, as_flags=True)
+    request, faults = request_of(flags, dashes=True)
     if arguments.plot is not None:
         faults += _plot_faults(arguments.plot, arguments.table)
     if request.conflict and arguments.table is None:
         faults.append(request.conflict)
-    faults += [f"--{column}: {message}" for column, message in profile_faults(request)]
+    faults += [f"--{COLUMNS[column].name}: {message}" for column, message in profile_faults(request)]
     if arguments.table is not None:
-        right = {column: text for column, text in flags.items() if column not in wrong}
-        return _solve_table(arguments.table, right, [Fault(fault) for fault in faults], arguments.json)
+        return _solve_table(arguments, flags, [Fault(fault) for fault in faults])
     if faults:
         raise SceneError([Fault(fault) for fault in faults])
-    _solve_point(request, arguments)
+    _solve_point(mirrored(request) if arguments.mirror else request, arguments)
     return 0
 
 
 def _solve_point(request: Request, arguments: Namespace) -> None:
     contact, (result,) = solve_batch([request], fields=arguments.plot is not None)
-    print(json.dumps({"points": [as_json(result)]}, indent=2) if arguments.json else as_text(result))
+    if arguments.json:
+        print_json({"points": [result]})
+    else:
+        print(as_text(request, result))
     sys.stdout.flush()  # kept even if the drawing fails
-    for note in notes(result).values():
+    for note in notes(request, result).values():
         print(f"note: {note}", file=sys.stderr)
     if arguments.plot is not None:
         from wearsim.report.figures.contact import contact_figure
         from wearsim.report.style import write_figure
         from wearsim.studies.contact_state import contact_state
 
-        state = contact_state(found_conditions([request]), *bodies(request), contact)
+        state = contact_state(conditions([request]), *request.bodies, contact)
         write_figure(contact_figure(state), Path(arguments.plot))
 
 
@@ -79,34 +72,35 @@ def _plot_faults(plot: str, table: str | None) -> list[str]:
     return faults
 
 
-def _solve_table(source: str, flags: Mapping[str, str], faults: list[Fault], in_json: bool) -> int:
-    """Print the solution of every row as soon as it is there; the exit code is that of the worst row."""
+def _solve_table(arguments: Namespace, flags: Mapping[str, str], faults: list[Fault]) -> int:
+    """Print the solutions of all rows; the exit code is that of the worst row."""
     try:
-        table = read_table(source, flags)
+        table = read_table(arguments.table, {} if faults else flags)
     except SceneError as error:
         raise SceneError([*faults, *error.faults]) from None
     if faults:
         raise SceneError(faults)
+    points = [row._replace(request=mirrored(row.request)) if arguments.mirror else row for row in table.rows]
     for warning in table.warnings:
         print(f"{table.name}: {warning}", file=sys.stderr)
-    worst = 0
+    worst, solved = 0, list[tuple[Row, Result]]()
     noted: dict[str, list[str]] = {}
-
-    def results() -> Iterator[tuple[Row, PointResult]]:
-        nonlocal worst
-        for row, result in solved_rows(table, flags):
-            if isinstance(result, ContactError):
-                worst = max(worst, result.exit_code)
-                print(Fault(str(result), table.name, row.line), file=sys.stderr)
-                continue
-            for kind, note in notes(result).items():
-                noted.setdefault(kind, []).append(f"line {row.line}: {note}")
-            yield row, result
-
-    if in_json:
-        write_json(results(), sys.stdout)
+    for row, result in zip(points, solve_points([row.request for row in points]), strict=True):
+        if isinstance(result, ContactError):
+            worst = max(worst, result.exit_code)
+            print(Fault(str(result), table.name, row.line), file=sys.stderr)
+            continue
+        solved.append((row, result))
+        for kind, note in notes(row.request, result).items():
+            noted.setdefault(kind, []).append(f"line {row.line}: {note}")
+    if arguments.json:
+        lines = [{"line": row.line, "columns": row.carried} | result for row, result in solved]
+        print_json({"points": lines})
     else:
-        write_csv(table, flags, results(), sys.stdout)
+        patches = patch_table(solved, table.columns, flags)
+        text = patches.to_csv(index=False, float_format="%.12g", lineterminator="\n")
+        formula_warning(text, table.name)  # other columns are carried through
+        sys.stdout.write(text)
     for first, *more in noted.values():
         rows = f" ({len(more)} more row{'s' if len(more) > 1 else ''} like it)" if more else ""
         print(f"{table.name}: note: {first}{rows}", file=sys.stderr)

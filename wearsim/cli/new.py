@@ -34,8 +34,8 @@ def execute(arguments: argparse.Namespace) -> int:
     from pathlib import Path
 
     from wearsim.errors import Fault, SceneError
-    from wearsim.profile.files import write_text
     from wearsim.profile.standard import shipped_path
+    from wearsim.whole_files import write_whole
 
     name, *named = SHIPPED[arguments.kind]
     out = f"{arguments.kind}.toml" if arguments.out is None else arguments.out
@@ -60,7 +60,7 @@ def execute(arguments: argparse.Namespace) -> int:
             print(f"takes {existing[0]}, which exists")
             continue
         text = shipped_path("workflows", source).read_text(encoding="utf-8")
-        write_text(other, text.replace(f"workflows/{source}", shlex.quote(str(other))))
+        write_whole(other, text.replace(f"workflows/{source}", shlex.quote(str(other))))
         print(f"wrote {other}")
     file, command = shlex.quote(out), "sweep" if arguments.kind == "sweep" else "run"
     print(f"next: `wearsim check {file}`, then `wearsim {command} {file} --out DIR`")

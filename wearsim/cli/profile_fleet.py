@@ -7,10 +7,11 @@ from argparse import Namespace
 from pathlib import Path
 
 from wearsim.cli import print_json
-from wearsim.profile.files import write_text
+from wearsim.cli.streams import formula_warning
 from wearsim.profile.inspection import tables
 from wearsim.profile.inspection.fleet import fleet_rows, profile_files
 from wearsim.profile.inspection.request import Request
+from wearsim.whole_files import write_whole
 
 
 def measure_fleet(arguments: Namespace) -> int:
@@ -37,8 +38,10 @@ def measure_fleet(arguments: Namespace) -> int:
         if sys.stderr.isatty():
             end = "" if len(rows) < len(files) else "\r" + " " * 40 + "\r"
             print(f"\r{len(rows)} of {len(files)} files", end=end, file=sys.stderr, flush=True)
+    if request.csv is not None:
+        formula_warning(tables.fleet_csv(rows), "--csv")
     if request.csv not in (None, "-"):
-        write_text(Path(request.csv), tables.fleet_csv(rows))
+        write_whole(Path(request.csv), tables.fleet_csv(rows))
         print(f"wrote {request.csv}", file=sys.stderr)
     if request.json:
         print_json({"wheels": [tables.fleet_json(row) for row in rows]}, allow_nan=False)

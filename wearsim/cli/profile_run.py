@@ -10,11 +10,12 @@ from pathlib import Path
 
 from wearsim.cli import print_json
 from wearsim.cli.profile_result import read_wheel
-from wearsim.profile.files import WRITTEN_FORMATS, is_file, write_profile, write_text
+from wearsim.profile.files import WRITTEN_FORMATS, is_file, write_profile
 from wearsim.profile.inspection import Inspection, inspect_profile, reprofiled_wheels, tables
 from wearsim.profile.inspection.inputs import ProfileInput
 from wearsim.profile.inspection.request import Request, flag_of, is_result
 from wearsim.profile.placement import RUNNING_CIRCLE
+from wearsim.whole_files import write_whole
 
 
 def measure_one(arguments: Namespace) -> int:
@@ -88,7 +89,7 @@ def _write(request: Request, inspection: Inspection, target: Path | None) -> lis
     """Write the converted profile, the table and the figure; returns what was written."""
     written = [] if target is None else [_convert(request, inspection, target)]
     if request.csv not in (None, "-"):
-        write_text(Path(request.csv), tables.points_csv(inspection))
+        write_whole(Path(request.csv), tables.points_csv(inspection))
         written.append(request.csv)
     if request.plot is not None:
         from wearsim.profile.inspection.datasets import profile_dataset

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from wearsim.cli import print_json
 from wearsim.cli.progress import observer
+from wearsim.cli.streams import formula_warning
 from wearsim.scene.sweep import Case, Sweep
 from wearsim.studies import sweep as study
 from wearsim.studies.ensemble import Outcome, check_cases
@@ -63,6 +64,7 @@ def run_all(sweep: Sweep, out: Path, jobs: int | None, command: str, as_json: bo
     except KeyboardInterrupt:
         print("interrupted; the same command goes on where the cases stopped", file=sys.stderr)
         return 130
+    formula_warning((out / "sweep.csv").read_text(encoding="utf-8"), "sweep.csv")
     if as_json:
         print_json(study.sweep_rows(study.sweep_dataset(out)))
     else:

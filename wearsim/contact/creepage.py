@@ -128,7 +128,8 @@ def kinematics(
     Notes
     -----
     Rotation (8), surface velocities (15) and (21) of [1]_, in the contact frames of (34), without small
-    angles; to first order these are (35)-(37) as corrected in `contact.reference.linear_creepage`.
+    angles; to first order these are (35)-(37) as corrected in
+    `tests/contact/reference/linear_creepage.py`.
 
     References
     ----------

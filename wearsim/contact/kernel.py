@@ -58,12 +58,33 @@ def leaf_kernel(function: _Function) -> _Function:
     return _compiled(function, _REASSOCIATED)
 
 
+UNCACHED: list[str] = []
+"""Why kernels are compiled anew in each process; empty where the cache works."""
+
+
 def _compiled(function: _Function, options: dict[str, Any]) -> _Function:
     try:
         compiled = numba.njit(cache=True, **options)(function)
     except RuntimeError:  # neither the installation nor the user's cache directory can be written
+        UNCACHED.append("no folder for it can be written")
         compiled = numba.njit(**options)(function)
+    for name in ("load_overload", "save_overload"):
+        if (of_cache := getattr(getattr(compiled, "_cache", None), name, None)) is not None:
+            setattr(compiled._cache, name, _forgiving(of_cache))
     return compiled  # type: ignore[no-any-return]
+
+
+def _forgiving(of_cache: Callable[..., Any]) -> Callable[..., Any]:
+    """Let a full disk or a damaged file of the cache cost time, not the run."""
+
+    def call(*arguments: Any) -> Any:
+        try:
+            return of_cache(*arguments)
+        except Exception as error:  # a damaged pickle raises anything
+            UNCACHED.append(" ".join(str(getattr(error, "strerror", None) or repr(error)).split()))
+            return None
+
+    return call
 
 
 def plain(array: ArrayLike, kind: type[Any] = np.float64) -> NDArray[Any]:

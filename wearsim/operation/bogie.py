@@ -25,9 +25,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wearsim.contact.patch import FloatArray, IntArray
-from wearsim.operation.resultants import Resultants
 
 if TYPE_CHECKING:
     from wearsim.operation.states import Search
@@ -41,6 +41,7 @@ _STEPS = np.array([2e-6, 2e-6])  # of differences [m, rad]
 _LONGEST = np.array([0.5e-3, 1e-3, 0.5e-3, 1e-3])  # [m, rad]
 _SCALE = 1e4  # of residuals [N, N m]
 _MOST = 80
+_KEPT = 0.6  # of the residual before, up to which the slope is kept
 _SMALL = 1e-2  # of the scale: from here on Newton's steps in full
 _ENDLESS = 1e9
 
@@ -161,48 +162,38 @@ def curved(search: Search, bogies: Bogies, warm: bool, tolerance: float) -> IntA
         lean = np.minimum(np.abs(curvature) * search.wheelset.radius * search.wheelset.half_span / 0.2, 5e-3)
         search.shift[axles] = -np.sign(curvature)[:, None] * lean[:, None]
         search.yaw[axles] = 0.0
-    weight = vehicle.axle_load
+    weight, springs = vehicle.axle_load, _spring_slope(vehicle)
     pace, growth = np.full(count, _ENDLESS if warm else 1.0), np.full(count, 4.0)
     last, before = np.full(count, np.inf), np.full((count, 4), np.nan)
+    slope, known = np.zeros((count, 4, 4)), np.zeros(count, dtype=bool)
     rest = np.arange(count)
     for _ in range(_MOST):
         rows = axles[rest].ravel()
         state = np.stack([search.shift[rows], search.yaw[rows]], axis=1).reshape(-1, 4)
         load = search.load[rows]
-        moved = np.concatenate([np.zeros((1, 2)), np.diag(_STEPS)])
-        many = np.tile(rows, 3)
-        shift = (search.shift[rows] + moved[:, :1]).ravel()
-        yaw = (search.yaw[rows] + moved[:, 1:]).ravel()
-        forces, solved = search.solve(many, shift, np.tile(load, (3, 1)), yaw=yaw)
-        found = np.stack([forces.force, forces.moment], axis=1).reshape(
-            3, -1, 2, 2
-        )  # state, bogie, axle, F M
-        whole = np.asarray(solved.reshape(3, -1, 2).all(axis=(0, 2)))
+        forces, solved = search.solve(rows, search.shift[rows], load)
+        found = np.stack([forces.force, forces.moment], axis=1).reshape(-1, 4)
+        whole = np.asarray(solved.reshape(-1, 2).all(axis=1))
         own = (curvature[rest], bogies.acceleration[rest], bogies.in_front[rest])
-        spring = suspension(vehicle, state, *own)
-        residual = found[0].reshape(-1, 4) + spring
-        balanced = search.loads(rows, _first(forces, rows.size), load)
+        residual = found + suspension(vehicle, state, *own)
+        balanced = search.loads(rows, forces, load)
         shifted = np.abs(balanced - load).max(axis=1).reshape(-1, 2).max(axis=1)
         size = np.abs(residual).max(axis=1)
         done = whole & (size <= tolerance * weight) & (shifted <= tolerance * weight)
-        slope = np.zeros((rest.size, 4, 4))
-        for j in (0, 1):
-            change = (found[1 + j] - found[0]) / _STEPS[j]
-            for axle in (0, 1):
-                slope[:, 2 * axle : 2 * axle + 2, 2 * axle + j] = change[:, axle]
-        unit = np.eye(4)
-        slope += (
-            np.stack([suspension(vehicle, state + 1e-3 * unit[j], *own) - spring for j in range(4)], 2) / 1e-3
-        )
         norm: FloatArray = size / _SCALE
+        # a slope that still brings the balance nearer is kept: it costs two more contacts of each axle
+        asked = np.flatnonzero(whole & ~done & ~(known[rest] & (norm <= _KEPT * last[rest])))
+        if asked.size:
+            slope[rest[asked]], known[rest[asked]] = _slope(search, axles[rest[asked]], found[asked])
+        whole &= known[rest] | done
         worse = np.asarray(norm > last[rest])
         paced = np.clip(pace[rest] * np.where(worse, 0.25, growth[rest]), 0.02, _ENDLESS)
         pace[rest] = np.where(norm < _SMALL, _ENDLESS, paced)
         growth[rest] = np.where(worse, np.maximum(1.3, 0.7 * growth[rest]), growth[rest])
         last[rest] = norm
-        implicit = np.zeros_like(slope)
-        implicit[:, range(4), range(4)] = _DAMPING / pace[rest][:, None]
-        step = np.linalg.solve(implicit - slope, residual[:, :, None])[:, :, 0]
+        implicit = -(slope[rest] + springs)
+        implicit[:, range(4), range(4)] += _DAMPING / pace[rest][:, None]
+        step = np.linalg.solve(implicit, residual[:, :, None])[:, :, 0]
         step /= np.maximum(np.abs(step / _LONGEST).max(axis=1), 1.0)[:, None]
         # without contact half way back to where there was one
         back = np.where(np.isfinite(before[rest]), 0.5 * (before[rest] - state), -0.5 * state)
@@ -210,17 +201,39 @@ def curved(search: Search, bogies: Bogies, warm: bool, tolerance: float) -> IntA
         pace[rest] = np.where(whole, pace[rest], 0.25 * pace[rest])
         before[rest] = np.where(whole[:, None], state, before[rest])
         step[done] = 0.0
-        after = (state + step).reshape(-1, 2)
-        search.shift[rows], search.yaw[rows] = after.T
-        search.load[rows] = np.where(
-            np.repeat(whole & ~done, 2)[:, None], np.maximum(balanced, 0.02 * weight), load
-        )
+        search.shift[rows], search.yaw[rows] = (state + step).reshape(-1, 2).T
+        on_way = np.repeat(whole & ~done, 2)[:, None]
+        search.load[rows] = np.where(on_way, np.maximum(balanced, 0.02 * weight), load)
         rest = rest[~done]
         if not rest.size:
             break
     return rest
 
 
-def _first(forces: Resultants, count: int) -> Resultants:
-    """Resultants of the first points."""
-    return Resultants(*(value[:count] for value in forces))
+def _spring_slope(vehicle: Vehicle) -> FloatArray:
+    """Differentiate the forces of `suspension`, which are linear, by the state (4, 4)."""
+    step = 1e-3
+    state = np.concatenate([step * np.eye(4), np.zeros((1, 4))])
+    force = suspension(vehicle, state, *[np.zeros(5)] * 3)
+    return np.asarray((force[:4] - force[4]).T / step)
+
+
+def _slope(search: Search, axles: IntArray, found: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Differentiate force and moment of both axles (m, 2) by their shift and yaw (m, 4, 4).
+
+    `found` (m, 4) are those where the axles are; False where there is no contact near by.
+    """
+    rows, count = axles.ravel(), len(axles)
+    moved = np.diag(_STEPS)
+    shift, yaw = (
+        (values[rows] + moved[:, j, None]).ravel() for j, values in enumerate((search.shift, search.yaw))
+    )
+    load = np.tile(search.load[rows], (2, 1))
+    forces, solved = search.solve(np.tile(rows, 2), shift.ravel(), load, yaw=yaw.ravel())
+    near = np.stack([forces.force, forces.moment], axis=1).reshape(2, -1, 2, 2)
+    slope = np.zeros((count, 4, 4))
+    for j in (0, 1):
+        change = (near[j] - found.reshape(-1, 2, 2)) / _STEPS[j]
+        for axle in (0, 1):
+            slope[:, 2 * axle : 2 * axle + 2, 2 * axle + j] = change[:, axle]
+    return slope, np.asarray(solved.reshape(2, -1, 2).all(axis=(0, 2)))

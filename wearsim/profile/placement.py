@@ -22,8 +22,8 @@ BACK_TO_BACK = 1.360
 RUNNING_CIRCLE = 70e-3
 """Distance of the running circle from the flange back where nothing else is known [m]."""
 
-# Gauge is taken between the innermost points of both heads down to here (EN 13848-1) [m].
 GAUGE_DEPTH = 14e-3
+"""Gauge is taken between the innermost points of both heads down to here unless another is stated [m]."""
 
 UPRIGHT = 1.0 / 200.0
 """A head that leans less stands upright [-]; rails are laid at 1:40 to 1:20, or upright in switches."""
@@ -59,7 +59,14 @@ class Placement:
         return y * c + z * s + self.shift_y, -y * s + z * c + self.shift_z
 
 
-def placement(y: FloatArray, z: FloatArray, inclination: float, gauge: float, half_span: float) -> Placement:
+def placement(
+    y: FloatArray,
+    z: FloatArray,
+    inclination: float,
+    gauge: float,
+    half_span: float,
+    gauge_height: float = GAUGE_DEPTH,
+) -> Placement:
     """Placement that brings the top of a right rail head to z = 0 and its gauge point to gauge/2 - half_span.
 
     Parameters
@@ -70,22 +77,25 @@ def placement(y: FloatArray, z: FloatArray, inclination: float, gauge: float, ha
         Tangent of the tilt towards the track centre, such as 1/40; 0 leaves the head as it is [-].
     gauge, half_span : float
         Between the gauge points of both rails; from the track centre to the wheel profile's origin [m].
+    gauge_height : float
+        Depth below the top of the rail at which the gauge is measured: 14 mm after EN 13848-1, 5/8 in. in
+        North America [m].
 
     Raises
     ------
     ProfileError
-        Inclination, gauge or half span is out of its range.
+        Inclination, gauge, half span or gauge height is out of its range.
 
     Notes
     -----
-    The gauge point is the innermost point of the inclined head in the band 0..14 mm below its highest
-    point, convention of EN 13848-1. Part of a head, see `is_partial`, has none and keeps its y: that of
-    the wheel profile, from the running circle.
+    The gauge point is the innermost point of the inclined head in the band from its highest point down to the
+    gauge height, convention of EN 13848-1. Part of a head, see `is_partial`, has none and keeps its y: that
+    of the wheel profile, from the running circle.
     """
     steepest = 1.0 / QUANTITIES["inclination_ratio"].range.low
     if not 0.0 <= inclination <= steepest:
         raise ProfileError(f"rail inclination = {inclination:g} must be in 0 .. {steepest:g} (1:40 is 0.025)")
-    for name, value in (("gauge", gauge), ("half_span", half_span)):
+    for name, value in (("gauge", gauge), ("half_span", half_span), ("gauge_height", gauge_height)):
         if fault := QUANTITIES[name].fault(value):
             raise ProfileError(fault)
     tilt = math.atan(inclination)
@@ -94,7 +104,7 @@ def placement(y: FloatArray, z: FloatArray, inclination: float, gauge: float, ha
     _, z_top = extremum(y_tilted, z_tilted, top)
     if is_partial(y):
         return Placement(tilt, 0.0, -z_top)
-    gauge_y = _innermost(y_tilted[: top + 1], z_tilted[: top + 1] - z_top)
+    gauge_y = _innermost(y_tilted[: top + 1], z_tilted[: top + 1] - z_top, gauge_height)
     return Placement(tilt, 0.5 * gauge - half_span - gauge_y, -z_top)
 
 
@@ -103,16 +113,16 @@ def is_partial(y: FloatArray) -> bool:
     return float(np.ptp(y)) < PARTIAL
 
 
-def _innermost(y: FloatArray, z: FloatArray) -> float:
+def _innermost(y: FloatArray, z: FloatArray, gauge_height: float) -> float:
     """Smallest y in the gauge band of the part from the gauge side to the top (z = 0 there)."""
-    below = np.flatnonzero(z >= GAUGE_DEPTH)
+    below = np.flatnonzero(z >= gauge_height)
     if len(below) == 0:
         raise ProfileError(
             f"the gauge side of the rail head reaches {z.max() * 1e3:.2f} mm below its highest point; the "
-            f"gauge is measured down to {GAUGE_DEPTH * 1e3:g} mm: measure further down"
+            f"gauge is measured down to {gauge_height * 1e3:g} mm: measure further down"
         )
     last = int(below[-1])
-    return min(crossing(y, z, last, GAUGE_DEPTH), float(y[last + 1 :].min()))
+    return min(crossing(y, z, last, gauge_height), float(y[last + 1 :].min()))
 
 
 def head_lean(y: FloatArray, z: FloatArray) -> float | None:
@@ -167,10 +177,13 @@ def halves_apart(y: FloatArray, z: FloatArray, lean: float, share: float, count:
     return float(np.max(np.abs(np.interp(axis - at, y, z) - np.interp(axis + at, y, z))))
 
 
-def place_rail(profile: Profile, inclination: float, gauge: float, half_span: float) -> Profile:
+def place_rail(
+    profile: Profile, inclination: float, gauge: float, half_span: float, gauge_height: float = GAUGE_DEPTH
+) -> Profile:
     """Incline a rail head, wherever its origin is, and place it in the track, see `placement`.
 
     The inclination is a further tilt: 0 if the points are inclined already [-].
     """
-    y, z = placement(profile.y, profile.z, inclination, gauge, half_span).apply(profile.y, profile.z)
+    where = placement(profile.y, profile.z, inclination, gauge, half_span, gauge_height)
+    y, z = where.apply(profile.y, profile.z)
     return replace(profile, y=y, z=z)

@@ -14,11 +14,10 @@ from wearsim.profile.definitions import (
     Parameter,
     TangentArc,
     Template,
-    junction_faults,
     read_template,
     sample,
 )
-from wearsim.profile.placement import placement
+from wearsim.profile.placement import GAUGE_DEPTH, placement
 from wearsim.profile.segments import Arc, Polynomial, Segment, height_at, part_moved, tangent_arc
 from wearsim.profile.shape import Kind, Profile
 
@@ -47,7 +46,7 @@ def _templates(folder: Path) -> dict[str, Template]:
     named: dict[str, Template] = {}
     for path in sorted(folder.glob("*.toml")):
         template = read_template(path)
-        for name in (template.shape.name, *template.shape.aliases):
+        for name in (template.about["name"], *template.about.get("aliases", ())):
             if name in named:
                 raise ProfileError(f"{path}: the name {name!r} is that of {named[name].path.name} already")
             named[name] = template
@@ -57,7 +56,7 @@ def _templates(folder: Path) -> dict[str, Template]:
 def shipped_names(kind: Kind) -> list[str]:
     """Sorted names of the shipped shapes of a kind, other names included, without parameters."""
     named = _templates(shipped_path("profiles"))
-    return sorted(name for name, template in named.items() if template.shape.kind == kind)
+    return sorted(name for name, template in named.items() if template.about["kind"] == kind)
 
 
 def _split(designation: str) -> tuple[Template, list[str]] | None:
@@ -74,12 +73,12 @@ def _split(designation: str) -> tuple[Template, list[str]] | None:
 def _found(designation: str, kind: Kind | None) -> tuple[Template, list[str]]:
     """Shape and parameters of a designation of a kind, if one is asked for; else a fault with the names."""
     found = _split(designation)
-    if found is not None and kind in (None, found[0].shape.kind):
+    if found is not None and kind in (None, found[0].about["kind"]):
         return found
     names = shipped_names(kind) if kind else [*shipped_names("wheel"), *shipped_names("rail")]
     what = f"neither a file nor a shipped {f'{kind} ' if kind else ''}profile"
     if found is not None:
-        what = f"a {found[0].shape.kind} profile, a {kind} is needed"
+        what = f"a {found[0].about['kind']} profile, a {kind} is needed"
     raise ProfileError(
         f"{designation!r} is {what} ({', '.join(names)}){suggestion(designation.split('/')[0], names)}"
     )
@@ -114,12 +113,12 @@ def _parse_parameters(
 
 
 def build(template: Template, values: Mapping[str, float]) -> Definition:
-    """Shape of a file for values of its parameters (by form), junctions checked.
+    """Shape of a file for values of its parameters (by form).
 
     Raises `ProfileError` with the file and the zones that do not fit together.
     """
-    about, pieces = template.shape, list(template.pieces)
-    title, allowances = about.title or about.name, about.allow
+    about, pieces = template.about, list(template.pieces)
+    title, allowances = about.get("title", about["name"]), list(about.get("allow", ()))
     changed = [p for p in template.parameters if values[p.form] != p.default]
     try:
         for parameter in changed:
@@ -129,18 +128,16 @@ def build(template: Template, values: Mapping[str, float]) -> Definition:
         for parameter in changed:
             if parameter.move is not None:
                 by, move = values[parameter.form] - parameter.default, parameter.move
-                chain = part_moved(chain, move.start, move.end, by, move.join_zone, move.join_to)
+                chain = part_moved(chain, move["from"], move["to"], by, move["join_zone"], move["join_to"])
         written = [p.form.replace("#", f"{values[p.form]:g}") for p in changed]
-        name = "/".join((about.name, *written))
+        name = "/".join((about["name"], *written))
         title = f"{title}; but {', '.join(written)}" if written else title
-        definition = Definition(
-            name, title, about.kind, chain, about.source, about.certainty, allowances, about.inclined_gauge_y
-        )
-        if faults := junction_faults(definition):
-            raise ProfileError("; ".join(faults))
-    except ProfileError as error:
-        raise ProfileError(f"{template.path}: {error}") from error
-    return definition
+    except (ProfileError, AssertionError, IndexError) as error:
+        raise ProfileError(f"{template.path}: is no shape: {error}") from error
+    return Definition(
+        name, title, about["kind"], chain, about["source"], about["certainty"], tuple(allowances),
+        about.get("inclined_gauge_y"),
+    )  # fmt: skip
 
 
 def _varied(
@@ -158,15 +155,15 @@ def _varied(
             if new.zone in parameter.raised:
                 new = new.moved(0.0, by)
             turn = parameter.slope
-            if turn is not None and new.zone == turn.zone and isinstance(new, Polynomial):
-                slope = -0.01 * value if turn.meaning == "percent" else -1.0 / value
-                pivot = new.start if turn.pivot is None else turn.pivot
+            if turn is not None and new.zone == turn["zone"] and isinstance(new, Polynomial):
+                slope = -0.01 * value if turn["meaning"] == "percent" else -1.0 / value
+                pivot = turn.get("pivot", new.start)
                 sloped = replace(new, origin=pivot, coefficients=(height_at(new, pivot), slope))
                 lift += height_at(sloped, new.end) - height_at(new, new.end)
                 new = sloped
             arcs = parameter.tangent_arc
-            if arcs is not None and new.zone == arcs.zone and isinstance(new, Arc):
-                radius = arcs.radii[parameter.values.index(value)]
+            if arcs is not None and new.zone == arcs["zone"] and isinstance(new, Arc):
+                radius = arcs["radii"][parameter.values.index(value)]
                 new = TangentArc(zone=new.zone, radius=radius, branch=1 if new.branch > 0 else -1)
         result.append(new)
     return result
@@ -177,18 +174,18 @@ def _constructed(pieces: list[Segment | TangentArc]) -> tuple[Segment, ...]:
     chain = list(pieces)
     for k, piece in enumerate(chain):
         if isinstance(piece, TangentArc):
-            before = chain[k - 1] if k > 0 else None
-            after = chain[k + 1] if k + 1 < len(chain) else None
-            if not isinstance(before, Segment) or not isinstance(after, Segment):
-                raise ProfileError(f"zone {piece.zone!r} needs an arc or a line on both sides")
+            before, after = chain[k - 1], chain[k + 1]
+            assert isinstance(before, Arc)
+            assert isinstance(after, Polynomial)
             arc = tangent_arc(piece.zone, before, after, piece.radius, piece.branch)
-            chain[k - 1] = before.between(before.start, arc.start)
-            chain[k] = arc
-            chain[k + 1] = after.between(arc.end, after.end)
+            chain[k - 1 : k + 2] = (
+                before.between(before.start, arc.start),
+                arc,
+                after.between(arc.end, after.end),
+            )
     done = tuple(piece for piece in chain if isinstance(piece, Segment))
-    for piece in done:
-        if not (math.isfinite(piece.start) and math.isfinite(piece.end)):
-            raise ProfileError(f"zone {piece.zone!r} has no beginning or no end; give from and to")
+    if not all(math.isfinite(end) for piece in done for end in (piece.start, piece.end)):
+        raise ProfileError("a zone has no beginning or no end; give from and to")
     return done
 
 
@@ -213,7 +210,7 @@ def _built(path: Path, values: tuple[tuple[str, float], ...]) -> Definition:
 
 
 def read_definition(path: Path) -> Definition:
-    """Read a standard shape (TOML) with the default values of its parameters; junctions checked."""
+    """Read a standard shape (TOML) with the default values of its parameters."""
     template = read_template(path)
     return build(template, {p.form: p.default for p in template.parameters})
 
@@ -233,7 +230,14 @@ def wheel(name: str, spacing: float = 0.25e-3) -> Profile:
     return Profile(shape.name, "wheel", y, z, shape.source)
 
 
-def rail(name: str, inclination: float, gauge: float, half_span: float, spacing: float = 0.25e-3) -> Profile:
+def rail(
+    name: str,
+    inclination: float,
+    gauge: float,
+    half_span: float,
+    spacing: float = 0.25e-3,
+    gauge_height: float = GAUGE_DEPTH,
+) -> Profile:
     """Return a standard rail head, inclined and placed in the track, from the gauge to the field side.
 
     Parameters
@@ -245,15 +249,16 @@ def rail(name: str, inclination: float, gauge: float, half_span: float, spacing:
         defined as it stands in the track (EN15302_rail_A) is not tilted, whatever is given here.
     gauge, half_span : float
         See `wearsim.profile.placement.place_rail`; z = 0 at the highest point, gauge point at
-        y = gauge/2 - half_span. Where the definition names the gauge point itself, that point counts [m].
-    spacing : float
-        As of `wheel` [m].
+        y = gauge/2 - half_span. Where the definition names the gauge point itself, that point counts, unless
+        the gauge height is another [m].
+    spacing, gauge_height : float
+        As of `wheel` and of `place_rail` [m].
     """
     shape = definition(name, "rail")
     gauge_y = shape.inclined_gauge_y
     fine = sample(shape, _PLACEMENT_SPACING)
-    where = placement(*fine, inclination if gauge_y is None else 0.0, gauge, half_span)
-    if gauge_y is not None:
+    where = placement(*fine, inclination if gauge_y is None else 0.0, gauge, half_span, gauge_height)
+    if gauge_y is not None and gauge_height == GAUGE_DEPTH:
         where = replace(where, shift_y=0.5 * gauge - half_span - 1e-3 * gauge_y)
     y, z = where.apply(*sample(shape, spacing))
     return Profile(shape.name, "rail", y, z, shape.source)

@@ -4,20 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 import xarray as xr
 
 from wearsim.campaign.directory import read_status
 from wearsim.errors import ResultError
-from wearsim.report.sections import SECTIONS, Campaigns, summary_line
-from wearsim.report.style import role_of, to_svg, write_text
+from wearsim.report.sections import LAYERS, Campaigns
+from wearsim.report.style import role_of, to_svg
 from wearsim.report.tables import Table, exact
 from wearsim.report.tables_quality import read_convergence
 from wearsim.report.texts import environment
 from wearsim.results import load_results
 from wearsim.translation.bands import known_bands
 from wearsim.translation.translate import content_hash, translate, with_known_causes
+from wearsim.whole_files import write_whole
 
 
 def write_report(directory: str | Path) -> Path:
@@ -39,27 +41,25 @@ def write_report(directory: str | Path) -> Path:
         No result file in the directory, or one that cannot be read.
     """
     directory = Path(directory)
-    failures = {
-        name: str(item.get("message") or "no reason is stored")
-        for name, item in (read_status(directory).get("campaigns") or {}).items()
-        if item.get("state") == "failed"
-    }
+    states = read_status(directory).get("campaigns") or {}
     datasets = []
     for path in (directory / "rig.nc", directory / "field.nc"):
         if path.exists():
             datasets.append(load_results(path))
     if not datasets:
-        raise ResultError(f"{directory}: there is no rig.nc or field.nc; {_advice(directory, failures)}")
+        raise ResultError(f"{directory}: there is no rig.nc or field.nc; {_advice(directory, states)}")
     factors = None
     if len(datasets) == 2:
         factors = with_known_causes(translate(datasets[0], datasets[1]), directory / "translation.nc")
     hashes = {role_of(data): content_hash(data) for data in datasets}
     known = known_bands(directory, hashes)
-    text = render(datasets, read_convergence(directory), failures, factors, known)
-    return write_text(text, directory / "report.html")
+    text = render(datasets, read_convergence(directory), states, factors, known)
+    path = directory / "report.html"
+    write_whole(path, text, "make room, or make the directory writable")
+    return path
 
 
-def _advice(directory: Path, failures: Mapping[str, str]) -> str:
+def _advice(directory: Path, states: Mapping[str, Mapping[str, Any]]) -> str:
     """Say what to do with a directory without results."""
     if (directory / "sweep.json").is_file():
         cases = (path.parent for path in directory.glob("case_*/*.nc"))
@@ -69,15 +69,15 @@ def _advice(directory: Path, failures: Mapping[str, str]) -> str:
         return (
             f"it is the directory of a sweep{whose}; report on one of its cases: `wearsim report {example}`"
         )
-    if failures:
-        return f"the campaign failed: {'; '.join(failures.values())}"
+    if failures := [str(one.get("message")) for one in states.values() if one.get("state") == "failed"]:
+        return f"the campaign failed: {'; '.join(failures)}"
     return f"`wearsim run SCENE --out {directory}` makes them"
 
 
 def render(
     datasets: list[xr.Dataset],
     convergence: Sequence[Table] = (),
-    failures: Mapping[str, str] | None = None,
+    states: Mapping[str, Mapping[str, Any]] | None = None,
     factors: xr.Dataset | None = None,
     bands: tuple[xr.Dataset | None, pd.DataFrame] | None = None,
 ) -> str:
@@ -89,8 +89,8 @@ def render(
         One result, or rig and field in this order.
     convergence : sequence of Table
         Results of `wearsim run --converge`.
-    failures : mapping of str to str, optional
-        Why campaigns failed, by role.
+    states : mapping of str to mapping, optional
+        Status of the campaigns by role, as in `status.json`.
     factors : Dataset, optional
         Of two results, by default as `translate` makes them, without causes.
     bands : tuple, optional
@@ -98,18 +98,18 @@ def render(
     """
     if factors is None and len(datasets) == 2:
         factors = translate(datasets[0], datasets[1])
-    campaigns = Campaigns(datasets, factors, convergence, *(bands or ()))
+    campaigns = Campaigns(datasets, factors, convergence, *(bands or (None, pd.DataFrame())), states or {})
     page = environment()
     page.filters |= {
         "svg": lambda plate: to_svg(plate.figure, plate.name),
         "exact": exact,
-        "content_hash": content_hash,
-        "summary_line": summary_line,
     }
-    sections = [(section.key, section.title, list(section.content(campaigns))) for section in SECTIONS]
+    layers = {
+        layer: [(one.key, one.title, blocks) for one in sections if (blocks := list(one.content(campaigns)))]
+        for layer, sections in LAYERS.items()
+    }
     return page.get_template("report.html.j2").render(
         title=" against ".join(str(data.attrs.get("title", role_of(data))) for data in datasets),
         datasets=datasets,
-        failures=failures or {},
-        sections=[section for section in sections if section[-1]],
+        layers=layers,
     )

@@ -8,15 +8,17 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from wearsim.errors import ResultError
 from wearsim.quantities import QUANTITIES
 from wearsim.report import tables_damage
 from wearsim.report.plates import COUNTERFACE_MEASURES
 from wearsim.report.sections import Campaigns, all_figures
-from wearsim.report.style import plain, role_of, save_svg, with_unit, writing
+from wearsim.report.style import plain, role_of, save_svg, with_unit
 from wearsim.report.tables import MEASURES, UNDEFINED, limit_text
 from wearsim.report.tables_quality import models_in_use
 from wearsim.report.texts import environment, stated_warnings, wears
 from wearsim.results import checks, load_results, result_warnings
+from wearsim.results.fatigue import largest_index, quantity_of
 from wearsim.results.limits import limits_met
 from wearsim.results.schema import FAINT
 
@@ -130,8 +132,8 @@ def _damage(dataset: xr.Dataset) -> dict[str, Any]:
 
 def _index(dataset: xr.Dataset, k: int, law: str) -> dict[str, Any]:
     """Largest index of a law with its place and operating point, lists are (right, left)."""
-    indexes = tables_damage.largest(dataset, checks.last_worn_row(dataset), k)
-    keys = (tables_damage.quantity_of(law), "fatigue_index_y", "operating_point_name")
+    indexes = largest_index(dataset, checks.last_worn_row(dataset), k)
+    keys = (quantity_of(law), "fatigue_index_y", "operating_point_name")
     return {key: [None if one is None else one[i] for one in indexes] for i, key in enumerate(keys)}
 
 
@@ -153,20 +155,22 @@ def write_figures(path: str | Path, directory: str | Path) -> list[Path]:
     """Write the figures of the report for one result file as SVG to a folder, made if it is not there."""
     directory = Path(directory)
     dataset = load_results(path)
-    with writing(f"{directory}: figures"):
+    try:
         directory.mkdir(parents=True, exist_ok=True)
-        return [
-            save_svg(plate.figure, directory / f"{Path(path).stem}_{plate.name}.svg")
-            for plate in all_figures(Campaigns([dataset]))
-        ]
+    except OSError as error:
+        text = f"{directory}: figures cannot be written: {error.strerror}; choose another folder"
+        raise ResultError(text) from error
+    return [
+        save_svg(plate.figure, directory / f"{Path(path).stem}_{plate.name}.svg")
+        for plate in all_figures(Campaigns([dataset]))
+    ]
 
 
 def write_animation(path: str | Path, target: Path) -> Path:
     """Write the running wear of one result file as a GIF, see `animate_wear`."""
     from wearsim.report.figures.animation import animate_wear
 
-    with open_results(path) as data:
-        return animate_wear(data.load(), target)
+    return animate_wear(load_results(path), target)
 
 
 def _plain(value: Any) -> Any:

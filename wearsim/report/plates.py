@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -15,7 +16,17 @@ from matplotlib.figure import Figure
 from wearsim.report.figures import bands as band_figures
 from wearsim.report.figures import campaign, translation
 from wearsim.report.figures.campaign import WHEELS
-from wearsim.report.style import COLOURS, capital, panels, plain, role_title, shown, wrapped
+from wearsim.report.style import (
+    COLOURS,
+    capital,
+    panels,
+    plain,
+    role_of,
+    role_title,
+    shown,
+    values_of,
+    wrapped,
+)
 from wearsim.report.texts import caption, run, wears
 from wearsim.results.checks import last_worn_row
 from wearsim.translation.bands import PER_KM, asked_of
@@ -25,20 +36,27 @@ _FACTOR_POINTS = (
     "area", "max_pressure", "spin", "creepage_x", "force_x", "force_y", "power", "wear_area_rate",
     "wear_depth_rate_max",
 )  # fmt: skip
-_FACTOR_COLLECTIVE = ("area", "max_pressure", "spin", "power", "wear_index_max")
 BASES = ("Equal distance", "Equal worn depth", "Equal worn area")
 COUNTERFACE_MEASURES = ("counterface_max_wear_depth", "counterface_worn_area", "counterface_redressed_depth")
+
+_STATES = 11
+"""Places of the slider of `worn_profiles`."""
 
 Datasets = Sequence[xr.Dataset]
 
 
 @dataclass(frozen=True)
 class Plate:
-    """A finished figure, its name (unique in the report, file name of the figure) and its caption."""
+    """A finished figure, its name (unique in the report, file name of the figure) and its caption.
+
+    Of a figure with several states, what a slider says at each; their lines have the ids that
+    `worn_profiles` gives them, and the last state is what is seen without a script.
+    """
 
     name: str
     figure: Figure
     caption: str
+    states: Sequence[str] = ()
 
     macro = "figure"
 
@@ -59,11 +77,11 @@ def _range(places: list[np.ndarray], depths: list[np.ndarray], margin: float) ->
     return low - margin, high + margin
 
 
-def worn_range(datasets: Datasets, wheel: int, name: str = "profile_y") -> tuple[float, float]:
-    """Limits of a lateral (or arc length) axis around what is worn [shown unit]."""
-    places = [campaign.new_place(data, wheel, against=name) for data in datasets]
+def worn_range(datasets: Datasets, wheel: int) -> tuple[float, float]:
+    """Limits of a lateral axis around what is worn [shown unit]."""
+    places = [campaign.new_place(data, wheel) for data in datasets]
     depths = [data["wear_depth"].values[last_worn_row(data), wheel] for data in datasets]
-    low, high = shown(name, _range(places, depths, 1e-3))
+    low, high = shown("profile_y", _range(places, depths, 1e-3))
     return float(low), float(high)
 
 
@@ -101,6 +119,28 @@ def _by_campaign(
     return panels(len(names or "1"), len(datasets), draw, **usual | options)
 
 
+def worn_profiles(datasets: Datasets) -> Plate:
+    """Profiles of both wheels with exaggerated wear, at the end and, behind a slider, on the way there."""
+    factor, ways = campaign.exaggeration(datasets), np.linspace(0.0, 1.0, _STATES)
+
+    def draw(ax: Axes, wheel: int, _: int) -> None:
+        for data, state in itertools.product(datasets, range(_STATES)):
+            ways_back, end = _STATES - 1 - state, data["distance"].values[-1]  # the end first, for the legend
+            way, new = ways[ways_back] * end, data is datasets[0] and not state
+            campaign.plot_profile(data, ax, wheel=wheel, distance=way, new=new, factor=factor)
+            ax.lines[-1].set(alpha=float(not state), gid=f"state{ways_back}-{wheel}-{role_of(data)}")
+        ax.set_title(f"{WHEELS[wheel].capitalize()} wheel")
+
+    figure = panels(
+        2, 1, draw, sharex=True, keys=(slice(1), 0), width=5.0, height=1.35, between=0.4,
+        edges=(0.75, 0.1, 0.45, 0.75), key_columns=2,
+    )  # fmt: skip
+    ends = [(role_of(data), values_of(data, "distance", -1)) for data in datasets]
+    states = [", ".join(f"{role} {plain(way * end, 3)} km" for role, end in ends) for way in ways]
+    text = caption("figure", "worn_profiles", datasets=datasets, factor=factor)
+    return Plate("worn_profiles", figure, text, states)
+
+
 def profiles(datasets: Datasets, factors: xr.Dataset | None = None) -> Figure:
     """Profiles of both wheels overlaid, new and worn, with the wear depth and its difference below."""
     ends: list[tuple[str, list[float | None]]] = [(f"After {run(datasets[0])}", [None])]
@@ -113,6 +153,8 @@ def profiles(datasets: Datasets, factors: xr.Dataset | None = None) -> Figure:
             for b in (0, 1)
         ]
 
+    factor = campaign.exaggeration(datasets)
+
     def draw(ax: Axes, row: int, column: int) -> None:
         wheel, lower = divmod(row, 2)
         title, distances = ends[column]
@@ -122,15 +164,16 @@ def profiles(datasets: Datasets, factors: xr.Dataset | None = None) -> Figure:
                 # the colours are those of the axes above
                 ax.lines[-1].set(label="_worn", linestyle="-")
             else:
-                campaign.plot_profile(data, ax, wheel=wheel, distance=distance, new=index == 0)
+                new = index == 0
+                campaign.plot_profile(data, ax, wheel=wheel, distance=distance, new=new, factor=factor)
         if not lower:
             ax.set_title(f"{WHEELS[wheel].capitalize()} wheel. {title}")
         elif len(datasets) == 2:
             _difference(datasets, distances, ax, wheel)
 
-    return panels(
-        4, len(ends), draw, height=1.6, between=0.42, sharex="col", keys=(slice(2), 0), key_columns=5
-    )
+    width = 6.4 if len(ends) == 1 else 9.6  # that the whole profile has room at equal scales
+    size: dict[str, Any] = {"width": width, "height": 1.75, "between": 0.42}
+    return panels(4, len(ends), draw, sharex="col", keys=(slice(2), 0), key_columns=5, **size)
 
 
 def _difference(datasets: Datasets, distances: list[float | None], ax: Axes, wheel: int) -> None:
@@ -146,16 +189,15 @@ def _difference(datasets: Datasets, distances: list[float | None], ax: Axes, whe
 
 
 def wear_depth(datasets: Datasets) -> Figure:
-    """Wear depth of both wheels over lateral position and over arc length, at the end of each campaign."""
+    """Wear depth of both wheels over lateral position, at the end of each campaign."""
 
-    def draw(ax: Axes, row: int, wheel: int) -> None:
-        against = ("profile_y", "arc_length")[row]
+    def draw(ax: Axes, _: int, wheel: int) -> None:
         for data in datasets:
-            campaign.plot_wear_depth(data, ax, wheel=wheel, against=against, history=True)
-        ax.set_xlim(worn_range(datasets, wheel, against))
+            campaign.plot_wear_depth(data, ax, wheel=wheel, history=True)
+        ax.set_xlim(worn_range(datasets, wheel))
         ax.set_title(f"{WHEELS[wheel].capitalize()} wheel")
 
-    return panels(2, 2, draw, gap=0.3, sharey=True)
+    return panels(1, 2, draw, gap=0.3, sharey=True)
 
 
 def positions(datasets: Datasets) -> Figure | None:
@@ -209,14 +251,9 @@ def wear_laws(datasets: Datasets) -> Figure | None:
 
 
 def measures(datasets: Datasets) -> Figure:
-    """Flange height, thickness, gradient and hollowing over the distance."""
-    names = ("flange_height", "flange_thickness", "flange_gradient", "hollowing")
+    """Flange height, thickness, gradient, hollowing and equivalent conicity over the distance."""
+    names = ("flange_height", "flange_thickness", "flange_gradient", "hollowing", "equivalent_conicity")
     return _by_campaign(datasets, campaign.plot_over_distance, names)
-
-
-def conicity(datasets: Datasets) -> Figure:
-    """Equivalent conicity over the distance."""
-    return _by_campaign(datasets, campaign.plot_over_distance, ["equivalent_conicity"])
 
 
 def contact(datasets: Datasets) -> Figure:
@@ -241,11 +278,6 @@ def shakedown(datasets: Datasets) -> Figure:
 def fatigue_damage(datasets: Datasets) -> Figure:
     """Fatigue damage along the profile of campaigns with fatigue laws."""
     return _by_wheel([(data, campaign.plot_fatigue_damage, "") for data in datasets], sharey=True)
-
-
-def fatigue_cycles(datasets: Datasets) -> Figure:
-    """Damage of each load cycle by every fatigue law."""
-    return _by_campaign(datasets, campaign.plot_passage_damage, height=2.4, sharey=True)
 
 
 def balance(datasets: Datasets) -> Figure | None:
@@ -276,13 +308,6 @@ def causes(_: Datasets, factors: xr.Dataset) -> Figure | None:
     return panels(2, 1, draw, height=0.6 + 0.28 * factors.sizes["cause"], keys=())
 
 
-def factors_contact(_: Datasets, factors: xr.Dataset) -> Figure:
-    """Factors of the contact of the collectives over distance, worn depth and worn area."""
-    names = [f"{name}_collective" for name in _FACTOR_COLLECTIVE]
-    texts = {name: str(factors[name].attrs["long_name"]) for name in names}
-    return _factor_curves(factors, {n: text.removesuffix(", collective mean") for n, text in texts.items()})
-
-
 def _factor_curves(factors: xr.Dataset, series: dict[str, str]) -> Figure:
     def draw(ax: Axes, _: int, basis: int) -> None:
         for index, (variable, text) in enumerate(series.items()):
@@ -300,19 +325,6 @@ def equivalent_distance(_: Datasets, factors: xr.Dataset) -> Figure:
         translation.plot_equivalent_distance(factors, ax, of=CAMPAIGN[of])
 
     return panels(1, 2, draw, height=2.4)
-
-
-def factor_along_profile(datasets: Datasets, factors: xr.Dataset) -> Figure:
-    """Factor of the wear depth along the profile."""
-    position = datasets[0]["profile_y"].values[0]
-
-    def draw(ax: Axes, wheel: int, basis: int) -> None:
-        translation.plot_depth_factor(factors, position[wheel], ax, basis=basis, wheel=wheel)
-        translation.mark_one(ax)
-        ax.set_xlim(worn_range(datasets, wheel))
-        ax.set_title(f"{WHEELS[wheel].capitalize()} wheel, {BASES[basis].lower()}")
-
-    return panels(2, 2, draw, height=1.8)
 
 
 def factors_at_points(_: Datasets, factors: xr.Dataset) -> Figure | None:

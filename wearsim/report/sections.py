@@ -5,7 +5,7 @@ To add a section: its figure or table in a file of its own subject, and an entry
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -13,12 +13,11 @@ import pandas as pd
 import xarray as xr
 from matplotlib.figure import Figure
 
-from wearsim.report import plates, tables, tables_damage, tables_quality, tables_translation
+from wearsim.report import answer, plates, sources, tables, tables_damage, tables_quality, tables_translation
 from wearsim.report.plates import Plate
-from wearsim.report.style import plain, role_of, role_title, shown
+from wearsim.report.style import role_of, role_title
 from wearsim.report.tables import Table
-from wearsim.report.texts import caption, lines, run
-from wearsim.results.checks import last_worn_row, wear_steps
+from wearsim.report.texts import caption, lines
 from wearsim.translation.translate import table
 
 
@@ -32,13 +31,14 @@ class Block:
 
 @dataclass(frozen=True)
 class Campaigns:
-    """What a report is about: results, their factors, tables of convergence, bands, ranking of steels."""
+    """What a report is about: results, factors, convergence, bands, ranking of steels, status of each run."""
 
     datasets: list[xr.Dataset]
     factors: xr.Dataset | None = None
     convergence: Sequence[Table] = ()
     bands: xr.Dataset | None = None
     materials: pd.DataFrame = field(default_factory=pd.DataFrame)
+    states: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     def each(self, make: Callable[[xr.Dataset], Iterable[Table]]) -> Iterator[Table]:
         """Tables of each campaign, with its role in name and caption."""
@@ -46,7 +46,7 @@ class Campaigns:
             yield from (one.of(role_of(data), role_title(data)) for one in make(data))
 
 
-Content = Iterator[Table | Block | Plate]
+Content = Iterable[Table | Block | Plate]
 
 
 @dataclass(frozen=True)
@@ -66,36 +66,37 @@ def figures(
     yield from filter(None, (plates.plate(one, campaigns.datasets, *given) for one in draw))
 
 
-def summary_line(dataset: xr.Dataset) -> str:
-    """Distance, wear steps and depth of a campaign."""
-    depth = shown("max_wear_depth", dataset["max_wear_depth"].values[last_worn_row(dataset)].max())
-    return f"{run(dataset)} in {wear_steps(dataset)} wear steps, {plain(depth, 3)} mm deep"
+def _answer(c: Campaigns) -> Content:
+    yield Block("alerts", lines("alerts", datasets=c.datasets, states=c.states))
+    said: dict[str, Any] = {"datasets": c.datasets, "factors": c.factors}
+    yield Block("lead", lines("question", **said))
+    yield Block("say", answer.sentences(c.datasets, c.factors, c.bands))
+    yield plates.worn_profiles(c.datasets)
+    yield from answer.limits(c.datasets)
+    yield Block("list", answer.assumptions(c.datasets, len(lines("warnings", **said))))
+
+
+def _warnings(c: Campaigns) -> Content:
+    if warned := lines("warnings", datasets=c.datasets, factors=c.factors):
+        yield Block("list", warned)
 
 
 def _verdict(c: Campaigns) -> Content:
-    warnings = Block("warnings", lines("warnings", datasets=c.datasets, factors=c.factors))
     if c.factors is None:
-        data = c.datasets[0]
-        yield Block("lead", f"{role_title(data)}: {summary_line(data)}.")
-        yield warnings
         yield tables.state(c.datasets)
-        return
-    rows = table(c.factors)
-    for line in tables_translation.verdict_sentences(rows, c.factors, c.datasets, c.bands):
-        yield Block("lead", line)
-    yield warnings
-    yield tables_translation.verdict(rows, c.factors, c.datasets)
-    yield Block("patch_rules", tables_translation.patch_rules())
+    else:
+        yield tables_translation.verdict(table(c.factors), c.factors, c.datasets)
 
 
 def _settings(c: Campaigns) -> Content:
     yield tables.settings(c.datasets)
     yield from map(tables.operating_points, c.datasets)
+    yield from c.each(tables.running)
 
 
 def _running(c: Campaigns) -> Content:
+    yield from c.each(tables.wear_by_class)
     yield from figures(c, plates.positions)
-    yield from c.each(tables.running)
 
 
 def _wear(c: Campaigns) -> Content:
@@ -105,6 +106,9 @@ def _wear(c: Campaigns) -> Content:
     )  # fmt: skip
     yield from c.each(lambda data: [*tables_damage.wear_laws(data), *tables.counterface(data)])
     yield from _factors_of(c, "comparison")
+    if c.factors is not None:
+        about = tables_translation.regime_bands(c.factors, c.datasets[0])
+        yield Block("list", [*lines("about_regimes"), *about])
 
 
 def _factors_of(c: Campaigns, group: str) -> Content:
@@ -115,7 +119,7 @@ def _factors_of(c: Campaigns, group: str) -> Content:
 def _measures(c: Campaigns) -> Content:
     yield from tables.limits(c.datasets)
     yield from tables.reprofiled_wheels(c.datasets)
-    yield from figures(c, plates.measures, plates.conicity)
+    yield from figures(c, plates.measures)
 
 
 def _fatigue(c: Campaigns) -> Content:
@@ -124,33 +128,32 @@ def _fatigue(c: Campaigns) -> Content:
         return
     yield from c.each(tables_damage.fatigue_tables)
     yield from _factors_of(c, "fatigue")
-    draw = (plates.shakedown, plates.fatigue_damage, plates.fatigue_cycles, plates.balance)
+    draw = (plates.shakedown, plates.fatigue_damage, plates.balance)
     yield from figures(campaigns, *draw)
 
 
 def _factors(c: Campaigns) -> Content:
     if c.factors is None:
         return
-    yield Block("about_factors")
+    yield Block("say", lines("about_factors"))
     yield from tables_translation.causes(c.factors)
     yield from figures(
-        c, plates.causes, plates.factors_wear, plates.factors_contact, plates.equivalent_distance,
-        plates.factor_along_profile, plates.factors_at_points, factors=True,
+        c, plates.causes, plates.factors_wear, plates.equivalent_distance,
+        plates.factors_at_points, factors=True,
     )  # fmt: skip
     yield from tables_translation.zones(c.factors)
     yield from tables_translation.power_causes(c.factors)
-    yield from tables_translation.factors_at_points(c.factors)
 
 
-def _regimes(c: Campaigns) -> Content:
-    if c.factors is None:
-        return
-    yield Block("about_regimes")
-    yield Block("list", tables_translation.regime_bands(c.factors, c.datasets[0]))
-    by_point = tables_translation.regimes(c.factors)
-    yield from by_point
-    if not by_point:
-        yield Block("no_equal_points")
+def _coefficients(c: Campaigns) -> Content:
+    yield sources.laws(c.datasets)
+    yield sources.coefficients(c.datasets)
+
+
+def _again(c: Campaigns) -> Content:
+    yield Block("commands", sources.commands(c.datasets))
+    yield sources.provenance(c.datasets)
+    yield from (Block("scene", data) for data in c.datasets)
 
 
 def _bands(c: Campaigns) -> Content:
@@ -170,22 +173,31 @@ def _quality(c: Campaigns) -> Content:
     yield from figures(c, plates.steps)
 
 
-SECTIONS = (
-    Section("verdict", "Verdict", _verdict),
-    Section("settings", "Settings", _settings),
-    Section("profiles", "Profiles", lambda c: figures(c, plates.profiles, factors=True)),
-    Section("wear", "Wear", _wear),
-    Section("measures", "Wheel measures", _measures),
-    Section("running", "Where the wheelset runs", _running),
-    Section("contact", "Contact", lambda c: figures(c, plates.contact)),
-    Section("fatigue", "Rolling contact fatigue", _fatigue),
-    Section("factors", "Factors from rig to field", _factors),
-    Section("bands", "How sure it is", _bands),
-    Section("regimes", "Wear regimes", _regimes),
-    Section("quality", "Numerical quality", _quality),
-    Section("provenance", "Provenance", lambda c: (Block("provenance", data) for data in c.datasets)),
-)
-"""Sections of the report of rig against field, in order."""
+LAYERS = {
+    "": (Section("answer", "Answer", _answer),),
+    "For engineers": (
+        Section("warnings", "Before you use these numbers", _warnings),
+        Section("verdict", "Values at the end", _verdict),
+        Section("profiles", "Profiles", lambda c: figures(c, plates.profiles, factors=True)),
+        Section("wear", "Wear", _wear),
+        Section("measures", "Wheel measures and limits", _measures),
+        Section("running", "Where the wheelset runs and wears", _running),
+        Section("contact", "Contact", lambda c: figures(c, plates.contact)),
+        Section("fatigue", "Rolling contact fatigue", _fatigue),
+        Section("factors", "Factors and causes", _factors),
+        Section("bands", "How sure it is", _bands),
+        Section("quality", "Numerical quality", _quality),
+    ),
+    "Appendix": (
+        Section("settings", "Settings and operating points", _settings),
+        Section("coefficients", "Coefficients and their certainty", _coefficients),
+        Section("bibliography", "Bibliography", lambda c: [Block("list", sources.bibliography(c.datasets))]),
+        Section("again", "How to make it again", _again),
+    ),
+}
+"""Sections of the report by layer: page one, what engineers ask for, and where it all comes from."""
+
+SECTIONS = tuple(section for layer in LAYERS.values() for section in layer)
 
 
 def all_figures(campaigns: Campaigns) -> list[Plate]:

@@ -5,8 +5,7 @@ from __future__ import annotations
 import io
 import re
 import textwrap
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +15,8 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from wearsim.errors import ResultError
 from wearsim.quantities import QUANTITIES
+from wearsim.whole_files import write_whole
 
 COLOURS = {"rig": "#d55e00", "field": "#0072b2", "rail": "#6b6b6b", "new": "#8c8c8c", "difference": "#1a1a1a"}
 """Colours with a fixed meaning (palette of Okabe and Ito)."""
@@ -124,12 +123,6 @@ def panels(
                 ax.set_ylabel("")
             if row < rows - 1 and options.get("sharex"):
                 ax.set_xlabel("")
-        for ax in axes.flat:
-            # only the offset of an axis moves the title, and to look for a place takes a fifth of the drawing
-            formatter = ax.yaxis.get_major_formatter()
-            formatter.format_ticks(ax.get_yticks())
-            if not formatter.get_offset():
-                ax.set_title(ax.get_title("left"), y=1.0)
         legend(figure, np.atleast_1d(axes[keys]).flat, key_columns)
     return figure
 
@@ -184,20 +177,18 @@ def label_axes(ax: Axes, x: str, y: str, floor: float | None = None, width: int 
 
 
 def plain(value: Any, digits: int = 4) -> str:
-    """Write a number with some significant digits, without an exponent where people expect none."""
+    """Write a number with some significant digits and without exponent; less than 0.0001 is said to be so."""
     value = float(value)
     if not np.isfinite(value):
         return "undefined"
     if value == 0.0:
         return "0"
     value = float(f"{value:.{digits - 1}e}") if abs(value) < 10.0**digits else value
-    if 1e-4 <= abs(value) < 1e6:
-        places = max(digits - 1 - int(np.floor(np.log10(abs(value)))), 0)
-        text = f"{value:.{places}f}"
-    else:
-        mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
-        text = f"{mantissa}·10^{int(exponent)}"
-    return text.replace("-", "\N{MINUS SIGN}")
+    if abs(value) < 1e-4:
+        return "< 0.0001" if value > 0.0 else "> \N{MINUS SIGN}0.0001"
+    places = max(digits - 1 - int(np.floor(np.log10(abs(value)))), 0)
+    text = f"{value:,.{places}f}" if abs(value) >= 1e6 else f"{value:.{places}f}"
+    return text.replace("-", "\N{MINUS SIGN}").replace(",", "\N{NARROW NO-BREAK SPACE}")
 
 
 def wrapped(text: str, width: int = 28) -> str:
@@ -230,37 +221,20 @@ def to_svg(figure: Figure, name: str) -> str:
     return text.strip()
 
 
-@contextmanager
-def writing(what: Path | str, advice: str = "choose another folder") -> Iterator[None]:
-    """Raise a ResultError with reason and advice where the operating system cannot write."""
-    try:
-        yield
-    except OSError as error:
-        raise ResultError(f"{what} cannot be written ({error.strerror}); {advice}") from error
-
-
 def save_svg(figure: Figure, path: Path) -> Path:
     """Write a figure as a file of its own; returns its path."""
-    text = f'<?xml version="1.0" encoding="utf-8"?>\n{to_svg(figure, path.stem)}\n'
-    path.write_text(text, encoding="utf-8")
+    write_whole(path, f'<?xml version="1.0" encoding="utf-8"?>\n{to_svg(figure, path.stem)}\n')
     return path
 
 
 def write_figure(figure: Figure, path: Path) -> Path:
     """Write a figure as .png, .svg or .pdf by the suffix of `path`; raise ResultError if that fails."""
     kind = path.suffix[1:].lower()
-    with writing(f"{path}:"), style():
+    with style():
         if kind == "svg":
             return save_svg(figure, path)
         metadata = {"CreationDate": None} if kind == "pdf" else {"Software": None}
-        figure.savefig(path, format=kind, dpi=150, metadata=metadata)
-    return path
-
-
-def write_text(text: str, path: Path) -> Path:
-    """Write a file as a whole or not at all; raise ResultError if that fails."""
-    part = path.with_name(f".{path.name}.part")
-    with writing(f"{path}:", "make the directory writable"):
-        part.write_text(text, encoding="utf-8")
-        part.replace(path)
+        content = io.BytesIO()
+        figure.savefig(content, format=kind, dpi=150, metadata=metadata)
+    write_whole(path, content.getvalue())
     return path

@@ -17,8 +17,8 @@ from wearsim.quantities import QUANTITIES
 from wearsim.report.plates import COUNTERFACE_MEASURES
 from wearsim.report.style import capital, label, plain, role_of, role_title, shown, values_of, with_unit
 from wearsim.report.texts import caption, columns, environment_text, wears, words
-from wearsim.results.checks import last_worn_row, reprofilings
-from wearsim.results.limits import LIMITED, LimitMet, limits_met
+from wearsim.results.checks import last_worn_row, reprofilings, worn_by_patch
+from wearsim.results.limits import LIMITED, LimitMet, distances_to, limits_met
 
 UNDEFINED = "undefined"
 GIVEN = 0
@@ -157,7 +157,8 @@ def settings(datasets: list[xr.Dataset]) -> Table:
         ranges = (_range(name, data[name].values[data["weight"].values > 0.0]) for data in datasets)
         rows.append([label(datasets[0], name), *ranges])
     rows.append(["Environment factor on the wear depth", *map(environment_text, datasets)])
-    for key, said in words("settings").items():
+    for key in words("settings")["keys"]:
+        said = words("settings").get(key, {})
         values = [data.attrs.get(key) for data in datasets]
         if any(value is not None for value in values):
             quantity = QUANTITIES.get(said.get("quantity", key))
@@ -185,13 +186,25 @@ def _range(name: str, values: np.ndarray) -> str:
 
 def limits(datasets: list[xr.Dataset]) -> list[Table]:
     """Limits and where each campaign meets them, for limits that any of them has."""
-    met = [{limit.name: limit for limit in limits_met(data)} for data in datasets]
+    met = [{limit.name: (data, limit) for limit in limits_met(data)} for data in datasets]
     rows = []
     for name in LIMITED:
-        if any(name in campaign for campaign in met):
-            values = sorted({campaign[name].limit for campaign in met if name in campaign})
-            rows.append([limit_text(name, values), *(_where_met(one.get(name)) for one in met)])
-    return [table("limits", rows, *map(role_title, datasets), look="numbers")] if rows else []
+        given_to = [campaign[name] for campaign in met if name in campaign]
+        if given_to:
+            values = sorted({limit.limit for _, limit in given_to})
+            texts = (_where_met(*campaign[name]) if name in campaign else "not given" for campaign in met)
+            rows.append([limit_text(name, values), *texts])
+    return [table("limits", rows, *map(role_title, datasets), look="text")] if rows else []
+
+
+def wear_by_class(dataset: xr.Dataset) -> list[Table]:
+    """Which blocks or classes of operating points did the wear, the most first."""
+    ran = (dataset["step_length"].values[:, None] * dataset["active_weight"].values).sum(axis=0)
+    wear = worn_by_patch(dataset).sum(axis=(0, 2))
+    of = "class" if "operating_point_class" in dataset else "name"
+    by = pd.DataFrame({"run": ran, "wear": wear}).groupby(dataset[f"operating_point_{of}"].values).sum()
+    shares = (100.0 * by / by.sum())[by["run"] > 0.0].sort_values("wear", ascending=False)
+    return [table("wear_by_class", shares.itertuples(), digits=3)] if wear.any() else []
 
 
 def limit_text(name: str, values: Sequence[float]) -> str:
@@ -203,12 +216,13 @@ def limit_text(name: str, values: Sequence[float]) -> str:
     return f"{capital(quantity.meaning)}, {most} {texts}{unit}"
 
 
-def _where_met(limit: LimitMet | None) -> str:
-    if limit is None:
-        return "not given"
+def _where_met(dataset: xr.Dataset, limit: LimitMet) -> str:
     sides = ("right: ", "left: ") if len(limit.distance) == 2 else ("",)
-    met = ["not met" if at is None else f"{plain(shown('distance', at))} km" for at in limit.distance]
-    return "; ".join(side + text for side, text in zip(sides, met, strict=True))
+    texts = []
+    for at, met in zip(*distances_to(dataset, limit), strict=True):
+        far = f", after about {plain(shown('distance', at), 2)} km" if np.isfinite(at) else ""
+        texts.append(f"{plain(shown('distance', at))} km" if met else f"not met{far}")
+    return "; ".join(side + text for side, text in zip(sides, texts, strict=True))
 
 
 def reprofiled_wheels(datasets: list[xr.Dataset]) -> list[Table]:

@@ -3,26 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
-from typing import Any
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
-from wearsim.quantities import QUANTITIES
 from wearsim.report.figures.campaign import WHEELS
 from wearsim.report.plates import BASES, Datasets
-from wearsim.report.style import capital, plain, role_of, shown, values_of, with_unit
+from wearsim.report.style import capital, plain, shown, values_of, with_unit
 from wearsim.report.tables import GIVEN, UNDEFINED, Table, table
-from wearsim.report.texts import lines, words
-from wearsim.results.checks import DOUBTED, doubtful_shares
-from wearsim.translation.bands import PER_KM, band_table
-from wearsim.translation.factors import POINT_QUANTITIES, SIMILARITY
-from wearsim.translation.translate import BASIS, cause_table, point_table, power_cause_table
-
-MAIN_CAUSES = 4
-"""Causes that the verdict names."""
+from wearsim.report.texts import words
+from wearsim.translation.bands import band_table
+from wearsim.translation.factors import SIMILARITY
+from wearsim.translation.translate import BASIS, cause_table, power_cause_table
 
 
 def verdict(factors: pd.DataFrame, translation: xr.Dataset, datasets: Datasets) -> Table:
@@ -39,94 +32,17 @@ def verdict(factors: pd.DataFrame, translation: xr.Dataset, datasets: Datasets) 
         ]
         first = both.iloc[0]
         quantity = capital(first["quantity"].removesuffix(", collective mean"))
-        unit = "–" if first["unit"] in ("", "1") else first["unit"]
+        quantity += "" if first["unit"] in ("", "1") else f" [{first['unit']}]"
         group = next(text for end, text in headings.items() if variable.endswith(end))
-        rows[group, variable] = [quantity, unit, *sum(values, ()), "; ".join(notes) or "–"]
+        rows[group, variable] = [quantity, *sum(values, ()), "; ".join(notes) or "–"]
     run = plain(shown("distance", translation["distance_run"].values[0, -1, 0]))
     depth = plain(shown("max_wear_depth", translation["worn_depth"].values[1, -1, 0]), 3)
-    bands = [("", 2), (f"{BASES[0]}, {run} km each", 3), (f"{BASES[1]}, {depth} mm each", 3), ("", 1)]
-    digits, context = (4, 4, 4, 4, 3, 4, 4, 3, 4), {"datasets": datasets}
+    bands = [("", 1), (f"{BASES[0]}, {run} km each", 3), (f"{BASES[1]}, {depth} mm each", 3), ("", 1)]
+    digits, context = (4, 4, 4, 3, 4, 4, 3, 4), {"datasets": datasets}
     made = table("verdict", rows.values(), context=context, bands=bands, digits=digits, look="verdict")
     groups = dict.fromkeys(group for group, _ in rows)
     made.frame.index = pd.MultiIndex.from_tuples(rows)
     return replace(made, frame=pd.concat([made.frame.loc[[group]] for group in groups]))
-
-
-def patch_rules() -> str:
-    """Say how the patches of one wheel make one value."""
-    rules: dict[str, list[str]] = {}
-    for name, rule in POINT_QUANTITIES.items():
-        rules.setdefault(rule, []).append(QUANTITIES[name].meaning)
-    return "; ".join(f"{rule}: {', '.join(names)}" for rule, names in rules.items())
-
-
-def verdict_sentences(
-    factors: pd.DataFrame, translation: xr.Dataset, datasets: Datasets, bands: xr.Dataset | None = None
-) -> list[str]:
-    """Say in words what the factors say, with bands unless much of the wear is doubtful."""
-    rows = {(row["basis"], row["variable"]): row for row in factors.to_dict("records")}
-    context: dict[str, Any] = {
-        f"{short}{'_alike' if basis == 'equal worn depth' else ''}": rows[basis, name]
-        for basis in ("equal distance", "equal worn depth")
-        for short, name in (("run", "distance_run"), ("depth", "max_wear_depth"), ("area", "worn_area"))
-    }
-    factor = translation["max_wear_depth_factor"].values[0, :, -1]
-    context["causes"] = []
-    if "cause_factor" in translation:
-        shares = translation["cause_factor"].values[-1]
-        order = np.argsort(-np.abs(np.log(shares)), kind="stable")
-        context["causes"] = [(translation["cause_name"].values[k], shares[k]) for k in order[:MAIN_CAUSES]]
-        context["rest"] = np.exp(np.log(shares[order[MAIN_CAUSES:]]).sum())
-        context["rate"] = translation["rate_factor"].values[-1]
-    shares = [doubtful_shares(data) for data in datasets]
-    context["doubts"] = [(role_of(data), share) for data, share in zip(datasets, shares, strict=True)]
-    doubted = any(part > DOUBTED for share in shares for part in share.values())
-    sure = pd.DataFrame() if bands is None or doubted else band_table(bands)
-    context["without"] = bands is not None and doubted
-    context["bands"] = sure.to_dict("records")[: len(PER_KM)]
-    return lines("verdict", **context, factor=factor[np.isfinite(factor)], say=partial(plain, digits=3))
-
-
-def factors_at_points(translation: xr.Dataset) -> list[Table]:
-    """Factors at equal operating points, a table for each state."""
-    tables = []
-    for name, rows in point_table(translation).groupby("state", sort=False):
-        quantities = [capital(name) for name in dict.fromkeys(rows["quantity"])]
-        each = len(quantities)
-        places = rows[["point", "wheel", "shift"]].iloc[::each].itertuples(index=False)
-        factors = rows["factor"].to_numpy().reshape(-1, each)
-        cells = ([*place, *values] for place, values in zip(places, factors, strict=True))
-        where = "new wheels" if name == "new wheels" else f"end of {name!s}"
-        fold, digits = f"Factors at equal operating points, {where}", (3, 3, GIVEN, *[3] * each)
-        made = table("factors_at_points", cells, *quantities, look="points", fold=fold, digits=digits)
-        tables.append(replace(made, name=""))
-    return tables
-
-
-def regimes(translation: xr.Dataset) -> list[Table]:
-    """Highest regime on the rig and in the field at equal points, of new wheels and at equal distance."""
-    if "regime_point" not in translation:
-        return []
-    names = str(translation["regime_point"].attrs["flag_meanings"]).split()
-    shift = values_of(translation, "shift")
-    places = [(i, w) for i in np.argsort(shift, kind="stable") for w in range(len(WHEELS))]
-    tables = []
-    for progress, title in ((0, "new wheels"), (-1, "end of the common distance")):
-        regime = translation["regime_point"].values[0, progress].astype(int)
-        differs = translation["regime_point_differs"].values[0, progress] == 1
-        rows = [
-            [translation["rig_label"].values[i], WHEELS[w], shift[i],
-             *(names[regime[c, i, w] + 1] for c in (0, 1)), "differs" if differs[i, w] else None]
-            for i, w in places
-        ]  # fmt: skip
-        shaded = frozenset(k for k, place in enumerate(places) if differs[place])
-        fold = (
-            f"Highest regime of any cell at equal operating points, {title}: {len(shaded)} of {len(rows)} "
-            "wheels in contact differ"
-        )
-        look = {"look": "regimes", "fold": fold, "unfolded": bool(shaded), "shaded": shaded}
-        tables.append(replace(table("regimes", rows, digits=GIVEN, **look), name=""))
-    return tables
 
 
 def regime_bands(translation: xr.Dataset, rig: xr.Dataset) -> list[str]:

@@ -11,7 +11,6 @@ from typing import Any
 import jinja2
 import xarray as xr
 
-from wearsim.report.figures.campaign import shear_yield_text
 from wearsim.report.style import capital, plain, role_of, role_title, values_of
 from wearsim.results.checks import (
     closing_reprofiling,
@@ -19,6 +18,7 @@ from wearsim.results.checks import (
     percent,
     reprofiled_rows,
     result_warnings,
+    shear_yield,
 )
 
 
@@ -65,7 +65,7 @@ def stated_warnings(dataset: xr.Dataset) -> list[str]:
 
 _SAYS = (
     capital, closing_reprofiling, cracks_left, environment_note, environment_text, compares, percent, plain,
-    reprofiled_rows, result_warnings, role_of, role_title, rolls, run, shear_yield_text, stated_warnings,
+    reprofiled_rows, result_warnings, role_of, role_title, rolls, run, shear_yield, stated_warnings,
     wears,
 )  # fmt: skip
 """Functions that templates call, also as filters and tests."""

@@ -288,6 +288,13 @@ def seizure_warning(dataset: xr.Dataset) -> str | None:
     )
 
 
+def worn_by_patch(dataset: xr.Dataset) -> NDArray[np.float64]:
+    """Worn area of each step by each patch of the state it leads to, (step, operating_point, patch) [m2]."""
+    ran = dataset["step_length"].values[:, None] * dataset["active_weight"].values
+    area = np.nan_to_num(dataset["wear_area_rate"].values) * (ran * dataset["environment"].values)[..., None]
+    return np.asarray(area)
+
+
 def doubtful_shares(dataset: xr.Dataset) -> dict[str, float]:
     """Share of the worn area that an expert would doubt first, by the reason.
 
@@ -295,8 +302,7 @@ def doubtful_shares(dataset: xr.Dataset) -> dict[str, float]:
     index exceeds that of the tests behind the coefficients, where those are known. Contacts count in the
     state that a step leads to. Empty before the first step.
     """
-    ran = dataset["step_length"].values[:, None] * dataset["active_weight"].values
-    wear = np.nan_to_num(dataset["wear_area_rate"].values) * (ran * dataset["environment"].values)[..., None]
+    wear = worn_by_patch(dataset)
     if wear.sum() <= 0.0:
         return {}
     force, pressure = dataset["normal_force"].values, dataset["max_pressure"].values

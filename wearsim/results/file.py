@@ -39,6 +39,7 @@ from wearsim.results.schema import (
     structure_fault,
     value_fault,
 )
+from wearsim.whole_files import require_utf8, utf8
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -53,6 +54,9 @@ _RESERVE = 1_000_000
 
 _CACHE = 2**18
 """Chunks that HDF5 keeps of each variable of an open file [B]: its own 16 MB would be 1 GB for all."""
+
+UNREADABLE = (OSError, RuntimeError, ValueError, AttributeError, KeyError)
+"""What reading a damaged netCDF file raises: its libraries find damage in many places."""
 
 _T = TypeVar("_T")
 
@@ -230,7 +234,10 @@ def open_results(path: str | Path) -> xr.Dataset:
             raise _unreadable(path, "was damaged while it was written", error) from error
     if sound == 0:
         raise _damaged(path, "distance has no value")
-    opened = _with_retries(lambda: xr.open_dataset(path, engine="netcdf4", decode_times=False))
+    try:
+        opened = _with_retries(lambda: xr.open_dataset(path, engine="netcdf4", decode_times=False))
+    except UNREADABLE as error:
+        raise _unreadable(path, "cannot be read", error) from error
     dataset = renamed(opened)
     if dataset.sizes["step"] != sound:
         dataset = dataset.isel(step=slice(0, sound))
@@ -255,7 +262,7 @@ def load_results(path: str | Path) -> xr.Dataset:
         for name, variable in dataset.variables.items():
             try:
                 variable.load()
-            except (OSError, RuntimeError, ValueError) as error:
+            except UNREADABLE as error:
                 raise _unreadable(path, f"is damaged in {name}", error) from error
             if fault := value_fault(str(name), variable.values, dataset.sizes):
                 raise _damaged(path, fault)
@@ -264,6 +271,7 @@ def load_results(path: str | Path) -> xr.Dataset:
 
 def _open(path: Path, *, older: bool = False) -> netCDF4.Dataset:
     """Open for reading, exact values unmasked, or raise with what is wrong with the file."""
+    require_utf8(path)
     if not path.exists():
         raise ResultError(f"{path} does not exist; `wearsim run SCENE --out DIR` writes result files")
     if not path.is_file():
@@ -272,13 +280,19 @@ def _open(path: Path, *, older: bool = False) -> netCDF4.Dataset:
         file = _with_retries(lambda: netCDF4.Dataset(path, "r"))
     except (OSError, RuntimeError) as error:
         raise _unreadable(path, "cannot be read as netCDF", error) from error
-    file.set_auto_maskandscale(False)
-    stated = getattr(file, "wearsim_schema", None)
-    schema = int(stated) if isinstance(stated, np.integer) else None
-    older = older and schema in OLDER_SCHEMAS
-    names = [RENAMED.get(name, name) if older else name for name in file.variables]
-    missing = [name for name in layout_of(names) if name not in (*names, *(ADDED if older else ()))]
-    fault = "" if missing or not (schema == SCHEMA or older) else structure_fault(file, path.stat().st_size)
+    try:
+        file.set_auto_maskandscale(False)
+        stated = getattr(file, "wearsim_schema", None)
+        schema = int(stated) if isinstance(stated, np.integer) else None
+        older = older and schema in OLDER_SCHEMAS
+        names = [RENAMED.get(name, name) if older else name for name in file.variables]
+        missing = [name for name in layout_of(names) if name not in (*names, *(ADDED if older else ()))]
+        fault = (
+            "" if missing or not (schema == SCHEMA or older) else structure_fault(file, path.stat().st_size)
+        )
+    except UNREADABLE as error:
+        file.close()
+        raise _unreadable(path, "is damaged", error) from error
     if (schema == SCHEMA or older) and not missing and not fault:
         return file
     file.close()
@@ -319,7 +333,7 @@ def _define(file: netCDF4.Dataset, header: Header) -> None:
     attributes = {"Conventions": "CF-1.11", "wearsim_schema": np.int32(SCHEMA), **header.attributes}
     for name, value in attributes.items():
         if value != "":
-            file.setncattr(name, value)
+            file.setncattr(name, utf8(value) if isinstance(value, str) else value)
     layout = layout_of(header.static)
     for name, variable in layout.items():
         _define_variable(file, name, variable, header)

@@ -100,6 +100,24 @@ def limits_met(dataset: xr.Dataset) -> tuple[LimitMet, ...]:
     return _met(dataset["distance"].values, worst, limits)
 
 
+def distances_to(dataset: xr.Dataset, limit: LimitMet) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Distance at which each side, or the wheelset, meets a limit [m], and whether it has.
+
+    If not yet, at the mean rate over the last half of the way; infinite beyond ten times the way, where
+    nothing nears the limit, and where wheels are reprofiled.
+    """
+    run, laws = dataset["distance"].values, laws_of(dataset)
+    values = np.stack([worst_of(limit.name, row, laws) for row in dataset[limit.name].values])
+    half = int(np.argmin(np.abs(run - 0.5 * run[-1])))
+    gained, left = (LIMITED[limit.name] * d for d in (values[-1] - values[half], limit.limit - values[-1]))
+    nears = (gained > 0.0) & (REPROFILED_AT not in dataset.attrs)
+    steps = np.divide(left, gained, out=np.full(left.shape, np.inf), where=nears)
+    at = run[-1] + (run[-1] - run[half]) * np.minimum(steps, 1e300)
+    met = np.array([one is not None for one in limit.distance])
+    known = np.array([one or 0.0 for one in limit.distance])
+    return np.where(met, known, np.where(at > 10.0 * run[-1], np.inf, at)), met
+
+
 def met_attributes(
     rows: Iterable[Mapping[str, NDArray[np.float64]]], limits: Mapping[str, float], laws: Sequence[str] = ()
 ) -> dict[str, float]:

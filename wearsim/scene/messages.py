@@ -20,6 +20,7 @@ from wearsim.quantities import QUANTITIES
 from wearsim.results.limits import LIMITED
 from wearsim.scene.campaign import LIMIT_KEYS, STABILITY, LimitsSection, RollerWearSection
 from wearsim.scene.damage import damage_faults
+from wearsim.scene.implausible import implausible
 from wearsim.scene.models import BlockSection, ClassSection, FieldScene, RigScene
 from wearsim.scene.vehicle import cut_motion, points_of_track
 from wearsim.toml_faults import KeyPath, shown, suggestion
@@ -101,6 +102,7 @@ def header_warnings(scene: Campaign, diameters: Mapping[str, float]) -> list[Fau
 
 def _warnings(scene: Campaign) -> _Messages:
     runs, contact, campaign = scene.operation.runs, scene.contact, scene.campaign
+    yield from implausible(scene)
     if runs and all(run.friction == 0 for run in runs.values()) and WEAR_LAWS[scene.wear.law].needs_friction:
         yield (*next(iter(runs)), "friction"), "friction = 0 everywhere: nothing will wear"
     if contact.torque_Nm != 0 and contact.rotation != "free":

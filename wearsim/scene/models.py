@@ -17,7 +17,7 @@ from wearsim.profile.standard import shipped_path
 from wearsim.quantities import QUANTITIES
 from wearsim.scene.campaign import CampaignSection, RailWearSection, RollerWearSection
 from wearsim.scene.damage import FatigueSection, WearSection
-from wearsim.scene.section import Registered, Section, Text, number, range_of, words
+from wearsim.scene.section import Registered, Section, SetPoints, Text, number, range_of, words
 from wearsim.scene.uncertainty import UncertaintySection
 from wearsim.scene.vehicle import CurveRadius, VehicleSection
 from wearsim.toml_faults import KeyPath, Lines, line_of
@@ -107,6 +107,9 @@ class CounterfaceSection(Section):
     profile: Text = words("the name of a shipped rail profile, such as 60E1, or a file of points")
     inclination: Inclination = words('the inclination of the rail, such as "1:40", or "none"')
     gauge_mm: float = number("gauge", "the track gauge", 1435.0)
+    gauge_height_mm: float = number(
+        "gauge_height", "the depth below the top of the rail at which the gauge is measured", 14.0
+    )
     smooth_mm: float | None = number(
         "noise_wavelength", "the wavelength below which a measured profile is smoothed", None
     )
@@ -190,10 +193,9 @@ class ContactSection(Section):
     )
 
 
-class Running(Section):
+class Running(SetPoints):
     """How the wheelset runs, alike in blocks and classes."""
 
-    name: Text = words("a name for tables and figures")
     yaw_mrad: float = number("yaw", "the yaw of the wheelset", 0.0)
     roll_mrad: float = number("roll", "the roll of the wheelset", 0.0)
     load_kN: float | None = number("wheel_load", "the vertical load of each wheel", None)
@@ -201,23 +203,6 @@ class Running(Section):
     wheel_load_left_kN: float | None = number("wheel_load", "the vertical load of the left wheel", None)
     axle_load_kN: float | None = number(
         "axle_load", "the vertical load of both wheels, which share it as the roll of the axle asks for", None
-    )
-    speed_km_h: float = number("speed", "the speed")
-    friction: float = number(
-        "friction", "Coulomb's coefficient of friction, on the tread if it is another there"
-    )
-    friction_flange: float | None = number(
-        "friction_flange", "the coefficient of friction on the flange, by default that of the tread", None
-    )
-    axle_torque_kN_m: float | None = Field(
-        None,
-        description="the torque on the axle, driving forward, by default that of [contact]",
-        ge=-50.0,
-        le=50.0,
-        json_schema_extra={"unit": "kN m"},
-    )
-    environment: float = number(
-        "environment", "the factor on the wear depth, 1 for dry laboratory coefficients", 1.0
     )
 
     @property

@@ -11,8 +11,8 @@ from datetime import date, time
 from pathlib import Path, PurePath
 from typing import Any
 
-from wearsim.errors import Fault, SceneError
-from wearsim.toml_faults import KeyPath, Lines, line_of, shown
+from wearsim.errors import Fault, SceneError, brief
+from wearsim.toml_faults import DEEPEST, KeyPath, Lines, line_of, shown
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 
@@ -60,9 +60,9 @@ def merge(data: Mapping[str, Any], overrides: Sequence[Override], lines: Lines) 
     merged = copy.deepcopy(dict(data))
     faults = []
     for override in overrides:
-        paths = list(paths_of(merged, override.keys))
+        paths = list(paths_of(merged, override.keys)) if len(override.keys) <= DEEPEST else []
         if not paths or not all([_put(merged, path, override.value) for path in paths]):
-            message = f"the scene has no table for {override.key}; tables of a list are counted from 1"
+            message = f"the scene has no table for {brief(override.key)}; tables of a list are counted from 1"
             faults.append(Fault(message, override.source, override.line))
             continue
         for path in paths:

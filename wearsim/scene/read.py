@@ -534,7 +534,9 @@ def _read_profile(
 ) -> tuple[Profile, InputFile, ProfileReading | None]:
     """Profile of a key, smoothed and placed in the track, its file, and what that says besides."""
     is_rail = role.startswith("counterface")
-    slope, placing = slope_of(scene.counterface.inclination), (1e-3 * scene.counterface.gauge_mm, half_span)
+    section = scene.counterface
+    slope, placing = slope_of(section.inclination), (1e-3 * section.gauge_mm, half_span)
+    depth = 1e-3 * section.gauge_height_mm
     path = _place_of(scene, role, name, kept)
     if path is None or path.suffix == ".toml":
         looks_like_file = any(mark in name for mark in "/\\") or Path(name).suffix not in ("", ".toml")
@@ -543,14 +545,16 @@ def _read_profile(
                 "there is no such file as given, next to the scene file or among the shipped profiles"
             )
         short = name.removesuffix(".toml")
-        shape = standard.rail(short, slope, *placing) if is_rail else standard.wheel(short)
+        shape = (
+            standard.rail(short, slope, *placing, gauge_height=depth) if is_rail else standard.wheel(short)
+        )
         path = standard.find_shipped(short)
         return shape, InputFile(role, name, path, path.read_bytes(), shipped=True), None
     reading = read_profile(path, "rail" if is_rail else "wheel")
     path = reading.files[-1]  # of a list of slices, the slice
-    smooth = {"wheelset": scene.wheelset.smooth_mm, "counterface": scene.counterface.smooth_mm}
+    smooth = {"wheelset": scene.wheelset.smooth_mm, "counterface": section.smooth_mm}
     shape = smoothed(reading.profile, 1e-3 * (smooth.get(role.partition(".")[0]) or 0.0))
-    shape = place_rail(shape, tilt_to_add(reading.lean, slope), *placing) if is_rail else shape
+    shape = place_rail(shape, tilt_to_add(reading.lean, slope), *placing, depth) if is_rail else shape
     try:
         return shape, InputFile(role, name, path, path.read_bytes()), reading
     except OSError as error:

@@ -12,8 +12,9 @@ from wearsim.contact.patch import FloatArray
 from wearsim.errors import Fault, SceneError
 from wearsim.operation.recorded import Samples, samples_of
 from wearsim.quantities import QUANTITIES
+from wearsim.results.file import UNREADABLE
 from wearsim.scene.models import FieldScene
-from wearsim.toml_faults import shown, suggestion, text_of
+from wearsim.toml_faults import LARGEST_TABLE, content_of, shown, suggestion, text_of
 
 _UNITS: dict[str, tuple[str, float]] = {
     "time_s": ("time", 1.0), "time_h": ("time", 3600.0), "distance_m": ("place", 1.0),
@@ -141,14 +142,20 @@ def _columns(path: Path) -> dict[str, FloatArray]:
         try:
             with xr.open_dataset(path, decode_times=False) as data:
                 flat = [name for name in data.variables if data[name].ndim == 1]
+                if sum(data[name].nbytes for name in flat) > LARGEST_TABLE:
+                    raise ValueError("it is too large")
                 if len({data[name].size for name in flat}) > 1:
                     raise ValueError("its variables have unlike lengths")
                 return {str(name): data[name].values.astype(float) for name in flat}
-        except (OSError, ValueError) as error:
+        except UNREADABLE as error:
             raise SceneError(
                 [Fault(f"cannot be read as netCDF ({error}); give a CSV file", str(path))]
             ) from None
-    rows = [row for row in csv.reader(io.StringIO(text_of(_content(path), str(path)))) if any(row)]
+    rows = [
+        row
+        for row in csv.reader(io.StringIO(text_of(content_of(path, "a CSV file", LARGEST_TABLE), str(path))))
+        if any(row)
+    ]
     if len(rows) < 3:
         raise SceneError([Fault("holds no samples; give a header and a row for each", str(path))])
     header = [name.strip() for name in rows[0]]
@@ -157,13 +164,6 @@ def _columns(path: Path) -> dict[str, FloatArray]:
         text = f"{len(rows[short - 1])} cells, the header has {len(header)}; separate them by commas"
         raise SceneError([Fault(text, str(path), short)])
     return {name: np.array([_number(row[k]) for row in rows[1:]]) for k, name in enumerate(header)}
-
-
-def _content(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise SceneError([Fault(f"cannot be read ({error.strerror}); give a CSV file", str(path))]) from None
 
 
 def _number(text: str) -> float:

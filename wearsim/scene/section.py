@@ -90,3 +90,26 @@ class Section(Table):
                 times, over = _SI.get(ending, (1, 1))
                 values[key.removesuffix(ending)] = value * times / over if ending else value
         return values
+
+
+class SetPoints(Section):
+    """What blocks, classes and segments of track have in common."""
+
+    name: Text = words("a name for tables and figures")
+    speed_km_h: float = number("speed", "the speed")
+    friction: float = number(
+        "friction", "Coulomb's coefficient of friction, on the tread if it is another there"
+    )
+    friction_flange: float | None = number(
+        "friction_flange", "the coefficient of friction on the flange, by default that of the tread", None
+    )
+    axle_torque_kN_m: float | None = Field(
+        None,
+        description="the torque on the axle, driving forward, by default that of [contact]",
+        ge=-50.0,
+        le=50.0,
+        json_schema_extra={"unit": "kN m"},
+    )
+    environment: float = number(
+        "environment", "the factor on the wear depth, 1 for dry laboratory coefficients", 1.0
+    )

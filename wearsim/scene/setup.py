@@ -87,6 +87,7 @@ class CampaignSetup:
     counterface_wear: CounterfaceWear | None = None  # None: rails or rollers stay as they are
     templates: tuple[Profile, Profile] | None = None  # that right and left wheel are reprofiled to
     reduction: Reduction | None = None  # of a record to the operating points
+    vehicle: str = ""  # name and source, and how it moves on straight track
     running: Running | None = None  # state of the new wheelset under controlled forces; None: nothing is
 
 
@@ -111,6 +112,7 @@ def build(scene: RigScene | FieldScene) -> CampaignSetup:
     if isinstance(scene, FieldScene) and scene.vehicle is not None and scene.vehicle.positions == "frozen":
         points, running = replace(where_it_runs(points, running), controlled=None), None
     return CampaignSetup(
+        vehicle=_about_vehicle(scene),
         tolerance=contact.tolerance if fallbacks else None,
         fallbacks=tuple(fallbacks),
         kind=scene.scene.kind,
@@ -236,6 +238,12 @@ def _reduced(scene: FieldScene, bodies: tuple[Wheelset, Counterface], wear: Wear
     reduction = scene._reduction
     assert isinstance(reduction, Reduction)
     return reduction
+
+
+def _about_vehicle(scene: RigScene | FieldScene) -> str:
+    if isinstance(scene, RigScene) or scene.vehicle is None or not isinstance(scene._route, Route):
+        return ""
+    return f"{scene._route.about}; on straight track {scene.vehicle.tangent}"
 
 
 def _reducer(scene: FieldScene, bodies: tuple[Wheelset, Counterface], wear: WearSettings) -> Reducer:

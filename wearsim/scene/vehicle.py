@@ -17,7 +17,7 @@ from wearsim.operation.route import POSITIONS, WITHIN, Curve, Tangent
 from wearsim.profile.standard import shipped_path
 from wearsim.quantities import QUANTITIES
 from wearsim.scene.rows import read_rows
-from wearsim.scene.section import Section, Text, number, words
+from wearsim.scene.section import Section, SetPoints, Text, number, words
 from wearsim.toml_faults import KeyPath, cross_check, read_toml, shown, suggestion
 
 if TYPE_CHECKING:
@@ -99,26 +99,10 @@ class VehicleFile(Section):
         )
 
 
-class TrackKeys(Section):
+class TrackKeys(SetPoints):
     """What classes and segments of track have in common."""
 
     by_file: ClassVar[bool] = False  # keys may be those of all segments
-    name: Text = words("a name for tables and figures")
-    speed_km_h: float = number("speed", "the speed")
-    friction: float = number("friction", "Coulomb's coefficient of friction, on the tread")
-    friction_flange: float | None = number(
-        "friction_flange", "the coefficient of friction on the flange, by default that of the tread", None
-    )
-    axle_torque_kN_m: float | None = Field(
-        None,
-        description="the torque on the axle, driving forward, by default that of [contact]",
-        ge=-50.0,
-        le=50.0,
-        json_schema_extra={"unit": "kN m"},
-    )
-    environment: float = number(
-        "environment", "the factor on the wear depth, 1 for dry laboratory coefficients", 1.0
-    )
     curve_radius_m: CurveRadius | None = Field(
         None,
         description="the curve radius, + to the right; none on straight track",
@@ -222,6 +206,7 @@ class Route:
     """A vehicle with the track it runs on, as their files say."""
 
     vehicle: Vehicle
+    about: str  # name and source of the vehicle
     track: tuple[Curve | Tangent, ...]  # classes, or segments of a file
     files: tuple[tuple[str, str, Path], ...]  # role, name in the scene and place of each file
 
@@ -270,7 +255,8 @@ def read_vehicle(scene: FieldScene, place: Place) -> Route:
             faults.append(scene.fault(key, text))
     if faults:
         raise SceneError(faults)
-    return Route(vehicle, tuple(_track(one, torque) for one in track), tuple(files))
+    about = f"{file.name} ({file.source})"
+    return Route(vehicle, about, tuple(_track(one, torque) for one in track), tuple(files))
 
 
 def _faults(section: VehicleSection) -> list[tuple[KeyPath, str]]:

@@ -29,8 +29,6 @@ from wearsim.toml_faults import (
     validation_faults,
 )
 
-_MOST_FAULTS = 20  # lines of one message; a wrong column is a fault of every row
-
 Words = Annotated[Text, AfterValidator(str.strip)]
 Column = Annotated[tuple[Annotated[float, Field(ge=0, le=1e12)], ...], Strict(False)]
 PathFaults = list[tuple[KeyPath, str]]
@@ -202,19 +200,12 @@ def read_wear_table(path: str | Path) -> WearTable:
     try:
         section = WearTableSection.model_validate(data)
     except ValidationError as error:
-        raise _error(validation_faults(error, WearTableSection, lines, file), file) from None
+        raise SceneError(validation_faults(error, WearTableSection, lines, file)) from None
     table, faults = wear_table(section, path.stem)
     if table is None:
-        raise _error([Fault(message, file, line_of(lines, at)) for at, message in faults], file)
+        told = [Fault(message, file, line_of(lines, at)) for at, message in faults]
+        raise SceneError(sorted(told, key=lambda fault: fault.line or 0))
     return table
-
-
-def _error(faults: list[Fault], file: str) -> SceneError:
-    faults = sorted(faults, key=lambda fault: fault.line or 0)
-    more = len(faults) - _MOST_FAULTS
-    if more > 0:
-        faults[_MOST_FAULTS:] = [Fault(f"{more} more faults of this file are not shown", file)]
-    return SceneError(faults)
 
 
 def _parsed_csv(file: str, text: str) -> tuple[dict[str, Any], Lines]:
@@ -249,7 +240,7 @@ def _parsed_csv(file: str, text: str) -> tuple[dict[str, Any], Lines]:
                 lines[name, len(data[name])] = line
                 data[name].append(_number_or_text(cell))
     if faults:
-        raise _error(faults, file)
+        raise SceneError(faults)
     return data, lines
 
 

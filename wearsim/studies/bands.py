@@ -6,7 +6,6 @@ after whatever stopped it.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
@@ -33,6 +32,7 @@ from wearsim.scene.uncertainty import (
 from wearsim.studies.ensemble import Outcome, check_cases, outcome_in, run_cases
 from wearsim.translation import bands
 from wearsim.translation.bands import FILE, MATERIALS
+from wearsim.whole_files import replacing, utf8
 
 FOLDER = "bands"
 """Folder of the draws in a run directory."""
@@ -174,8 +174,8 @@ def run_bands(
     made["drawn"] = (("draw", "input"), np.array([[str(value) for value in row] for row in drawn]), about)
     made = made.assign_attrs(
         Conventions="CF-1.11",
-        title=f"bands of {plan.scene.scene.title or Path(base).stem}",
-        history=command or "wearsim run --bands",
+        title=utf8(f"bands of {plan.scene.scene.title or Path(base).stem}"),
+        history=utf8(command or "wearsim run --bands"),
         seed=section.seed,
         largest_error_over_width=sure,
         contact_models="those of the draws are kik_piotrowski + fastsim"
@@ -190,12 +190,9 @@ def run_bands(
 
 def write(made: xr.Dataset, ranked: pd.DataFrame, out: Path) -> None:
     """Write `bands.nc` and `materials.csv`, each atomically."""
-    path, part = out / FILE, out / f".{FILE}.tmp"
-    with readable_errors(f"{path} cannot be written", "all draws are safe, make room and run it again"):
-        part.unlink(missing_ok=True)
+    with replacing(out / FILE, "all draws are safe, make room and run it again") as part:
         encoding = {name: {"_FillValue": None} for name in made.coords}
         made.to_netcdf(part, engine="netcdf4", format="NETCDF4", encoding=encoding)
-        os.replace(part, path)
     if len(ranked):
         text = ranked.to_csv(index=False, lineterminator="\n", float_format="%.6g")
         write_atomically(out / MATERIALS, text.encode())

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
@@ -27,6 +26,7 @@ from wearsim.scene import load_campaign
 from wearsim.scene.sweep import Case, Sweep, SweepScene
 from wearsim.studies.ensemble import Outcome, campaigns_of, check_cases, outcome_in, run_case, run_cases
 from wearsim.studies.plan import plan, steps_text
+from wearsim.whole_files import replacing, utf8
 
 SWEEP_FILE = "sweep.json"
 _LOCK = ".sweep.lock"
@@ -222,7 +222,7 @@ def sweep_dataset(out: str | Path) -> xr.Dataset:
         # as in result files: a text variable per dimension, since coordinates of CF are numbers
         coordinates["campaign_name"] = _texts("campaign", campaigns, "campaign")
         coordinates["wheel_name"] = _texts("wheel", list(WHEELS), "wheel")
-    title = str(plan.get("title") or "sweep")
+    title = utf8(str(plan.get("title") or "sweep"))
     about = {"Conventions": "CF-1.11", "title": title, "history": "gathered by wearsim sweep"}
     return xr.Dataset(variables, coordinates, about)
 
@@ -260,13 +260,10 @@ def write_tables(out: Path) -> None:
     dataset = sweep_dataset(out)
     table = pd.DataFrame(sweep_rows(dataset), dtype=object)
     write_atomically(out / "sweep.csv", table.to_csv(index=False, lineterminator="\n").encode())
-    path, part = out / "sweep.nc", out / ".sweep.nc.tmp"
     encoding = {name: {"_FillValue": None} for name in dataset.coords}
     advice = "all cases are safe, make room and run the same command again"
-    with readable_errors(f"{path} cannot be written", advice):
-        part.unlink(missing_ok=True)
+    with replacing(out / "sweep.nc", advice) as part:
         dataset.to_netcdf(part, engine="netcdf4", format="NETCDF4", encoding=encoding)
-        os.replace(part, path)
 
 
 def _end(path: Path) -> dict[str, np.ndarray]:

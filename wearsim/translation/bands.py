@@ -21,6 +21,7 @@ import xarray as xr
 from scipy import stats
 
 from wearsim.errors import ResultError
+from wearsim.results.file import UNREADABLE
 from wearsim.results.limits import LIMITED, limits_met
 from wearsim.translation import factors
 from wearsim.translation.axes import FloatArray, IntArray, at_distances
@@ -379,7 +380,7 @@ def known_bands(directory: Path, hashes: Mapping[str, str]) -> tuple[xr.Dataset 
         with xr.open_dataset(path, engine="netcdf4") as opened:
             made = opened.load()
         ranked = pd.read_csv(table) if table.is_file() else pd.DataFrame()
-    except (OSError, RuntimeError, ValueError) as error:
+    except UNREADABLE as error:
         raise ResultError(f"{path} cannot be read ({error}); delete it, or run with --bands again") from error
     if any(made.attrs.get(f"{role}_sha256") != one for role, one in hashes.items()):
         return None, pd.DataFrame()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -14,11 +13,12 @@ import xarray as xr
 
 from wearsim.errors import ResultError
 from wearsim.quantities import QUANTITIES
-from wearsim.results.file import load_results
+from wearsim.results.file import UNREADABLE, load_results
 from wearsim.results.index import INDEXES
 from wearsim.translation import compare, factors
 from wearsim.translation.compare import CAMPAIGN, STAGES, STATIONS
 from wearsim.translation.factors import NUMBERS_KEY, STATUS
+from wearsim.whole_files import replacing, require_utf8
 
 Result = str | Path | xr.Dataset
 """A result file, or its Dataset."""
@@ -141,7 +141,7 @@ def with_known_causes(dataset: xr.Dataset, file: Path) -> xr.Dataset:
     try:
         with xr.open_dataset(file, engine="netcdf4") as opened:
             other = opened.load()
-    except (OSError, RuntimeError, ValueError):  # the netCDF library knows damage as RuntimeError
+    except UNREADABLE:
         return dataset
     if any(other.attrs.get(f"{role}_sha256") != dataset.attrs[f"{role}_sha256"] for role in CAMPAIGN):
         return dataset
@@ -170,15 +170,9 @@ def write(dataset: xr.Dataset, out: str | Path) -> Path:
             encoding[str(name)] = {"_FillValue": None if name in dataset.coords else _FILL}
             if variable.ndim > 1:
                 encoding[str(name)] |= {"zlib": True, "complevel": 4, "shuffle": True}
-    part = out.with_name(f".{out.name}.part")
-    try:
+    require_utf8(out)
+    with replacing(out) as part:
         dataset.to_netcdf(part, engine="netcdf4", format="NETCDF4", encoding=encoding)
-        os.replace(part, out)
-    except OSError as fault:
-        part.unlink(missing_ok=True)
-        raise ResultError(
-            f"{out}: cannot be written ({fault.strerror or fault}); choose a writable place"
-        ) from fault
     return out
 
 

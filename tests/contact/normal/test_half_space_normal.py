@@ -9,6 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from closed_forms import hertz
 
 from wearsim.contact import geometry
 from wearsim.contact.geometry import CounterfaceProfile, Gap, WheelsetPose
@@ -17,7 +18,6 @@ from wearsim.contact.normal import half_space
 from wearsim.contact.normal.half_space.lobes import Lobe, gather
 from wearsim.contact.normal.half_space.pressure import NODES, HeightGrid, solve_pressure
 from wearsim.contact.patch import Resolution
-from wearsim.contact.reference.hertzian import hertz
 from wearsim.errors import ContactError, NumericalError
 
 E_STAR, LOAD = 210e9 / (2.0 * (1.0 - 0.3**2)), 80e3

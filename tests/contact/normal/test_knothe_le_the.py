@@ -7,15 +7,16 @@ from types import MappingProxyType
 import numpy as np
 import pandas as pd
 import pytest
+from closed_forms import hertz
 
 import wearsim
 from wearsim.contact import geometry
 from wearsim.contact.geometry import CounterfaceProfile, Gap, WheelsetPose
 from wearsim.contact.normal import half_space
+from wearsim.contact.normal.hertz import axis_ratio
 from wearsim.contact.normal.knothe_le_the import solve
 from wearsim.contact.normal.knothe_le_the.equations import averages, in_the_middle, influence_table
 from wearsim.contact.patch import Resolution
-from wearsim.contact.reference.hertzian import axis_ratio, hertz
 from wearsim.contact.solve import solve as solve_contact
 from wearsim.errors import ContactError
 

@@ -5,17 +5,16 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from scipy.integrate import dblquad
-
-from wearsim.contact.reference.creep_forces import (
+from closed_forms import (
+    carter,
     frictional_power,
     full_slip,
     full_slip_spin_moment,
+    hertz,
     kalker_linear,
+    line_hertz,
 )
-from wearsim.contact.reference.hertzian import hertz, line_hertz
-from wearsim.contact.reference.partial_slip import carter
-from wearsim.errors import ContactError
+from scipy.integrate import dblquad
 
 G, POISSON = 80e9, 0.3
 E_STAR = G / (1.0 - POISSON)
@@ -141,26 +140,6 @@ def test_linear_theory_takes_power():
     assert np.all(frictional_power(force, creepage, 20.0) > 0.0)
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"semi_axis_x": 0.0}, r"^semi-axis a = 0 m must be above 0"),
-        ({"poisson_ratio": 0.6}, r"^Poisson's ratio = 0\.6 must be in 0 \.\. 0\.5$"),
-        ({"creepage": [[np.nan, 0.0, 0.0]]}, r"^creepage = nan must be finite$"),
-    ],
-)
-def test_linear_theory_refuses(change, message):
-    given = {
-        "creepage": [[1e-4, 0.0, 0.0]],
-        "semi_axis_x": 5e-3,
-        "semi_axis_y": 5e-3,
-        "shear_modulus": G,
-        "poisson_ratio": POISSON,
-    }
-    with pytest.raises(ContactError, match=message):
-        kalker_linear(**(given | change))
-
-
 # Full slip
 
 
@@ -171,12 +150,6 @@ def test_full_slip_is_friction_against_the_creepage():
     np.testing.assert_allclose(
         frictional_power(force, creepage, 20.0), [20.0 * 15e3 * 5e-3, 20.0 * 24e3 * 0.1], rtol=1e-14
     )
-
-
-def test_full_slip_without_direction_is_refused():
-    with pytest.raises(ContactError, match=r"^both creepages are 0: .*; give a creepage$") as caught:
-        full_slip(np.array([[1e-3, 0.0], [0.0, 0.0]]), 0.3, 1e3)
-    assert caught.value.row == 1
 
 
 @pytest.mark.parametrize(("a", "b"), [(5e-3, 5e-3), (2e-3, 9e-3), (9e-3, 2e-3), (1e-3, 50e-3)])

@@ -4,9 +4,9 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
+from closed_forms import frictional_power, kalker_linear
 
 from wearsim.contact.patch import Patch, PatchGrid, from_grid, on_grid
-from wearsim.contact.reference.creep_forces import frictional_power, kalker_linear
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 
 SHEAR_MODULUS, POISSON, LOAD, CELLS, STRIPS = 80.77e9, 0.3, 80e3, 20, 16

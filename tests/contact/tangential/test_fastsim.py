@@ -10,10 +10,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-
-from wearsim.contact.reference.creep_forces import (
+from closed_forms import (
     fastsim_elliptic_force,
     fastsim_elliptic_slip_border,
     fastsim_strip_work,
@@ -23,6 +20,9 @@ from wearsim.contact.reference.creep_forces import (
     kalker_linear,
     reduced_creepage,
 )
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
 from wearsim.contact.tangential import fastsim
 from wearsim.contact.tangential.kalker import coefficients
 

@@ -11,12 +11,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from closed_forms import carter, full_slip, full_slip_spin_moment
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from wearsim.contact.patch import Patch, PatchGrid, from_grid
-from wearsim.contact.reference.creep_forces import full_slip, full_slip_spin_moment
-from wearsim.contact.reference.partial_slip import carter
 from wearsim.contact.solve import solve as solve_contact
 from wearsim.contact.tangential import fastsim, half_space
 from wearsim.contact.tangential.half_space import steady_rolling

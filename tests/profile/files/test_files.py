@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wearsim.errors import ProfileError
+from wearsim.errors import ProfileError, ResultError
 from wearsim.profile.checks import points_faults
 from wearsim.profile.files import load_profile, read_profile, write_profile
 from wearsim.profile.shape import Profile
@@ -38,7 +38,7 @@ def fault(tmp_path):
             read_two_column(path, kind, units)
         message = str(caught.value)
         assert caught.value.exit_code == 2
-        assert all(line.startswith(str(path)) for line in message.splitlines())
+        assert all(line.startswith((str(path), "and ")) for line in message.splitlines())
         return message.replace(str(path), "p.csv")
 
     return check
@@ -129,7 +129,7 @@ def test_nothing_is_overwritten_or_left_half_written(tmp_path):
     assert path.read_text() == "mine"
     with pytest.raises(ProfileError, match=r"not finite; nothing was written"):
         write_profile(Profile("bad", "wheel", WHEEL.y, WHEEL.z * np.nan), path, overwrite=True)
-    with pytest.raises(ProfileError, match=r"cannot be written"):
+    with pytest.raises(ResultError, match=r"cannot be written"):
         write_profile(WHEEL, tmp_path / "none" / "p.csv")
     write_profile(WHEEL, path, overwrite=True)
     assert [entry.name for entry in tmp_path.iterdir()] == ["p.csv"]
@@ -157,7 +157,7 @@ def test_what_is_not_finite_is_refused(fault, word):
 def test_a_hopeless_file_does_not_flood_the_screen(fault):
     message = fault([f"{k}{',1' * (k % 40)}" for k in range(2, 500)]).splitlines()
     assert len(message) == 21
-    assert message[-1] == "p.csv: 19 more faults of this file are not shown"
+    assert message[-1] == "and 19 more faults that are not shown"
 
 
 @pytest.mark.parametrize("lines", [[], ["# nothing"], ["y,z"], text()[:19]])

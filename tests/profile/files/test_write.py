@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from wearsim.errors import ProfileError
+from wearsim.errors import ProfileError, ResultError
 from wearsim.profile.files import WRITTEN_FORMATS, load_profile, read_profile, write_profile
 from wearsim.profile.shape import Profile
 from wearsim.profile.standard import rail, shipped_path, wheel
@@ -84,7 +84,7 @@ def test_nothing_is_overwritten_or_left_half_written(tmp_path, name):
     assert path.read_text() == "mine"
     with pytest.raises(ProfileError, match=r"not finite; nothing was written"):
         write_profile(replace(WHEEL, z=WHEEL.z * np.nan), path, name, overwrite=True)
-    with pytest.raises(ProfileError, match=r"cannot be written"):
+    with pytest.raises(ResultError, match=r"cannot be written"):
         write_profile(WHEEL, tmp_path / "none" / path.name, name)
     write_profile(WHEEL, path, name, overwrite=True)
     assert [entry.name for entry in tmp_path.iterdir()] == [path.name]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -182,19 +182,7 @@ class NormalModel:
     fewest: int = FEWEST
     most_strips: int | None = None
 
-    def __call__(
-        self,
-        gap: Gap,
-        row: IntArray,
-        load: FloatArray,
-        *,
-        vertical: bool,
-        effective_modulus: float,
-        resolution: Resolution,
-        parameters: dict[str, float],
-        start: NormalSolution | None = None,
-        rough: bool = False,
-    ) -> NormalSolution:
+    def __call__(self, gap: Gap, row: IntArray, load: FloatArray, **options: Any) -> NormalSolution:
         """Solve with input and solution validated; parameters and errors as of `NormalSolver`.
 
         Raises
@@ -205,6 +193,7 @@ class NormalModel:
         NumericalError
             Also for a solution that is not finite.
         """
+        resolution: Resolution = options["resolution"]
         for key in ("strips", "cells"):
             if getattr(resolution, key) < FEWEST:
                 raise ContactError(f"{key} = {getattr(resolution, key)} must be at least {FEWEST}; take more")
@@ -215,19 +204,9 @@ class NormalModel:
             raise ContactError(
                 f"wheel load = {load[first]:g} N must be above 0 N and finite", row=int(row[first])
             )
-        solution = self.solve(
-            gap,
-            row,
-            load,
-            vertical=vertical,
-            effective_modulus=effective_modulus,
-            resolution=resolution,
-            parameters=parameters,
-            start=start,
-            rough=rough,
-        )
+        solution = self.solve(gap, row, load, **options)
         if solution.patch.row.size > 0:
-            _check_solution(gap, solution, effective_modulus)
+            _check_solution(gap, solution, options["effective_modulus"])
         return solution
 
 

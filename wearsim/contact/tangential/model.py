@@ -7,7 +7,7 @@ else has to be edited to add one. Whoever calls a record gets input and solution
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -112,15 +112,7 @@ class TangentialModel:
     most_strips: int | None = None
 
     def __call__(
-        self,
-        patch: Patch,
-        creepage: FloatArray,
-        friction: FloatArray,
-        *,
-        shear_modulus: float,
-        poisson_ratio: float,
-        fields: bool,
-        start: TangentialSolution | None = None,
+        self, patch: Patch, creepage: FloatArray, friction: FloatArray, **options: Any
     ) -> TangentialSolution:
         """Solve with input and solution validated; parameters and errors as of `TangentialSolver`.
 
@@ -136,15 +128,7 @@ class TangentialModel:
             fewest = int(patch.strips.min()), int(patch.cells.min())
             check_grid(self.name, *fewest, self.fewest, None, hint)
             check_grid(self.name, patch.y.shape[1], fewest[1], self.fewest, self.most_strips)
-        solution = self.solve(
-            patch,
-            creepage,
-            friction,
-            shear_modulus=shear_modulus,
-            poisson_ratio=poisson_ratio,
-            fields=fields,
-            start=start,
-        )
+        solution = self.solve(patch, creepage, friction, **options)
         fine = np.isfinite(solution.force).all(axis=1)
         if not fine.all():
             raise NumericalError(

@@ -8,7 +8,7 @@ from __future__ import annotations
 import tomllib
 from pathlib import Path
 
-from wearsim.damage.coefficients.record import CERTAINTIES, Coefficient, CoefficientSet
+from wearsim.damage.coefficients.record import Coefficient, CoefficientSet
 from wearsim.damage.registry import Registry, unknown
 from wearsim.errors import Fault, SceneError
 
@@ -47,4 +47,4 @@ def coefficient_set(given: str | CoefficientSet, law: str | None) -> Coefficient
     return chosen
 
 
-__all__ = ["CERTAINTIES", "COEFFICIENT_SETS", "Coefficient", "CoefficientSet", "coefficient_set"]
+__all__ = ["COEFFICIENT_SETS", "Coefficient", "CoefficientSet", "coefficient_set"]

@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
-CERTAINTIES = ("printed", "confirmed", "derived", "given", "recalled", "uncertain")
 _MARKED = ("recalled", "uncertain")
 
 

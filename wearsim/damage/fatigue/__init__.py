@@ -56,11 +56,6 @@ class FatigueSettings:
     wear_limit: float = 3e-3
 
 
-def default_settings(law: str, **changes: object) -> FatigueSettings:
-    """Return the settings of a law with its own set, and `changes` in other fields."""
-    return FatigueSettings(law=law, **{"coefficients": FATIGUE_LAWS[law].coefficients, **changes})  # type: ignore[arg-type]
-
-
 def coefficients_of(settings: FatigueSettings) -> CoefficientSet:
     """Return the numbers that act under some settings.
 
@@ -150,6 +145,6 @@ def passage_damage(loads: PatchLoads, settings: FatigueSettings) -> FatigueDamag
 
 __all__ = [
     "BRANCHES", "FATIGUE_LAWS", "WEAR_NUMBERS", "Branch", "FatigueDamage", "FatigueLaw", "FatigueSettings",
-    "PatchLoads", "WearNumber", "coefficients_of", "counts_cycles", "default_settings", "laws_that_take",
+    "PatchLoads", "WearNumber", "coefficients_of", "counts_cycles", "laws_that_take",
     "passage_damage", "patch_loads",
 ]  # fmt: skip

@@ -53,21 +53,6 @@ class WearSettings:
     seizure_cap: SeizureCap = "none"
 
 
-def default_settings(law: str, **changes: object) -> WearSettings:
-    """Return the settings of a law with its own set and form, and `changes` in other fields.
-
-    Raises
-    ------
-    SceneError
-        For an unknown law, or a table without its table.
-    """
-    record = WEAR_LAWS[law]
-    if record.coefficients is None and "coefficients" not in changes:
-        raise SceneError([Fault(f'law = "{law}" needs its own table; there is no shipped one')])
-    own: dict[str, object] = {"coefficients": record.coefficients, "form": record.forms[0]}
-    return WearSettings(law=law, **{**own, **changes})  # type: ignore[arg-type]
-
-
 def coefficients_of(settings: WearSettings) -> CoefficientSet:
     """Return the numbers of the set of some settings, with those that the settings give in their place.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
@@ -29,6 +28,7 @@ from wearsim.profile.files.points import (
 )
 from wearsim.profile.shape import Kind, Profile
 from wearsim.profile.smoothing import smoothed
+from wearsim.whole_files import utf8, write_whole
 
 
 class Format(NamedTuple):
@@ -115,7 +115,7 @@ def read_profile(path: str | Path, kind: Kind, **statements: Unpack[Statements])
     notes += () if lean is None else (f"head {placement.lean_words(lean)}",)
     shown = notes[1:] if name == "two-column" else notes
     source = f"file {path.name} ({'; '.join(shown)})" if shown else f"file {path.name}"
-    profile = Profile(path.stem, kind, ours.y, ours.z, source)
+    profile = Profile(utf8(path.stem), kind, ours.y, ours.z, source)
     header |= content.header
     diameter = miniprof.wheel_diameter(header) if kind == "wheel" else None
     return ProfileReading(profile, name, header, notes, tuple(files), lean, ours.running_circle, diameter)
@@ -159,7 +159,7 @@ def _slice_file(path: Path, listed: SliceFile) -> Path:
     """File of a slice, in the folder of the list."""
     file = path.parent / listed.file.replace("\\", "/")
     if not file.is_file():
-        message = f"slice file {listed.file[:200]!r} does not exist in the folder of the list; copy it there"
+        message = f"slice file {listed.file[:40]!r} does not exist in the folder of the list; copy it there"
         raise ProfileError(f"{path}:{listed.line}: {message}")
     return file
 
@@ -173,6 +173,7 @@ def load_profile(
     half_span: float = 0.750,
     spacing: float = 0.25e-3,
     smooth: float = 0.0,
+    gauge_height: float = placement.GAUGE_DEPTH,
     **statements: Unpack[Statements],
 ) -> Profile:
     """Profile by the name of a standard shape or from a file; a rail is placed in the track.
@@ -191,17 +192,20 @@ def load_profile(
         Placement of a rail, see `place_rail`; point distance of a shipped shape [m].
     smooth : float
         Wavelength below which a profile from a file is smoothed, see `smoothed` [m].
+    gauge_height : float
+        Depth below the top of the rail at which the gauge is measured, see `place_rail` [m].
     """
     name = str(name_or_path)
     if not is_file(name):
         if kind == "wheel":
             return standard.wheel(name, spacing)
-        return standard.rail(name, inclination, gauge, half_span, spacing)
+        return standard.rail(name, inclination, gauge, half_span, spacing, gauge_height)
     reading = read_profile(name_or_path, kind, **statements)
     profile = smoothed(reading.profile, smooth)
     if kind == "wheel":
         return profile
-    return place_file(profile, name, placement.tilt_to_add(reading.lean, inclination), gauge, half_span)
+    tilt = placement.tilt_to_add(reading.lean, inclination)
+    return place_file(profile, name, tilt, gauge, half_span, gauge_height)
 
 
 def is_file(name: str) -> bool:
@@ -214,10 +218,17 @@ def is_file(name: str) -> bool:
     return path.is_file() or (looks_like_path and not standard.is_designation(name))
 
 
-def place_file(profile: Profile, name: str, tilt: float, gauge: float, half_span: float) -> Profile:
+def place_file(
+    profile: Profile,
+    name: str,
+    tilt: float,
+    gauge: float,
+    half_span: float,
+    gauge_height: float = placement.GAUGE_DEPTH,
+) -> Profile:
     """Place a rail from the file `name` in the track, see `place_rail`; faults name the file."""
     try:
-        placed = placement.place_rail(profile, tilt, gauge, half_span)
+        placed = placement.place_rail(profile, tilt, gauge, half_span, gauge_height)
     except ProfileError as error:
         raise ProfileError(f"{name}: {error}") from error
     return replace(placed, source=profile.source)
@@ -250,8 +261,10 @@ def write_profile(
     Raises
     ------
     ProfileError
-        The format is not written, the extension is that of the other kind, the file exists or cannot be
-        written, or a point is not finite.
+        The format is not written, the extension is that of the other kind, the file exists, or a point is not
+        finite.
+    ResultError
+        The file cannot be written.
 
     Notes
     -----
@@ -276,18 +289,7 @@ def write_profile(
         )
     if path.exists() and not overwrite:
         raise ProfileError(f"{path}: exists already; choose another name or allow overwriting")
-    write_text(path, "\n".join(_lines(profile, path, format)) + "\n")
-
-
-def write_text(path: Path, text: str) -> None:
-    """Write a file that is complete or not there."""
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        part.write_text(text, encoding="utf-8")
-        part.replace(path)
-    except OSError as error:
-        part.unlink(missing_ok=True)
-        raise ProfileError(f"{path}: cannot be written ({error.strerror}); choose another folder") from error
+    write_whole(path, "\n".join(_lines(profile, path, format)) + "\n")
 
 
 _MINIPROF_HEADER = """\

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from decimal import Decimal
 from typing import Literal
 
+from wearsim.errors import brief
 from wearsim.profile.files.points import (
     Columns,
     Faults,
@@ -99,7 +100,7 @@ def read_part(text: Text, kind: Kind, faults: Faults, part: int | str | None) ->
             if equals and not _ELEMENT.fullmatch(key.strip()):
                 info.setdefault(where, {})[key.strip()] = value.strip()
     names = {k: _value(keys, "mpdn") or "" for k, keys in info.items()}
-    known = ", ".join(f"{k} {names.get(k, '')!r}" for k in sorted(rows)[:30])
+    known = ", ".join(f"{k} {brief(names.get(k, ''))!r}" for k in sorted(rows)[:30])
     chosen = next(iter(rows), None)
     if chosen is None:
         faults.add("holds no [Profile1Points] section; give a multi-part file of MiniProf with points")

@@ -15,7 +15,7 @@ from typing import Literal
 
 import numpy as np
 
-from wearsim.errors import Fault, ProfileError
+from wearsim.errors import Fault, ProfileError, first_of
 from wearsim.profile.shape import FloatArray
 
 MAX_BYTES = 20_000_000
@@ -26,7 +26,6 @@ MAX_SLICES = 100_000
 EXACT = Context(prec=400)
 """Digits enough to add 70 mm to any double without rounding."""
 
-_SHOWN_FAULTS = 20  # lines of one message; a wrong separator would fault every line of a long file
 _MOST_FAULTS = 1000  # then reading stops
 _CONTROL = re.compile(r"[\x00-\x08\x0b\x0e-\x1f\x7f]")  # all but tab, line ends and form feed
 _LARGEST = 1e6  # in any unit; keeps sums and products of points finite
@@ -102,11 +101,8 @@ class Faults:
             alike.setdefault(fault.message, []).append(fault)
         lines = [f"{same[0]} (and {len(same) - 1} more lines)" if len(same) > 1 else str(same[0])
                  for same in alike.values()]  # fmt: skip
-        if len(lines) > _SHOWN_FAULTS:
-            more = f"{self.path}: {len(lines) - _SHOWN_FAULTS} more faults of this file are not shown"
-            lines[_SHOWN_FAULTS:] = [more]
         if lines:
-            raise ProfileError("\n".join(lines))
+            raise ProfileError("\n".join(first_of(lines)))
 
 
 class Columns:

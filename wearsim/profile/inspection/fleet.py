@@ -16,6 +16,7 @@ from wearsim.profile.inspection import Conditions, Inspection, inspect_profile
 from wearsim.profile.inspection.inputs import ProfileInput, read_input
 from wearsim.profile.limits import LimitSet
 from wearsim.profile.shape import FloatArray, Kind, arc_length
+from wearsim.whole_files import utf8
 
 # extensions of text files that are tried as well as those of the known formats
 _PLAIN_SUFFIXES = (".csv", ".txt", ".dat", ".asc", ".tsv", ".xy", ".prf")
@@ -48,7 +49,7 @@ class FleetRow:
         """Wheel by its header: stock, car, axle and side; the file name without extension else."""
         words = {"car": "car ", "axle": "axle "}
         parts = [words.get(key, "") + self.identity[key] for key in _ID_KEYS if self.identity.get(key)]
-        return " ".join(parts) or Path(self.file).stem
+        return " ".join(parts) or utf8(Path(self.file).stem)
 
 
 def profile_files(folder: Path, every: bool = False) -> tuple[list[Path], list[str]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import xarray as xr
@@ -25,10 +26,10 @@ from wearsim.report.style import (
     shown,
     style,
     with_unit,
-    writing,
 )
 from wearsim.results.checks import new_row
 from wearsim.translation.axes import rows_at
+from wearsim.whole_files import write_whole
 
 FRAMES = 60
 _FRAMES_PER_SECOND = 10
@@ -81,7 +82,7 @@ def animate_wear(dataset: xr.Dataset, path: Path, frames: int = FRAMES) -> Path:
     weighted = dataset["weight"].values > 0.0
     pressures = shown("max_pressure", dataset["max_pressure"].values[:, weighted])
     scale = Normalize(0.0, float(np.nanmax(pressures)))
-    with style(), writing(path):
+    with style(), TemporaryDirectory() as folder:
         figure, axes = grid(2, 1, height=2.1, between=0.5, edges=(0.95, 1.05, 0.5, 0.4), sharex=True)
         films = [_Film(ax, dataset, wheel, factor, scale) for wheel, ax in enumerate(axes[:, 0])]
         axes[0, 0].set_xlabel("")
@@ -90,11 +91,13 @@ def animate_wear(dataset: xr.Dataset, path: Path, frames: int = FRAMES) -> Path:
         bar = figure.colorbar(films[0].patches, cax=beside)
         bar.set_label(with_unit("largest pressure of each patch", "max_pressure"))
         writer = PillowWriter(fps=_FRAMES_PER_SECOND)
-        with writer.saving(figure, str(path), _DPI):
+        made = Path(folder) / "film.gif"
+        with writer.saving(figure, str(made), _DPI):
             for distance in np.linspace(0.0, run[-1], frames):
                 for film in films:
                     film.show(float(distance))
                 writer.grab_frame()
+        write_whole(path, made.read_bytes())
     return path
 
 

@@ -14,10 +14,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from wearsim.damage.coefficients import COEFFICIENT_SETS
-from wearsim.damage.fatigue.agreement import normalised
 from wearsim.damage.fatigue.shakedown import boundaries
-from wearsim.profile.shape import arc_length
 from wearsim.report.style import (
     COLOURS,
     REGIME_COLOURS,
@@ -26,20 +23,18 @@ from wearsim.report.style import (
     label,
     label_axes,
     own_axes,
-    plain,
     role_of,
     shown,
     values_of,
 )
-from wearsim.results.checks import last_worn_row, new_row
+from wearsim.results.checks import last_worn_row, new_row, shear_yield
+from wearsim.results.limits import limits_of
 from wearsim.translation.axes import at_distances, rows_at
 
 WHEELS = ("right", "left")
 NEW_Y = "Lateral position on the new wheel [mm]"
-_MARKERS = ("o", "^", "s", "D", "v", "P")
+_MARKERS = ("o", "^")
 _STATES = 5  # earlier states of a counterface drawn at most
-_YIELD_SET = "ekberg_kabo_andersson_2002"
-"""Set the map takes its yield stress from where no law of the scene has one."""
 _BOUNDARY_LINES = ("-", "--", "_")
 _LIMITS = {"stability_number": "stability_limit", "step_error": "error_tolerance"}
 
@@ -64,16 +59,30 @@ def _row(dataset: xr.Dataset, distance: float | None) -> int:
     return int(rows_at(dataset["distance"].values, np.array([distance]))[0])
 
 
-def new_place(
-    dataset: xr.Dataset, wheel: int, distance: float | None = None, *, against: str = "profile_y"
-) -> np.ndarray:
-    """Lateral position or arc length (`against`) of a wheel's points when it was new or last reprofiled [m].
+def new_place(dataset: xr.Dataset, wheel: int, distance: float | None = None) -> np.ndarray:
+    """Lateral position of a wheel's points when it was new or last reprofiled [m].
 
     Depth and damage of `distance` stand at these (n,) places.
     """
+    return np.asarray(dataset["profile_y"].values[new_row(dataset, _row(dataset, distance)), wheel])
+
+
+def exaggeration(datasets: Iterable[xr.Dataset]) -> float:
+    """Round factor that draws the deepest wear of campaigns 3 to 6 mm deep, 1 if that is deeper."""
+    deepest = max(float(data["wear_depth"].values[last_worn_row(data)].max()) for data in datasets)
+    factors = (base * 10.0**power for power in range(7) for base in (1, 2, 3, 5, 7))
+    return max((factor for factor in factors if factor * deepest <= 6e-3 and deepest > 0.0), default=1.0)
+
+
+def worn_shape(dataset: xr.Dataset, wheel: int, distance: float | None, factor: float) -> np.ndarray:
+    """Worn profile, y and z (2, n), with its depth along the normal of the new one times a factor [m]."""
+    if factor == 1.0:
+        return np.stack([along(dataset, f"profile_{c}", distance)[wheel] for c in "yz"])
     row = new_row(dataset, _row(dataset, distance))
-    y, z = (np.asarray(dataset[f"profile_{c}"].values[row, wheel]) for c in "yz")
-    return arc_length(y, z) if against == "arc_length" else y
+    new = np.stack([dataset[f"profile_{c}"].values[row, wheel] for c in "yz"])
+    tangent = np.gradient(new, axis=1)
+    inward = np.stack([tangent[1], -tangent[0]]) / np.maximum(np.hypot(*tangent), 1e-12)
+    return np.asarray(new + factor * along(dataset, "wear_depth", distance)[wheel] * inward)
 
 
 def plot_profile(
@@ -83,8 +92,12 @@ def plot_profile(
     wheel: int = 0,
     distance: float | None = None,
     new: bool = True,
+    factor: float = 1.0,
 ) -> Axes:
-    """Draw the worn wheel profile, flange down; with `new` the unworn one and the counterface, too."""
+    """Draw the worn wheel profile, flange down; with `new` the unworn one and the counterface, too.
+
+    The wear is drawn `factor` times as deep as it is; the vertical axis says so.
+    """
     ax = own_axes(ax)
     role = role_of(dataset)
     if new:
@@ -104,12 +117,13 @@ def plot_profile(
             shown("profile_y", y0), shown("profile_z", z0), "--", color=COLOURS["new"], lw=1.2,
             label="reprofiled wheel" if reprofiled else "new wheel",
         )  # fmt: skip
-    y, z = (along(dataset, f"profile_{c}", distance)[wheel] for c in "yz")
+    y, z = worn_shape(dataset, wheel, distance, factor)
     ax.plot(shown("profile_y", y), shown("profile_z", z), color=COLOURS[role], label=f"worn, {role}")
     ax.set_aspect("equal", adjustable="datalim")
     if not ax.yaxis_inverted():
         ax.invert_yaxis()
-    return label_axes(ax, label(dataset, "profile_y"), "Height, outward is down [mm]")
+    drawn = f"\nwear drawn {factor:g} times" if factor > 1.0 else ""
+    return label_axes(ax, label(dataset, "profile_y"), f"Height, down is out [mm]{drawn}")
 
 
 def plot_wear_depth(
@@ -118,13 +132,9 @@ def plot_wear_depth(
     *,
     wheel: int = 0,
     distance: float | None = None,
-    against: str = "profile_y",
     history: bool = False,
 ) -> Axes:
-    """Draw the wear depth along the profile, with `history` faintly that at quarters of the distance, too.
-
-    The horizontal axis is "profile_y" or "arc_length" (`against`) of the new, or reprofiled, wheel.
-    """
+    """Draw the wear depth along the profile, with `history` faintly that at quarters of the distance, too."""
     ax = own_axes(ax)
     role = role_of(dataset)
     end = float(dataset["distance"].values[-1]) if distance is None else distance
@@ -133,10 +143,9 @@ def plot_wear_depth(
     earlier = [(part * end, faint) for part in (0.25, 0.5, 0.75) if history]
     for at, look in (*earlier, (distance, last)):
         depth = shown("wear_depth", along(dataset, "wear_depth", at)[wheel])
-        x = shown(against, new_place(dataset, wheel, at, against=against))
+        x = shown("profile_y", new_place(dataset, wheel, at))
         ax.plot(x, depth, color=COLOURS[role], **look)
-    x_label = NEW_Y if against == "profile_y" else label(dataset, against).replace("right", WHEELS[wheel])
-    return label_axes(ax, x_label, label(dataset, "wear_depth"), 0.0)
+    return label_axes(ax, NEW_Y, label(dataset, "wear_depth"), 0.0)
 
 
 def plot_over_distance(dataset: xr.Dataset, name: str, ax: Axes | None = None) -> Axes:
@@ -151,6 +160,11 @@ def plot_over_distance(dataset: xr.Dataset, name: str, ax: Axes | None = None) -
         for wheel, side in enumerate(WHEELS):
             text = f"{role}, {side} wheel"
             ax.plot(x, values[:, wheel], WHEEL_LINES[wheel], color=COLOURS[role], label=text)
+    limit, known = limits_of(dataset.attrs).get(name), values[np.isfinite(values)]
+    if limit is not None and known.size:
+        at, room = float(shown(name, limit)), 2.0 * np.ptp(known)
+        if known.min() - room <= at <= known.max() + room:  # a limit far away would hide what happens
+            ax.axhline(at, color=COLOURS[role], lw=0.8, ls=":", label=f"limit, {role}")
     return label_axes(ax, label(dataset, "distance"), label(dataset, name))
 
 
@@ -290,37 +304,12 @@ def plot_magic_wear_rate(dataset: xr.Dataset, ax: Axes | None = None, *, law: in
     return label_axes(ax, NEW_Y, label(dataset, "wear_depth_rate"), 0.0)
 
 
-def map_shear_yield(dataset: xr.Dataset) -> float:
-    """Return the yield stress in shear of the shakedown map: that of the laws, or a published one [Pa]."""
-    known = dataset["fatigue_shear_yield"].values
-    known = known[np.isfinite(known)]
-    return float(known[0]) if known.size else 1e6 * COEFFICIENT_SETS[_YIELD_SET]["shear_yield"]
-
-
-def shear_yield_text(dataset: xr.Dataset) -> str:
-    """Yield stress of the shakedown map in words, with its source, range and certainty."""
-    value = f"{plain(1e-6 * map_shear_yield(dataset), 3)} MPa"
-    known = np.flatnonzero(np.isfinite(dataset["fatigue_shear_yield"].values))
-    if not known.size:
-        uncertain = COEFFICIENT_SETS[_YIELD_SET].uncertain
-        return f"{value} of {_YIELD_SET}, as no law of the scene has one ({_certainty(uncertain)})"
-    keys = ("name", "coefficients", "warnings")
-    name, numbers, warnings = (str(dataset[f"fatigue_{key}"].values[known[0]]) for key in keys)
-    certainty = _certainty(warnings.split("; "))
-    return f"{value} of {name} ({numbers}; {certainty})" if certainty else f"{value} as given for {name}"
-
-
-def _certainty(parts: Iterable[str]) -> str:
-    """Part on the yield stress, such as "shear_yield = 300 MPa, range 200 to 350 (recalled)"."""
-    return next((part for part in parts if part.startswith("shear_yield")), "")
-
-
 def shakedown_place(dataset: xr.Dataset, row: int) -> tuple[np.ndarray, np.ndarray]:
     """Return utilised friction and p0/k of a row, (operating_point, patch), NaN without a patch [-]."""
     shear = np.hypot(dataset["force_x"].values[row], dataset["force_y"].values[row])
     load = dataset["normal_force"].values[row]
     friction = np.divide(shear, load, out=np.full_like(shear, np.nan), where=load > 0.0)
-    return friction, dataset["max_pressure"].values[row] / map_shear_yield(dataset)
+    return friction, dataset["max_pressure"].values[row] / shear_yield(dataset)
 
 
 def plot_shakedown(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
@@ -329,27 +318,12 @@ def plot_shakedown(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     places = {row: shakedown_place(dataset, row) for row in (0, last_worn_row(dataset))}
     most = max(float(np.nanmax(friction, initial=0.0)) for friction, _ in places.values())
     for line, curve in zip(_BOUNDARY_LINES, boundaries(max(0.6, 1.1 * most)), strict=True):
-        text = f"{curve.label} ({curve.certainty})"
-        ax.plot(curve.friction, curve.ratio, line, color="#444444", markersize=12.0, label=text)
+        ax.plot(curve.friction, curve.ratio, line, color="#444444", markersize=12.0, label=curve.label)
     for row, (friction, ratio) in places.items():
         ratio = np.where(np.isfinite(friction), ratio, np.nan)
         _patch_marks(ax, dataset, row, friction, ratio, 0.75)
     ax.set_xlim(left=0.0)
     return label_axes(ax, "Utilised friction", "Largest pressure over yield stress in shear", 0.0, width=60)
-
-
-def plot_passage_damage(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
-    """Draw the normalised damage of each load cycle by every law over the lateral shift."""
-    ax = own_axes(ax)
-    damage = dataset["fatigue_damage_passage"].values[last_worn_row(dataset)]
-    shift = np.broadcast_to(values_of(dataset, "shift")[:, None], damage.shape[:2])
-    here = np.isfinite(damage[..., 0])
-    for k, name in enumerate(dataset["fatigue_name"].values):
-        ax.plot(
-            shift[here], normalised(damage[here][:, k]), _MARKERS[k % len(_MARKERS)], color=series_colour(k),
-            markerfacecolor="none", label=str(name),
-        )  # fmt: skip
-    return label_axes(ax, label(dataset, "shift"), "Damage of a load cycle over the largest of the law")
 
 
 def plot_positions(dataset: xr.Dataset, ax: Axes | None = None, *, most: int = 8) -> Axes:

@@ -5,6 +5,7 @@ The datasets are those of `wearsim.profile.inspection.datasets.fleet_dataset`.
 
 from __future__ import annotations
 
+import io
 import math
 from collections.abc import Iterator
 from pathlib import Path
@@ -25,8 +26,8 @@ from wearsim.report.style import (
     style,
     values_of,
     write_figure,
-    writing,
 )
+from wearsim.whole_files import write_whole
 
 _BODY = "#1a1a1a"
 NOT_JUDGED = "#b07a1e"
@@ -148,9 +149,11 @@ def write_fleet(dataset: xr.Dataset, path: Path) -> tuple[list[Path], int]:
     """
     drawn = min(dataset.sizes["wheel"], MOST_PAGES * COLUMNS * ROWS)
     if path.suffix.lower() == ".pdf":
-        with writing(f"{path}:"), style(), PdfPages(path, metadata={"CreationDate": None}) as book:
+        content = io.BytesIO()
+        with style(), PdfPages(content, metadata={"CreationDate": None}) as book:
             for figure in fleet_pages(dataset):
                 book.savefig(figure)
+        write_whole(path, content.getvalue())
         return [path], drawn
     files = []
     for number, figure in enumerate(fleet_pages(dataset), start=1):

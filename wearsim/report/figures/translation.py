@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from wearsim.report.figures.campaign import NEW_Y, WHEELS, series_colour
+from wearsim.report.figures.campaign import WHEELS, series_colour
 from wearsim.report.style import (
     COLOURS,
     WHEEL_LINES,
@@ -92,31 +92,6 @@ def plot_factor_at_points(
     text = str(translation[f"{name}_point"].attrs["long_name"]).removesuffix(" at equal operating points")
     ax.set_title(wrapped(capital(text), 30))
     return label_axes(ax, label(translation, "shift"), _FACTOR)
-
-
-def plot_depth_factor(
-    translation: xr.Dataset, position: np.ndarray, ax: Axes | None = None, *, basis: int = 0, wheel: int = 0
-) -> Axes:
-    """Draw the factor of the wear depth along the profile at the quarters of the common range.
-
-    The scale is logarithmic: twice as much and half as much are equally far from 1. `position`, an (n,)
-    array, holds the lateral positions of the profile points on the new wheel [m].
-    """
-    ax = own_axes(ax)
-    values = translation["wear_depth_profile_factor"].values[basis, :, wheel]
-    for index, stage in enumerate(translation["stage"].values):
-        last = index == translation.sizes["stage"] - 1
-        ax.plot(
-            shown("profile_y", position), values[index], color=COLOURS["difference"], lw=1.5 if last else 0.8,
-            alpha=0.3 + 0.7 * (index + 1) / translation.sizes["stage"], label=f"{stage:.0%} of the range",
-        )  # fmt: skip
-    ax.set_yscale("log")
-    known = values[np.isfinite(values) & (values > 0.0)]
-    low, high = (known.min(), known.max()) if known.size else (1.0, 1.0)
-    ax.set_ylim(max(0.01, min(0.5, 0.8 * low)), max(2.0, 1.25 * high))
-    ax.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
-    ax.yaxis.set_minor_formatter(lambda _value, _: "")
-    return label_axes(ax, NEW_Y, _FACTOR)
 
 
 def plot_equivalent_distance(translation: xr.Dataset, ax: Axes | None = None, *, of: str = "rig") -> Axes:

@@ -92,16 +92,7 @@ class WheelPressure:
 
 
 def solve(
-    gap: Gap,
-    row: IntArray,
-    load: FloatArray,
-    *,
-    vertical: bool,
-    effective_modulus: float,
-    resolution: Resolution,
-    parameters: dict[str, float],
-    start: NormalSolution | None = None,
-    rough: bool = False,
+    gap: Gap, row: IntArray, load: FloatArray, *, start: NormalSolution | None = None, **options: Any
 ) -> NormalSolution:
     """Patches and pressures of every row; contract in `normal.model`.
 
@@ -110,15 +101,13 @@ def solve(
     parameters: "half_space_tolerance", change of the pressures at which the iteration stops, 3e-5 by default
     [-]; "half_space_iterations", its limit, 1000 by default.
     """
-    options: dict[str, Any] = {"vertical": vertical, "effective_modulus": effective_modulus, "rough": rough}
     states = [
         solve_wheel(
-            gap, here, weight, resolution=resolution, parameters=parameters,
-            start=None if start is None else _start_of(gap, here, start), **options,
+            gap, here, weight, start=None if start is None else _start_of(gap, here, start), **options
         )
         for here, weight in zip(row.tolist(), load.tolist(), strict=True)
-    ]  # fmt: skip
-    return _assembled(gap, row, states, vertical)
+    ]
+    return _assembled(gap, row, states, options["vertical"])
 
 
 def solve_wheel(

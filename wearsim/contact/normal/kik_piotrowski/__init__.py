@@ -41,16 +41,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wearsim.contact.geometry import Gap
+from wearsim.contact.geometry import CounterfaceProfile, Gap, WheelSurface
 from wearsim.contact.kernel import bare_kernel, plain
 from wearsim.contact.normal.kik_piotrowski.strips import (
     PATCH,
     POSE,
     SECTION,
-    Profile,
     Records,
     Strips,
-    Wheel,
     between,
     share_at,
     strip_half_length_squared,
@@ -82,11 +80,10 @@ def solve(
     without skew and carry the load to 1 %.
     """
     factor = {**DEFAULTS, **parameters}["virtual_penetration_factor"]
-    surface = gap.counterface
-    profile = Profile(surface.y, surface.z, surface.slope, surface.angle)
+    profile = gap.counterface
     wheel, poses = _bodies(gap)
-    points = surface.y.size
-    spacing = float(np.hypot(surface.y[-1] - surface.y[0], surface.z[-1] - surface.z[0])) / (points - 1)
+    points = profile.y.size
+    spacing = float(np.hypot(profile.y[-1] - profile.y[0], profile.z[-1] - profile.z[0])) / (points - 1)
     ends = np.empty((2, load.size, points))
     most = points // 2  # minima of a gap
     work = Work(
@@ -150,18 +147,18 @@ def _displacement(
     return displacement, load
 
 
-def _bodies(gap: Gap) -> tuple[Wheel, Records]:
+def _bodies(gap: Gap) -> tuple[WheelSurface, Records]:
     """Surface of the wheel and the pose of each row."""
     poses = np.zeros(gap.gap.shape[0], POSE)
     poses["kappa"] = gap.curvature
     if gap.bodies is None:
-        return Wheel(*np.empty((3, 0))), poses
+        return WheelSurface(*np.empty((3, 0))), poses
     at, wheel = gap.bodies.pose, gap.bodies.wheel
     poses["sin_yaw"], poses["cos_yaw"] = np.sin(at.yaw), np.cos(at.yaw)
     poses["sin_roll"], poses["cos_roll"] = np.sin(at.roll), np.cos(at.roll)
     poses["shift"], poses["half_span"] = at.shift, gap.bodies.half_span
     poses["nominal_radius"] = gap.bodies.nominal_radius
-    return Wheel(wheel.y, wheel.radius, wheel.slope), poses
+    return wheel, poses
 
 
 class _Cut(NamedTuple):
@@ -178,9 +175,9 @@ class _Cut(NamedTuple):
 
 @bare_kernel
 def _cut_strips(
-    rows: IntArray, places: IntArray, counts: IntArray, patches: Records, kappa: float, profile: Profile,
-    gaps: FloatArray, radii: FloatArray, alongs: FloatArray, ends: FloatArray, rough: bool, bodies: bool,
-    poses: Records, out: _Cut,
+    rows: IntArray, places: IntArray, counts: IntArray, patches: Records, kappa: float,
+    profile: CounterfaceProfile, gaps: FloatArray, radii: FloatArray, alongs: FloatArray, ends: FloatArray,
+    rough: bool, bodies: bool, poses: Records, out: _Cut,
 ) -> None:  # fmt: skip
     """Cut patches into strips of equal width in their contact planes and make the pressure fit the load.
 

@@ -10,28 +10,12 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from wearsim.contact.gap import place_in, smooth_at
+from wearsim.contact.geometry import CounterfaceProfile, WheelSurface
 from wearsim.contact.kernel import bare_kernel
 from wearsim.contact.patch import FloatArray
 
 Record: TypeAlias = Any  # one line of a numpy record array
 Records: TypeAlias = Any
-
-
-class Profile(NamedTuple):
-    """Of the counterface, at the grid points."""
-
-    y: FloatArray
-    z: FloatArray
-    slope: FloatArray
-    angle: FloatArray
-
-
-class Wheel(NamedTuple):
-    """Surface of the wheel; empty if only the gap is known."""
-
-    y: FloatArray
-    radius: FloatArray
-    slope: FloatArray
 
 
 class Row(NamedTuple):
@@ -41,8 +25,8 @@ class Row(NamedTuple):
     under a yawed wheel from sections at every `stride` grid points; `mark` is the row's number, from 1.
     """
 
-    profile: Profile
-    wheel: Wheel
+    profile: CounterfaceProfile
+    wheel: WheelSurface  # empty if only the gap is known
     mark: int
     stride: int
     gap: FloatArray
@@ -102,7 +86,7 @@ _STILL = 1e-8  # m, likewise: its square over a radius of 10 mm is 1e-14 m
 
 @bare_kernel
 def _on_the_wheel(
-    y: float, z: float, gap: float, along: float, pose: Record, wheel: Wheel, at: Record
+    y: float, z: float, gap: float, along: float, pose: Record, wheel: WheelSurface, at: Record
 ) -> None:
     """Point of the wheel nearest to a place of the counterface, and the directions of its section there."""
     sy, cy, sr, cr = pose.sin_yaw, pose.cos_yaw, pose.sin_roll, pose.cos_roll
@@ -139,7 +123,7 @@ def _on_the_wheel(
 
 
 @bare_kernel
-def _end_of_strip(depth: float, circle: float, factor: float, at: Record, wheel: Wheel) -> float:
+def _end_of_strip(depth: float, circle: float, factor: float, at: Record, wheel: WheelSurface) -> float:
     """Where a section leaves the counterface when the wheel is pushed in by `depth`.
 
     As a multiple of `circle`, the end for circles, whose sign gives the end. Searched from the multiple

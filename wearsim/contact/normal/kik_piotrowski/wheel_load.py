@@ -9,15 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wearsim.contact.geometry import NO_WHEEL
+from wearsim.contact.geometry import NO_WHEEL, CounterfaceProfile, WheelSurface
 from wearsim.contact.kernel import bare_kernel
 from wearsim.contact.normal.kik_piotrowski.strips import (
-    Profile,
     Record,
     Records,
     Row,
     Strips,
-    Wheel,
     between,
     displacement_at,
     find_outline,
@@ -326,8 +324,8 @@ def _find_approach(
 def balance(
     rows: IntArray, load: FloatArray, start: FloatArray, start_load: FloatArray, vertical: bool, rough: bool,
     factor: float, modulus: float, gaps: FloatArray, lowest: FloatArray, radii: FloatArray,
-    alongs: FloatArray, poses: Records, ends: FloatArray, profile: Profile, wheel: Wheel, stride: int,
-    work: Work, count: IntArray, fault: IntArray, patches: Records,
+    alongs: FloatArray, poses: Records, ends: FloatArray, profile: CounterfaceProfile, wheel: WheelSurface,
+    stride: int, work: Work, count: IntArray, fault: IntArray, patches: Records,
 ) -> None:  # fmt: skip
     """Find the approach of each row that carries its load.
 

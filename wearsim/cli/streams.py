@@ -1,0 +1,86 @@
+"""Standard output and error of a command, which end no run when they are closed, full or in ASCII."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from typing import Any
+
+
+class _Output:
+    """A text stream that escapes what it has no characters for; what cannot be written is a ResultError."""
+
+    def __init__(self, stream: Any) -> None:
+        self._stream = stream
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+    def write(self, text: str) -> int:
+        return self._done("write", text) or 0
+
+    def flush(self) -> None:
+        self._done("flush")
+
+    def _done(self, what: str, *texts: str) -> Any:
+        try:
+            return getattr(self._stream, what)(*texts)
+        except OSError as error:
+            self._discard()
+            self._lost(error)
+
+    def _lost(self, error: OSError) -> None:
+        from wearsim.errors import ResultError  # not for --help: dataclasses cost 10 ms
+
+        if isinstance(error, BrokenPipeError):  # the reader, such as `head`, has left
+            raise error
+        text = f"standard output cannot be written: {error.strerror}; make room, or write to another place"
+        raise ResultError(text) from error
+
+    def _discard(self) -> None:
+        """Send all that follows to nowhere: Python would complain once more when it closes the stream."""
+        with suppress(OSError, ValueError):
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nowhere, self._stream.fileno())
+            os.close(nowhere)
+
+
+class _Messages(_Output):
+    """A text stream whose loss nobody can be told of."""
+
+    def _lost(self, error: OSError) -> None:
+        pass
+
+
+def formula_warning(text: str, what: str) -> None:
+    """Warn of cells of a CSV text that a spreadsheet would run, as names and headers of files may be."""
+    import csv
+    import re
+
+    from wearsim.errors import brief
+
+    cells = (cell for row in csv.reader(text.splitlines()) for cell in row)
+    formulas = [cell for cell in cells if re.match(r"[=@\t]|[+-].*[(|!]", cell)]
+    if formulas:
+        more = f" and {len(formulas) - 1} more" if len(formulas) > 1 else ""
+        note = f"{what}: a spreadsheet would run the cell {brief(formulas[0])!r}{more} as a formula"
+        print(f"warning: {note}; import its columns as text", file=sys.stderr)
+
+
+@contextmanager
+def standard_streams() -> Iterator[None]:
+    """Guard both streams; a closed one becomes one to nowhere, before a file gets its number."""
+    before = sys.stdout, sys.stderr
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115 - for the life of the process
+    after: Any = _Output(sys.stdout), _Messages(sys.stderr)
+    sys.stdout, sys.stderr = after
+    try:
+        yield
+    finally:
+        sys.stdout, sys.stderr = (old or new for old, new in zip(before, after, strict=True))

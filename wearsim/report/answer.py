@@ -1,0 +1,102 @@
+"""Page one of a report: question, answer, limits and distances to them, and what all that assumes."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from wearsim.report.figures.campaign import WHEELS
+from wearsim.report.plates import Datasets
+from wearsim.report.style import plain, role_of, role_title, shown, values_of
+from wearsim.report.tables import Table, limit_text, table, wear_by_class
+from wearsim.report.texts import lines
+from wearsim.results.checks import DOUBTED, doubtful_shares, last_worn_row, new_row
+from wearsim.results.fatigue import crack_distances
+from wearsim.results.limits import distances_to, limits_met
+from wearsim.translation.bands import PER_KM, band_table
+from wearsim.translation.translate import table as factor_table
+
+MAIN_CAUSES = 3
+"""Causes, or classes of operating points, that the answer names."""
+TOLD = 0.01
+"""Share of the wear made in a doubtful way that deserves a word."""
+MOST_LIMITS = 3
+"""Limits on page one; the others are among the wheel measures."""
+
+
+def limits(datasets: Datasets) -> list[Table]:
+    """Nearest limits, the first crack among them, each with the distance of the wheel that comes first."""
+    rows: dict[str, list[str | None]] = {}
+    first_met: dict[str, float] = {}
+    for column, data in enumerate(datasets):
+        reached = {limit_text(one.name, [one.limit]): distances_to(data, one) for one in limits_met(data)}
+        for law, cracks in crack_distances(data).items():
+            reached[f"First crack by fatigue ({law})"] = cracks, np.zeros(2, bool)
+        for name, (at, met) in reached.items():
+            first = int(np.argmin(at))
+            wheel = f" ({WHEELS[first]})" if at.size == 2 else ""
+            text = f"{'met at' if met[first] else 'after'} {plain(shown('distance', at[first]), 3)} km{wheel}"
+            cell = text if np.isfinite(at[first]) else "not in sight"
+            rows.setdefault(name, [None] * len(datasets))[column] = cell
+            first_met[name] = min(at[first], first_met.get(name, np.inf))
+    most = [[name, *rows[name]] for name in sorted(rows, key=first_met.__getitem__)[:MOST_LIMITS]]
+    return [table("nearest_limits", most, *map(role_title, datasets), look="text")] if most else []
+
+
+def sentences(
+    datasets: Datasets, factors: xr.Dataset | None = None, bands: xr.Dataset | None = None
+) -> list[str]:
+    """Answer in words: wear with its band unless much of it is doubtful, main causes, first crack."""
+    doubted = any(part > DOUBTED for data in datasets for part in doubtful_shares(data).values())
+    sure = [] if bands is None or doubted else band_table(bands).to_dict("records")
+    said: dict[str, Any] = {
+        "datasets": datasets, "without": bands is not None and doubted,
+        "limited": any(map(limits_met, datasets)), "say": partial(plain, digits=3),
+        "cracks": [
+            (role_of(data), law, float(shown("distance", at.min())))
+            for data in datasets for law, at in crack_distances(data).items()
+        ],
+    }  # fmt: skip
+    if factors is None:
+        known = [row for row in sure if row["quantity"] == "largest wear depth"]
+        return lines("wear", **said, **_wear(datasets[0]), bands=known)
+    rows = {(row["basis"], row["variable"]): row for row in factor_table(factors).to_dict("records")}
+    for basis, alike in (("equal distance", ""), ("equal worn depth", "_alike")):
+        for short, name in (("run", "distance_run"), ("depth", "max_wear_depth"), ("area", "worn_area")):
+            said[f"{short}{alike}"] = rows[basis, name]
+    factor = factors["max_wear_depth_factor"].values[0, :, -1]
+    said |= {"bands": sure[:1] if sure and sure[0]["variable"] in PER_KM else [], "causes": []}
+    if "cause_factor" in factors:
+        shares = factors["cause_factor"].values[-1]
+        order = np.argsort(-np.abs(np.log(shares)), kind="stable")
+        said["causes"] = [(factors["cause_name"].values[k], shares[k]) for k in order[:MAIN_CAUSES]]
+        said["rest"] = np.exp(np.log(shares[order[MAIN_CAUSES:]]).sum())
+        said["rate"] = factors["rate_factor"].values[-1]
+    return lines("factor", **said, factor=factor[np.isfinite(factor)])
+
+
+def _wear(dataset: xr.Dataset) -> dict[str, Any]:
+    """Deepest place, worn area and mass of one campaign, and the classes of points that wear the most."""
+    end = last_worn_row(dataset)
+    depth = dataset["wear_depth"].values[end]
+    wheel, point = np.unravel_index(int(depth.argmax()), depth.shape)
+    y = shown("profile_y", dataset["profile_y"].values[new_row(dataset, end), wheel, point])
+    area, mass = (values_of(dataset, name, -1).sum() for name in ("worn_area", "worn_mass"))
+    most = [row for one in wear_by_class(dataset) for row in one.frame.to_numpy().tolist()[:MAIN_CAUSES]]
+    deep = shown("wear_depth", depth.max())
+    return {"depth": deep, "wheel": WHEELS[wheel], "y": y, "area": area, "mass": mass, "classes": most}
+
+
+def assumptions(datasets: Datasets, warnings: int) -> list[str]:
+    """Say what the answer rests on; `warnings` is their number in the sections below."""
+    doubts: dict[str, list[tuple[str, float]]] = {}
+    for data in datasets:
+        for why, share in doubtful_shares(data).items():
+            if share > TOLD:
+                doubts.setdefault(why, []).append((role_of(data), share))
+    keys = ("wear_law", "wear_coefficients_materials")
+    laws = dict.fromkeys(tuple(data.attrs.get(key) for key in keys) for data in datasets)
+    return lines("assumptions", datasets=datasets, doubts=doubts, warnings=warnings, laws=laws)

@@ -1,0 +1,101 @@
+"""Where a report comes from: coefficients and their certainty, literature, commands and files."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import xarray as xr
+
+from wearsim.contact.normal import NORMAL_MODELS
+from wearsim.contact.tangential import TANGENTIAL_MODELS
+from wearsim.damage.coefficients import COEFFICIENT_SETS
+from wearsim.damage.fatigue.shakedown import boundaries
+from wearsim.report.style import role_of, role_title
+from wearsim.report.tables import Table, table
+from wearsim.report.texts import words
+from wearsim.translation.translate import content_hash
+
+_SET = ("form", "coefficients", "materials", "validity", "departures", "numbers", "source", "warnings")
+"""What a result file says of a law: form, and name, texts and numbers of its coefficient set."""
+_ACTIVE = {"form": "wear_form", "coefficients": "wear_coefficients", "numbers": "wear_law_numbers"}
+
+
+def _laws(dataset: xr.Dataset) -> Iterator[tuple[str, dict[str, str]]]:
+    """Name of each wear and fatigue law of a campaign, the active one first, with what is said of it."""
+    attrs = dataset.attrs
+    active = {key: str(attrs.get(_ACTIVE.get(key, f"wear_coefficients_{key}"), "")) for key in _SET}
+    yield str(attrs.get("wear_law", "law")), active
+    for group in ("comparison", "fatigue"):
+        for k, law in enumerate(dataset[f"{group}_name"].values if f"{group}_name" in dataset else ()):
+            lines = {key: attrs.get(f"{group}_{key}", "").split("\n") for key in _SET}
+            lines |= {key: dataset[f"{group}_{key}"].values for key in _SET if f"{group}_{key}" in dataset}
+            yield str(law), {key: str(texts[k]) if k < len(texts) else "" for key, texts in lines.items()}
+
+
+def _of_all(datasets: Sequence[xr.Dataset]) -> dict[tuple[str, str], tuple[dict[str, str], list[str]]]:
+    """Laws of all campaigns by name and numbers, what is said of each, and the roles that have it."""
+    found: dict[tuple[str, str], tuple[dict[str, str], list[str]]] = {}
+    for data in datasets:
+        for law, said in _laws(data):
+            found.setdefault((law, said["numbers"]), (said, []))[1].append(role_of(data))
+    return found
+
+
+def laws(datasets: Sequence[xr.Dataset]) -> Table:
+    """Set of coefficients of each law: what it was measured on, holds for, and where we depart from it."""
+    rows = []
+    for (law, _), (said, roles) in _of_all(datasets).items():
+        texts = (said[key] or None for key in ("coefficients", "materials", "validity", "departures"))
+        rows.append([f"{law} ({', '.join(roles)})", said["form"].replace("_", " "), *texts])
+    return table("law_sources", rows, look="text")
+
+
+def coefficients(datasets: Sequence[xr.Dataset]) -> Table:
+    """Every coefficient that acted, with its range, how certain it is, and where it stands."""
+    rows: list[list[Any]] = []
+    certain = words("certainty")
+    for (law, _), (said, _) in _of_all(datasets).items():
+        published = COEFFICIENT_SETS.get(said["coefficients"])
+        for number in filter(None, said["numbers"].split(", ")):
+            symbol, _, value = number.partition(" = ")
+            one = published.values.get(symbol) if published else None
+            if one is None or value != f"{one.value:.10g}{one.unit_after}":
+                rows.append([law, symbol, value, None, said["warnings"] or certain["given"], None])
+                continue
+            limits = f"{one.limits[0]:g} to {one.limits[1]:g}" if one.limits else None
+            rows.append([law, symbol, value, limits, certain[one.certainty], one.place])
+    if any("fatigue_name" in data for data in datasets):
+        for curve in boundaries(0.6):
+            rows.append(["shakedown map", curve.label, None, None, certain[curve.certainty], None])
+    return table("coefficients", rows, look="text")
+
+
+def bibliography(datasets: Sequence[xr.Dataset]) -> list[str]:
+    """Publications behind the coefficients and the contact models of campaigns, each once."""
+    found = [said["source"].rstrip(".") for said, _ in _of_all(datasets).values() if said["source"]]
+    for data in datasets:
+        for models, key in ((NORMAL_MODELS, "contact_normal"), (TANGENTIAL_MODELS, "contact_tangential")):
+            model: Any = models.get(str(data.attrs.get(key)))  # its module states the publications
+            text = str(inspect.getdoc(inspect.getmodule(model.solve))) if model else ""
+            found += re.findall(r"^\.\. \[\d+\] (.+?)\.?$(?=\n\.\. \[|\n*\Z)", text, re.DOTALL | re.MULTILINE)
+    return sorted({" ".join(one.split()) for one in found})
+
+
+def commands(datasets: Sequence[xr.Dataset]) -> list[str]:
+    """Commands that made the results, and the one that writes the report again."""
+    made = [str(data.attrs["history"]) for data in datasets if data.attrs.get("history")]
+    return [*dict.fromkeys(made), "wearsim report DIR"]
+
+
+def provenance(datasets: Sequence[xr.Dataset]) -> Table:
+    """Title, versions and files of each campaign."""
+    rows = [
+        [text, *(data.attrs.get(key) or None for data in datasets)]
+        for key, text in words("provenance").items()
+        if any(data.attrs.get(key) for data in datasets)
+    ]
+    rows.append(["SHA-256 of the result values", *map(content_hash, datasets)])
+    return table("provenance", rows, *map(role_title, datasets), look="text")
