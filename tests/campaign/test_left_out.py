@@ -202,7 +202,7 @@ def test_block_that_locks_and_carries_more_ends_the_run_with_its_reason(locks_wh
     assert (status["state"], status["message"]) == ("failed", reason)
     assert status["step"] >= 1
     page = (out / "report.html").read_text()
-    assert reason in page.split("<main>")[0].replace("&gt;", ">")
+    assert reason in page.split("<h2>")[0].replace("&gt;", ">")
     assert main(["status", str(out)]) == 0
     assert reason in capsys.readouterr().out
     assert main(["resume", str(out)]) == 3  # the state is kept

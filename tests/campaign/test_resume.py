@@ -181,8 +181,8 @@ def test_signals_leave_whole_rows_and_a_status(tmp_path, synthetic, uninterrupte
     """Ctrl-C, batch systems and `timeout`, closed terminals."""
     process, printed = forked(FROM_THE_COMMAND_LINE.format(code=program(tmp_path, pause=0.05)))
     with printed:
-        while printed.readline().strip() != "step 3":
-            pass
+        while (line := printed.readline()).strip() != "step 3":
+            assert line, "the run ended before"
         os.kill(process.pid, number)
         rest = printed.read()
     process.join()

@@ -144,7 +144,7 @@ def test_a_campaign_of_a_vehicle_stores_where_both_axles_run(folder):
         assert result.attrs["vehicle"].startswith("regional multiple unit (example, made up")
     said = html.unescape(write_report("out").read_text())
     assert "vehicle: regional multiple unit, quasi-static in curves, on straight track suspended." in said
-    assert "not modelled: switches and crossings" in said
+    assert "Not modelled: switches and crossings" in said
 
 
 def test_frozen_positions_are_those_of_the_new_wheels(folder, changed):

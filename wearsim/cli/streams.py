@@ -14,7 +14,7 @@ class _Output:
 
     def __init__(self, stream: Any) -> None:
         self._stream = stream
-        if hasattr(stream, "reconfigure"):
+        with suppress(AttributeError, OSError):  # no text file; a pipe that took the place of one
             stream.reconfigure(errors="backslashreplace")
 
     def __getattr__(self, name: str) -> Any:
