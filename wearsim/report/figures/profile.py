@@ -244,7 +244,7 @@ def profile_figure(dataset: xr.Dataset) -> Figure:
             place: Any = "lower right" if dataset.attrs["kind"] == "wheel" else "center"
             ax.legend(loc=place, handlelength=2.2)
         if wear:
-            plot_depth(dataset, axes(1)).set_title(_wear_title(dataset), pad=8.0)
+            plot_depth(dataset, axes(1)).set_title(_wear_title(dataset), pad=30.0)  # above the second scale
         if runs:
             row = len(heights) - 1
             plot_radius_difference(dataset, axes(row, 0, 2)).set_title("Rolling radius difference")
