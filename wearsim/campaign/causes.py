@@ -36,7 +36,7 @@ from wearsim.contact.problem import (
 )
 from wearsim.contact.solve import solve_each
 from wearsim.errors import ContactError
-from wearsim.operation.points import OperatingPoints, conditions_at
+from wearsim.operation.points import OperatingPoints
 from wearsim.profile.shape import Profile
 from wearsim.profile.worn import WHEEL_ZONES
 from wearsim.translation.axes import common_axes, rows_at
@@ -83,7 +83,7 @@ class World:
 
 
 class NoSplitError(Exception):
-    """Why the causes of a factor cannot be told apart."""
+    """Why the causes of a factor cannot be separated."""
 
 
 def _curvature_of_contact(made: Counterface, of: World) -> Counterface:
@@ -379,7 +379,7 @@ def split_power(conditions: ContactConditions, rig: Bodies, field: Bodies) -> tu
         for mask in masks if known.size else ():
             bits = [mask >> k & 1 for k in range(len(POWER_CAUSES))]
             mixed = np.stack([creepage[bit, known, side, k] for k, bit in enumerate(bits[1:])], axis=1)
-            at = replace(conditions_at(conditions, known), rotation="nominal", creepage=mixed)
+            at = replace(conditions.at(known), rotation="nominal", creepage=mixed)
             for found in _solved(at, worlds[bits[0]], (side,)):
                 power[mask, found.point] = found.power
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -405,7 +405,7 @@ def _add_power_causes(
     if not matched.size or conditions.free_roll or not np.isfinite(conditions.shift[matched]).all():
         return translation
     bodies = [(one.wheelset, one.counterface, one.models) for one in setups]
-    causes, factor = split_power(conditions_at(conditions, matched), *bodies)
+    causes, factor = split_power(conditions.at(matched), *bodies)
     long = "share of the cause in the factor of the frictional power, new wheels, rig over field"
     dims = ("matched_point", "wheel")
     return translation.assign(

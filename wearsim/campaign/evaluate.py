@@ -131,7 +131,7 @@ def solve_passage(
                 continue
             groups += 1
             own: Failed | None = None if history is None and number == last else {}
-            conditions = select(points, index).conditions
+            conditions = points.conditions.at(index)
             try:
                 chunks = solve_each(
                     conditions,

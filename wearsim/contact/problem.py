@@ -69,6 +69,14 @@ class ContactConditions:
     drift: FloatArray | None = None
     speed_difference: FloatArray | None = None
 
+    def at(self, index: IntArray) -> ContactConditions:
+        """Return the conditions of the operating points at `index`, in that order."""
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        chosen: dict[str, Any] = {
+            name: value[index] for name, value in values.items() if isinstance(value, np.ndarray)
+        }
+        return replace(self, **chosen)
+
     @property
     def loads(self) -> FloatArray:
         """Vertical load (n, 2) of the right and the left wheel [N]."""

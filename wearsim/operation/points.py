@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -67,22 +67,14 @@ def select(points: OperatingPoints, index: IntArray) -> OperatingPoints:
     """Return the operating points at `index`, in that order; weights are not rescaled."""
     return replace(
         points,
-        **_chosen(points, index),
-        conditions=conditions_at(points.conditions, index),
+        conditions=points.conditions.at(index),
+        weight=points.weight[index],
+        environment=points.environment[index],
+        block_length=points.block_length[index],
         label=tuple(points.label[i] for i in index),
         class_name=tuple(points.class_name[i] for i in index) if points.class_name else (),
         controlled=None if points.controlled is None else points.controlled.at(index),
     )
-
-
-def conditions_at(conditions: ContactConditions, index: IntArray) -> ContactConditions:
-    """Return the conditions of the operating points at `index`, in that order."""
-    return replace(conditions, **_chosen(conditions, index))
-
-
-def _chosen(one: Any, index: IntArray) -> dict[str, Any]:
-    values = {f.name: getattr(one, f.name) for f in fields(one)}
-    return {name: value[index] for name, value in values.items() if isinstance(value, np.ndarray)}
 
 
 def where_it_runs(points: OperatingPoints, running: Running | None) -> OperatingPoints:

@@ -18,6 +18,7 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
@@ -132,12 +133,13 @@ def yaw_over_shift(
     return np.complex128(leading), np.complex128(trailing)
 
 
-def _positions(one: Tangent, motion: Motion) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Amplitude, phase and weight (k,) of the lateral motion on straight track, cut at the flange."""
+def _positions(one: Tangent, motion: Motion) -> tuple[NDArray[np.complex128], FloatArray]:
+    """Positions (k,) of the motion on straight track with their phase, cut at the flange; weights (k,)."""
     node, weight = np.polynomial.laguerre.laggauss(_AMPLITUDES)
     size = np.minimum(one.std * np.sqrt(2.0 * node), WITHIN * motion.clearance)
     phase = 2.0 * np.pi * (np.arange(_PHASES) + 0.5) / _PHASES
-    return np.repeat(size, _PHASES), np.tile(phase, _AMPLITUDES), np.repeat(weight, _PHASES) / _PHASES
+    path = np.repeat(size, _PHASES) * np.exp(1j * np.tile(phase, _AMPLITUDES))
+    return path, np.repeat(weight, _PHASES) / _PHASES
 
 
 def route(
@@ -152,6 +154,9 @@ def route(
     total = sum(one.share for one in track)
     runs: list[dict[str, object]] = []
     leading: list[int] = []
+    shares = motion.leading, 1.0 - motion.leading
+    axles = list(zip(shares, yaw_over_shift(vehicle, motion, wheelset), strict=True))
+    frequency = 0.0 if motion.rule == "shifted" else 2.0 * np.pi / motion.wavelength
     for one in track:
         common = {
             "name": one.name, "speed": one.speed, "friction": one.friction,
@@ -160,33 +165,25 @@ def route(
         }  # fmt: skip
         share = one.share / total
         if isinstance(one, Tangent):
-            size, phase, weight = _positions(one, motion)
-            frequency = 2.0 * np.pi / motion.wavelength
-            sides = zip(
-                (motion.leading, 1.0 - motion.leading), yaw_over_shift(vehicle, motion, wheelset), strict=True
-            )
-            for part, ratio in sides:
+            path, weight = _positions(one, motion)
+            for part, ratio in axles:
                 if part == 0.0:
                     continue
-                path = size * np.exp(1j * phase)
                 yaw = ratio * path
-                moving = 0.0 if motion.rule == "shifted" else 1.0
-                for k in range(size.size):
+                slope, turning = (1j * frequency * each for each in (path, yaw))
+                for k in range(path.size):
                     runs.append({
                         **common, "label": f"{one.name} {1e3 * path[k].real:+.2f} mm",
                         "weight": share * part * weight[k], "shift": path[k].real, "yaw": yaw[k].real,
-                        "drift": moving * (1j * frequency * path[k]).real,
-                        "track_curvature": moving * (1j * frequency * yaw[k]).real,
+                        "drift": slope[k].real, "track_curvature": turning[k].real,
                     })  # fmt: skip
-                if moving == 0.0:
-                    runs[-size.size :] = [{**run, "drift": 0.0} for run in runs[-size.size :]]
             continue
         assert isinstance(one, Curve)
         for turned, part in ((1.0, 1.0 - motion.turned), (-1.0, motion.turned)):
             if part == 0.0:
                 continue
             leading.append(len(runs))
-            for axle, own in (("leading", motion.leading), ("trailing", 1.0 - motion.leading)):
+            for axle, own in zip(("leading", "trailing"), shares, strict=True):
                 runs.append({
                     **common, "label": f"{one.name}{'' if turned > 0.0 else ' turned'}, {axle}",
                     "name": f"{one.name}, {axle}",

@@ -14,8 +14,7 @@ shift that balances it with dH/dy > 0.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -118,8 +117,9 @@ class Search:
         yaw: FloatArray | None = None,
     ) -> tuple[Resultants, NDArray[np.bool_]]:
         """Resultants at shifts (k,) under loads (k, 2) of `rows` (k,), and which have a solution."""
-        index = _indexed(self.conditions, rows)
-        here = replace(index, shift=shift, wheel_load=load, yaw=self.yaw[rows] if yaw is None else yaw)
+        here = replace(
+            self.conditions.at(rows), shift=shift, wheel_load=load, yaw=self.yaw[rows] if yaw is None else yaw
+        )
         models = self.models
         if coarse:
             models = replace(models, strips=_COARSE, cells=_COARSE, cell_size=_COARSE_CELL)
@@ -373,12 +373,3 @@ def _walked(search: Search, rows: IntArray) -> None:
     step = 2e-6
     ends = [missing(root + side * step, np.ones(rows.size, bool)) for side in (-1.0, 1.0)]
     search.stiffness[rows] = np.clip((ends[0] - ends[1]) / (2.0 * step), _GENTLE, _STIFFEST)
-
-
-def _indexed(conditions: ContactConditions, index: IntArray) -> ContactConditions:
-    values: dict[str, Any] = {
-        one.name: value[index]
-        for one in fields(conditions)
-        if isinstance(value := getattr(conditions, one.name), np.ndarray)
-    }
-    return replace(conditions, **values)

@@ -13,7 +13,6 @@ from wearsim.contact.solve import ContactSolution, solve_each
 from wearsim.damage.wear import passage_depth
 from wearsim.errors import ContactError, Fault, NumericalError, SceneError
 from wearsim.operation.left_out import LARGEST_SHARE, carried_share, mask_of
-from wearsim.operation.points import select
 from wearsim.scene.messages import by_line, key_of, shift_ranges
 from wearsim.scene.models import FieldScene, RigScene
 from wearsim.scene.noise import noise_faults
@@ -79,7 +78,7 @@ def _failed(setup: CampaignSetup) -> tuple[dict[int, ContactError], float]:
 
     parts, rest = list[tuple[IntArray, FloatArray]](), np.arange(len(points.label))
     for one in (setup.models, *setup.fallbacks):
-        failed, conditions = {}, select(points, rest).conditions
+        failed, conditions = {}, points.conditions.at(rest)
         problem = (setup.wheelset, setup.counterface, replace(one, tangential="fastsim"))
         found = solve_each(conditions, *problem, worn, failed=failed)
         parts += [(rest[point], area) for point, area in found]
@@ -113,7 +112,7 @@ def _faults(
             continue
         if error.row != row:  # several that failed together share the error of the first one
             try:
-                solve_each(select(setup.points, np.array([row])).conditions, *problem, lambda _: None)
+                solve_each(setup.points.conditions.at(np.array([row])), *problem, lambda _: None)
             except ContactError as own:
                 error = own
         conditions = setup.points.conditions
@@ -144,7 +143,7 @@ def _roll_warnings(
     # how far it rolls hardly depends on the models
     models = replace(setup.models, normal="kik_piotrowski", tangential="fastsim", strips=16, cells=16)
     index = np.array(sorted(ends), dtype=np.int64)
-    free = replace(select(setup.points, index).conditions, free_roll=True)
+    free = replace(setup.points.conditions.at(index), free_roll=True)
 
     def roll(solution: ContactSolution) -> None:
         resting.update(zip(index[solution.point].tolist(), solution.roll.tolist(), strict=True))

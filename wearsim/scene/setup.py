@@ -104,12 +104,13 @@ def build(scene: RigScene | FieldScene) -> CampaignSetup:
     reduction = None
     if isinstance(scene, FieldScene) and scene.recorded is not None:
         reduction = _reduced(scene, (wheelset, counterface), wear)
-    if isinstance(scene, FieldScene) and scene.vehicle is not None:
+    vehicle = scene.vehicle if isinstance(scene, FieldScene) else None
+    if isinstance(scene, FieldScene) and vehicle is not None:
         points = _monitored(scene, _on_route(scene, (wheelset, counterface), wear))
     else:
         points = _monitored(scene, _points(scene, reduction))
     running = _settled(scene, points, (wheelset, counterface))
-    if isinstance(scene, FieldScene) and scene.vehicle is not None and scene.vehicle.positions == "frozen":
+    if vehicle is not None and vehicle.positions == "frozen":
         points, running = replace(where_it_runs(points, running), controlled=None), None
     return CampaignSetup(
         vehicle=_about_vehicle(scene),
