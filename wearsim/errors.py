@@ -63,7 +63,7 @@ def first_of(lines: Sequence[str]) -> list[str]:
 
 
 class SceneError(WearsimError):
-    """A scene file, or a set of flags, with one or more faults, of which the first are told."""
+    """A scene file, or a set of flags, with one or more faults, of which the first are listed."""
 
     def __init__(self, faults: Sequence[Fault]) -> None:
         self.faults = tuple(faults)

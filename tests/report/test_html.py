@@ -154,12 +154,12 @@ def test_bands_and_what_decides_stand_on_page_one(rig, field, monkeypatch):
     row = {"quantity": "km", "variable": next(iter(PER_KM)), "where": "up to 1 mm each"}
     row |= {"5%": 2.0, "95%": 8.0, "decided by": "friction (share of variance 0.70)"}
     monkeypatch.setattr(answer, "band_table", lambda _: pd.DataFrame([row]))
-    monkeypatch.setattr(answer, "doubtful_shares", lambda _: {})
+    monkeypatch.setattr(answer, "shares_beyond_validity", lambda _: {})
     said = answer.sentences([rig, field], translate(rig, field), bands=xr.Dataset())
     assert any(
         "it stands for 2.00 to 8.00 km (90 %), up to 1 mm each; friction decides" in one for one in said
     )
-    monkeypatch.setattr(answer, "doubtful_shares", lambda _: {"above shakedown": 0.3})
+    monkeypatch.setattr(answer, "shares_beyond_validity", lambda _: {"above shakedown": 0.3})
     said = answer.sentences([rig, field], translate(rig, field), bands=xr.Dataset())
     assert not any("90 %" in line for line in said)
     assert any(line.startswith("No band: uncertain inputs do not") for line in said)

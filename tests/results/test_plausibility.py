@@ -4,12 +4,12 @@ import pytest
 from wearsim.results import open_results, result_warnings
 from wearsim.results.checks import (
     TREAD_WEAR_BAND,
-    doubtful_shares,
     load_scaling,
     low_friction_warning,
     outside_warning,
     regime_shares,
     seizure_warning,
+    shares_beyond_validity,
     tread_wear,
     tread_wear_warning,
 )
@@ -139,13 +139,13 @@ def test_doubtful_wear_is_counted_by_patch_and_distance(make):
     data["force_x"].values[:] = 0.0
     data["force_y"].values[:] = 0.0
     data["max_pressure"].values[:] = 0.9e9
-    assert doubtful_shares(data) == {"above shakedown": 0.0, "beyond the tests of the law": 0.0}
+    assert shares_beyond_validity(data) == {"above shakedown": 0.0, "beyond the tests of the law": 0.0}
     # 300 MPa of yield stress in shear: 4.7 k = 1.41 GPa without friction
     data["max_pressure"].values[1, np.flatnonzero(acts)[0], 0] = 1.5e9
-    assert doubtful_shares(data) == {"above shakedown": 0.25, "beyond the tests of the law": 0.0}
+    assert shares_beyond_validity(data) == {"above shakedown": 0.25, "beyond the tests of the law": 0.0}
     data["wear_index_mean"].values[2, np.flatnonzero(acts)[:2], 0] = 130e6
-    assert doubtful_shares(data) == {"above shakedown": 0.25, "beyond the tests of the law": 0.5}
-    assert doubtful_shares(data.isel(step=slice(0, 1))) == {}
+    assert shares_beyond_validity(data) == {"above shakedown": 0.25, "beyond the tests of the law": 0.5}
+    assert shares_beyond_validity(data.isel(step=slice(0, 1))) == {}
 
 
 def test_lubrication_counted_twice_is_warned_of(make):

@@ -50,7 +50,7 @@ class _Output:
 
 
 class _Messages(_Output):
-    """A text stream whose loss nobody can be told of."""
+    """A text stream whose loss cannot be reported."""
 
     def _lost(self, error: OSError) -> None:
         pass

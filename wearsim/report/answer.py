@@ -13,7 +13,7 @@ from wearsim.report.plates import Datasets
 from wearsim.report.style import plain, role_of, role_title, shown, values_of
 from wearsim.report.tables import Table, limit_text, table, wear_by_class
 from wearsim.report.texts import lines
-from wearsim.results.checks import DOUBTED, doubtful_shares, last_worn_row, new_row
+from wearsim.results.checks import MOST_BEYOND_VALIDITY, last_worn_row, new_row, shares_beyond_validity
 from wearsim.results.fatigue import crack_distances
 from wearsim.results.limits import distances_to, limits_met
 from wearsim.translation.bands import PER_KM, band_table
@@ -21,8 +21,8 @@ from wearsim.translation.translate import table as factor_table
 
 MAIN_CAUSES = 3
 """Causes, or classes of operating points, that the answer names."""
-TOLD = 0.01
-"""Share of the wear made in a doubtful way that deserves a word."""
+MENTIONED = 0.01
+"""Share of the wear beyond the validity of the models from which on it is stated."""
 MOST_LIMITS = 3
 """Limits on page one; the others are among the wheel measures."""
 
@@ -49,11 +49,13 @@ def limits(datasets: Datasets) -> list[Table]:
 def sentences(
     datasets: Datasets, factors: xr.Dataset | None = None, bands: xr.Dataset | None = None
 ) -> list[str]:
-    """Answer in words: wear with its band unless much of it is doubtful, main causes, first crack."""
-    doubted = any(part > DOUBTED for data in datasets for part in doubtful_shares(data).values())
-    sure = [] if bands is None or doubted else band_table(bands).to_dict("records")
+    """Answer in words: wear, its band unless much of it is beyond validity, main causes, first crack."""
+    beyond = any(
+        part > MOST_BEYOND_VALIDITY for data in datasets for part in shares_beyond_validity(data).values()
+    )
+    sure = [] if bands is None or beyond else band_table(bands).to_dict("records")
     said: dict[str, Any] = {
-        "datasets": datasets, "without": bands is not None and doubted,
+        "datasets": datasets, "without": bands is not None and beyond,
         "limited": any(map(limits_met, datasets)), "say": partial(plain, digits=3),
         "cracks": [
             (role_of(data), law, float(shown("distance", at.min())))
@@ -92,11 +94,11 @@ def _wear(dataset: xr.Dataset) -> dict[str, Any]:
 
 def assumptions(datasets: Datasets, warnings: int) -> list[str]:
     """Say what the answer rests on; `warnings` is their number in the sections below."""
-    doubts: dict[str, list[tuple[str, float]]] = {}
+    beyond: dict[str, list[tuple[str, float]]] = {}
     for data in datasets:
-        for why, share in doubtful_shares(data).items():
-            if share > TOLD:
-                doubts.setdefault(why, []).append((role_of(data), share))
+        for why, share in shares_beyond_validity(data).items():
+            if share > MENTIONED:
+                beyond.setdefault(why, []).append((role_of(data), share))
     keys = ("wear_law", "wear_coefficients_materials")
     laws = dict.fromkeys(tuple(data.attrs.get(key) for key in keys) for data in datasets)
-    return lines("assumptions", datasets=datasets, doubts=doubts, warnings=warnings, laws=laws)
+    return lines("assumptions", datasets=datasets, beyond=beyond, warnings=warnings, laws=laws)

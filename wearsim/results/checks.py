@@ -36,8 +36,8 @@ SEIZURE_SHARE = 0.01
 OUTSIDE_SHARE = 0.01
 """Share of the worn area outside the rows of a wear table that deserves a word."""
 
-DOUBTED = 0.2
-"""Share of the wear made in a doubtful way from which on no band is stated."""
+MOST_BEYOND_VALIDITY = 0.2
+"""Share of the wear beyond the validity of the models from which on no band is stated."""
 
 LOW_FRICTION = 0.3
 """Friction below which surfaces are lubricated or wet."""
@@ -295,8 +295,8 @@ def worn_by_patch(dataset: xr.Dataset) -> NDArray[np.float64]:
     return np.asarray(area)
 
 
-def doubtful_shares(dataset: xr.Dataset) -> dict[str, float]:
-    """Share of the worn area that an expert would doubt first, by the reason.
+def shares_beyond_validity(dataset: xr.Dataset) -> dict[str, float]:
+    """Share of the worn area beyond the validity of the models, by the reason.
 
     Made in patches above the shakedown limit, by seizure, and in patches whose largest pressure or mean wear
     index exceeds that of the tests behind the coefficients, where those are known. Contacts count in the

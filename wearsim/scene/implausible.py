@@ -11,7 +11,7 @@ from wearsim.scene.models import FieldScene, RigScene
 from wearsim.toml_faults import KeyPath, shown
 
 
-class Doubt(NamedTuple):
+class Implausible(NamedTuple):
     """A key, the test of its table (in a scene) that its value is hardly meant, and what to look at."""
 
     key: str
@@ -22,10 +22,10 @@ class Doubt(NamedTuple):
 LUBRICATED = re.compile(r"wet|water|rain|lubri|greas|oil\b|oily|leaves", re.IGNORECASE)
 """Names of surfaces that are not dry."""
 
-OF_SCENE: tuple[tuple[str, Doubt], ...] = (
+OF_SCENE: tuple[tuple[str, Implausible], ...] = (
     (
         "wheelset",
-        Doubt(
+        Implausible(
             "radius_mm",
             lambda scene: scene.wheelset.radius_mm > 650.0,
             "is a radius, and wheels of railways have 150 to 650 mm: half the diameter is meant",
@@ -33,7 +33,7 @@ OF_SCENE: tuple[tuple[str, Doubt], ...] = (
     ),
     (
         "counterface",
-        Doubt(
+        Implausible(
             "gauge_mm",
             lambda scene: not 50.0 <= scene.counterface.gauge_mm - scene.wheelset.back_to_back_mm <= 110.0,
             "is not that of a wheelset with this back_to_back_mm, which is 60 to 90 mm less: give both of "
@@ -42,7 +42,7 @@ OF_SCENE: tuple[tuple[str, Doubt], ...] = (
     ),
     (
         "contact",
-        Doubt(
+        Implausible(
             "youngs_GPa",
             lambda scene: not 90.0 <= scene.contact.youngs_GPa <= 230.0,
             "is no Young's modulus of wheels: steel has about 210, cast iron 100",
@@ -52,32 +52,32 @@ OF_SCENE: tuple[tuple[str, Doubt], ...] = (
 """Tests of a scene, by the table of the key."""
 
 OF_RUN = (
-    Doubt(
+    Implausible(
         "yaw_mrad",
         lambda run: abs(run.yaw_mrad) > 20.0,
         "is beyond the angles of attack of the tightest curves, about 20: it is in milliradians",
     ),
-    Doubt(
+    Implausible(
         "friction",
         lambda run: run.friction > 0.4 and LUBRICATED.search(run.name) is not None,
         "is that of dry surfaces, and the name says otherwise: wet or lubricated ones have less than 0.3",
     ),
-    Doubt(
+    Implausible(
         "load_kN",
         lambda run: run.load_kN is not None and run.load_kN > 200.0,
         "is the load of one wheel, and the heaviest axles carry 400 kN: half the axle load is meant",
     ),
-    Doubt(
+    Implausible(
         "axle_load_kN",
         lambda run: run.axle_load_kN is not None and run.axle_load_kN > 400.0,
         "is beyond the heaviest axles, which carry 400 kN",
     ),
-    Doubt(
+    Implausible(
         "environment",
         lambda run: run.environment > 2.0,
         "multiplies the wear of the dry laboratory, and service wears less: factors are 1 and below",
     ),
-    Doubt(
+    Implausible(
         "shift_mean_mm",
         lambda run: (
             (getattr(run, "curve_radius_m", None) or 0.0) * getattr(run, "shift_mean_mm", 0.0) > 0.0
@@ -92,18 +92,18 @@ OF_RUN = (
 
 def implausible(scene: RigScene | FieldScene) -> Iterator[tuple[KeyPath, str]]:
     """Give path and text of each value of a scene that is hardly meant."""
-    for table, doubt in OF_SCENE:
-        if doubt.test(scene):
+    for table, one in OF_SCENE:
+        if one.test(scene):
             yield (
-                (table, doubt.key),
-                f"{doubt.key} = {getattr(getattr(scene, table), doubt.key):g} {doubt.text}",
+                (table, one.key),
+                f"{one.key} = {getattr(getattr(scene, table), one.key):g} {one.text}",
             )
     runs = scene.operation.runs
     for path, run in runs.items():
-        for doubt in OF_RUN:
-            if doubt.test(run):
-                value = f"{doubt.key} = {getattr(run, doubt.key):g}"
-                yield (*path, doubt.key), f"{value} in {path[1]} {shown(run.name)} {doubt.text}"
+        for one in OF_RUN:
+            if one.test(run):
+                value = f"{one.key} = {getattr(run, one.key):g}"
+                yield (*path, one.key), f"{value} in {path[1]} {shown(run.name)} {one.text}"
     names = Counter(run.name for run in runs.values())
     for path, run in runs.items():
         if names.pop(run.name, 1) > 1:

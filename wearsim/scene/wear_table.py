@@ -203,8 +203,8 @@ def read_wear_table(path: str | Path) -> WearTable:
         raise SceneError(validation_faults(error, WearTableSection, lines, file)) from None
     table, faults = wear_table(section, path.stem)
     if table is None:
-        told = [Fault(message, file, line_of(lines, at)) for at, message in faults]
-        raise SceneError(sorted(told, key=lambda fault: fault.line or 0))
+        listed = [Fault(message, file, line_of(lines, at)) for at, message in faults]
+        raise SceneError(sorted(listed, key=lambda fault: fault.line or 0))
     return table
 
 

@@ -31,7 +31,7 @@ from wearsim.studies.contact_flags import COLUMNS, FLAGS, MODELS, MOTION, Flag
 from wearsim.toml_faults import decimal
 
 _SIDES: dict[str, tuple[Side, ...]] = {"right": ("right",), "left": ("left",), "both": ("right", "left")}
-_WORDS = {  # allowed texts, beside numbers where the flag has a quantity
+_WORDS = {  # allowed texts, besides numbers where the flag has a quantity
     "side": tuple(_SIDES),
     "roll": ("free",),
     "rotation": tuple(RULES),

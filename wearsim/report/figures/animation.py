@@ -87,8 +87,8 @@ def animate_wear(dataset: xr.Dataset, path: Path, frames: int = FRAMES) -> Path:
         films = [_Film(ax, dataset, wheel, factor, scale) for wheel, ax in enumerate(axes[:, 0])]
         axes[0, 0].set_xlabel("")
         below, above = axes[1, 0].get_position().y0, axes[0, 0].get_position().y1
-        beside = figure.add_axes((0.905, below, 0.015, above - below))
-        bar = figure.colorbar(films[0].patches, cax=beside)
+        room = figure.add_axes((0.905, below, 0.015, above - below))
+        bar = figure.colorbar(films[0].patches, cax=room)
         bar.set_label(with_unit("largest pressure of each patch", "max_pressure"))
         writer = PillowWriter(fps=_FRAMES_PER_SECOND)
         made = Path(folder) / "film.gif"
