@@ -91,8 +91,12 @@ def half_space_depth_limit(
         acts &= rate.full
     if not acts.any():
         return math.inf
-    modulus = models.youngs_modulus / (2.0 * (1.0 - models.poisson_ratio**2))
-    return float(solution.max_pressure[acts].min()) / modulus * max(spacing, 0.5 * wavelength)
+    return half_space_depth(float(solution.max_pressure[acts].min()), models, spacing, wavelength)
+
+
+def half_space_depth(pressure: float, models: ContactModels, spacing: float, wavelength: float) -> float:
+    """Largest stable depth of a step of first order under a maximum pressure [m]."""
+    return pressure / models.effective_modulus * max(spacing, 0.5 * wavelength)
 
 
 def remembered_limit(state: State, weight: FloatArray, settings: ControlSettings) -> tuple[float, str]:
@@ -117,7 +121,8 @@ def remembered_limit(state: State, weight: FloatArray, settings: ControlSettings
     by_error, by_growth = (min(values) for values in zip(*limits, strict=True))
     by = {"error": by_error, "growth": by_growth}
     if state.correction is not None:
-        by["correction"] = float((state.correction.length[acting] / weight[acting]).min())
+        length = np.where(state.correction.until > 0.0, math.inf, state.correction.length)
+        by["correction"] = float((length[acting] / weight[acting]).min())
     reason = min(by, key=by.__getitem__)
     return by[reason], reason
 

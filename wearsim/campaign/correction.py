@@ -15,7 +15,9 @@ takes on the share `_SHORT` :math:`/ (1 - e^{-S})`, stable up to :math:`b/a` of 
 
 By the change of its difference over the distance each point foretells what it would leave out by waiting for
 another step: those are solved again which together would leave out more than a step may add to the error. A
-step that adds more than that is followed by shorter ones, and repeated if it is much more.
+step that adds more than that is followed by shorter ones, and repeated if it is much more. Where steps become
+so short that the half-space at every stage of its own steps is cheaper, it takes the acting points over until
+the wear is some times as deep.
 """
 
 from __future__ import annotations
@@ -64,6 +66,9 @@ _SECOND = 0.15
 _REMEMBERED = 0.5
 """Share of the drift of a point that stays known."""
 
+_AGAIN = 3.0
+"""Growth of the depth, or depth in steps of the reference, until it gives points back or takes them again."""
+
 _STRICTEST = 1.0 / 16.0
 """Smallest factor on it after steps that left out more."""
 
@@ -77,7 +82,7 @@ def new_correction(state: State, points: OperatingPoints) -> Correction:
     return Correction(
         np.zeros((count, 2, rows, n)), np.zeros((count, 2, below)), never, np.zeros(count, dtype=np.int64),
         np.zeros(count), np.full(count, math.inf), np.full(count, math.inf), nothing, nothing,
-        left=np.zeros_like(state.y),
+        until=np.zeros(count), left=np.zeros_like(state.y),
     )  # fmt: skip
 
 
@@ -93,6 +98,7 @@ def forgotten(state: State, *, wheels: bool = False) -> State:
         correction = replace(
             correction,
             model=models,
+            until=np.zeros_like(correction.until),
             left=np.zeros_like(correction.left),
             added=0.0,
             strictness=1.0,
@@ -147,9 +153,13 @@ def refreshed(
     old = state.correction
     assert old is not None
     assert setup.reference is not None
+    passage = solve_points(state, points, among, setup) if passage is None else passage
+    own = among & solved_by_reference(passage, setup, among.size)
+    if own.any():
+        old = _taken_over(old, own, passage, state.step)
+    among = among & ~own
     if not among.any():
         return Refreshed(old, np.zeros(0, dtype=np.int64), np.zeros((0, *old.wheel.shape[1:])))
-    passage = solve_points(state, points, among, setup) if passage is None else passage
     true = replace(setup, models=setup.reference, fallbacks=())
     alone = replace(state, correction=None, points=state.points or new_history(points))
     by_reference = solve_points(alone, points, among, true)
@@ -194,6 +204,32 @@ def refreshed(
         ),
         index,
         change,
+    )  # fmt: skip
+
+
+def solved_by_reference(passage: Passage, setup: Setup, count: int) -> NDArray[np.bool_]:
+    """Points (n,) of a passage that the reference itself solved, the last model of the chain."""
+    own = np.zeros(count, dtype=bool)
+    own[passage.contact.point[passage.model == len(setup.fallbacks)]] = True
+    return own
+
+
+def _taken_over(old: Correction, own: NDArray[np.bool_], passage: Passage, step: int) -> Correction:
+    """Correction without differences of points (n,) that the reference solves in all stages."""
+
+    def cleared(values: FloatArray) -> FloatArray:
+        return np.where(own.reshape(-1, *[1] * (values.ndim - 1)), 0.0, values)
+
+    contact = passage.contact
+    at = own[contact.point]
+    power, pressure = cleared(old.power), cleared(old.max_pressure)
+    np.add.at(power, (contact.point[at], contact.side[at]), contact.power[at])
+    np.maximum.at(pressure, (contact.point[at], contact.side[at]), contact.max_pressure[at])
+    model = old.model.copy()
+    model[contact.point[at]] = passage.model[at]
+    kept: dict[str, Any] = {name: cleared(getattr(old, name)) for name in ("wheel", "below", "run", "drift")}
+    return replace(
+        old, **kept, step=np.where(own, step, old.step), model=model, power=power, max_pressure=pressure,
     )  # fmt: skip
 
 
@@ -255,7 +291,7 @@ def corrected_step(
     passage: Passage,
     rule: StepRule,
     tolerance: float,
-) -> tuple[State, float]:
+) -> tuple[State, float, bool]:
     """Solve some points with the reference after a step, and add what waiting for it has left out.
 
     Parameters
@@ -280,19 +316,22 @@ def corrected_step(
     float
         Factor on the length of the step with which it would have left out what the tolerance allows [-];
         infinite where it may be longer, or more points need to be solved instead.
+    bool
+        Whether the drift of all points that acted was known.
     """
     weight, length = choice.weight, choice.limit.step_length
     after, old = tried.state, before.correction
     assert old is not None
     run, acts = old.run + weight * length, weight > 0.0
     allowed = _OF_STEP * tolerance * float(after.wear_depth.max())
-    unknown = np.isinf(old.drift) | mismatched(passage, old) | (old.step < 0)
-    due = _due(old, run, weight * length, points.environment, unknown, allowed)
+    own = solved_by_reference(passage, setup, acts.size)
+    unknown = (np.isinf(old.drift) | mismatched(passage, old) | (old.step < 0)) & ~own
+    due = ~own & _due(old, run, weight * length, points.environment, unknown, allowed)
     first_order = INTEGRATORS[rule.integrator][0].order == 1
     stability = max(choice.limit.stiffness * length, 1e-9)
     short = 1.0 if first_order else min(1.0, _SHORT / -math.expm1(-stability))
     here = replace(after, correction=replace(old, run=run))
-    new, index, change = refreshed(here, points, due, setup, passage, short)
+    new, index, change = refreshed(here, points, due | own & acts, setup, passage, short)
 
     regimes = before.regime_depth.shape[1]
     of_laws = regimes + before.comparison_area.shape[1]
@@ -325,16 +364,80 @@ def corrected_step(
     left = old.left + whole - added
     more = float(np.abs(left).max() - np.abs(old.left).max()) + _SECOND * float(np.abs(added).max())
     excess = max(more, 0.0) / allowed if allowed > 0.0 else 0.0
-    every = bool(due[acts].all())
+    every = bool((due | own)[acts].all())
     strictness = old.strictness / (1.0 if every else min(2.0, max(0.7, excess)))
     longer = 1.0 / math.sqrt(excess) if excess > (0.0 if every else _MUCH) else math.inf
-    lengths = old.length.copy()
-    lengths[acts] = weight[acts] * length * max(longer, MUCH_SHORTER)
+    lengths, ours = old.length.copy(), acts & ~own
+    lengths[ours] = weight[ours] * length * max(longer, MUCH_SHORTER)
     new = replace(
         new, length=lengths, strictness=min(1.0, max(_STRICTEST, strictness)), left=left,
         overlap=max(overlap, 0.5 * old.overlap), added=old.added + float(np.abs(added).max()),
+        solved=new.solved + tried.stages * int((own & acts).sum()),
     )  # fmt: skip
-    return replace(state, points=after.points, running=after.running, correction=new), longer
+    return (
+        replace(state, points=after.points, running=after.running, correction=new),
+        longer,
+        not unknown[acts].any(),
+    )
+
+
+class ReferenceStep(NamedTuple):
+    """A step in which the reference solves all points."""
+
+    length: float  # as its stability allows [m]
+    depth: float  # of that [m]
+    model: int  # number of the reference in the chain of models
+
+
+def handed_over(
+    state: State, weight: FloatArray, corrected: float, own: ReferenceStep, short: NDArray[np.bool_]
+) -> State:
+    """Let the reference solve the acting points in all stages where that costs less, or no longer.
+
+    Parameters
+    ----------
+    state : State
+        Where a corrected step ends, or begins.
+    weight : (n,) array
+        Share of the step that each point acts for.
+    corrected : float
+        Length with which a step after which all points are solved would keep the tolerance, or infinite [m].
+    own : ReferenceStep
+        Of which each solves all points twice.
+    short : (n,) bool array
+        Points that the reference solves in steps whose error leaves them shorter than corrected ones.
+    """
+    old = state.correction
+    assert old is not None
+    deepest = float(state.wear_depth.max())
+    alone, over = old.until > 0.0, deepest >= np.abs(old.until)
+    back = alone & (over | short)
+    taken = (weight > 0.0) & ~alone & over & (2.0 * corrected < own.length)
+    if not (back | taken).any():
+        return state
+    differences = {name: getattr(old, name).copy() for name in ("wheel", "below")}
+    for values in differences.values():
+        values[taken] = 0.0
+    until = deepest + _AGAIN * max(deepest, own.depth)
+    new = replace(
+        old,
+        **differences,
+        until=np.where(taken, until, np.where(back, np.where(over, 0.0, -until), old.until)),
+        model=np.where(taken, own.model, np.where(back, 0, old.model)),
+        step=np.where(back, -1, old.step),
+        drift=np.where(back, math.inf, old.drift),
+        length=np.where(taken, weight * corrected, old.length),
+    )
+    return replace(state, correction=new)
+
+
+def unchanged(before: State, tried: State, worn: State) -> bool:
+    """Whether a step was not corrected nor followed by other differences: rates at its end hold."""
+    old, new = before.correction, worn.correction
+    assert old is not None
+    assert new is not None
+    same = [np.array_equal(getattr(old, name), getattr(new, name)) for name in ("wheel", "below", "model")]
+    return all(same) and np.array_equal(tried.z, worn.z) and np.array_equal(tried.y, worn.y)
 
 
 def estimated_error(state: State) -> float:

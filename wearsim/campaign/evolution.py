@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from wearsim.campaign import control, correction, step
 from wearsim.campaign.comparison import comparison_laws, start_comparison
 from wearsim.campaign.counterface import new_counterface, redressed
-from wearsim.campaign.evaluate import Setup, Solved, accumulate, rate, setup_of, solved
+from wearsim.campaign.evaluate import Passage, Setup, Solved, accumulate, rate, setup_of, solved
 from wearsim.campaign.left_out import Failed, new_history, with_failed
 from wearsim.campaign.reprofiling import reprofile, reprofiling_due, to_next_reprofiling
 from wearsim.campaign.row import NO_STEP, Evaluation, StepTaken, build_row, header_of, recorded_measures
@@ -164,6 +164,7 @@ class WheelsetEvolution:
         wave = setup.control.smoothing_wavelength
 
         known = {evaluation.weight.tobytes(): evaluation.collective}
+        passage: Passage | None = evaluation.passage
 
         def rate_for(weight: FloatArray) -> WearRate:
             nonlocal state
@@ -173,19 +174,39 @@ class WheelsetEvolution:
                 known.clear()
             key = weight.tobytes()
             if key not in known:
-                known_points = [*evaluation.passage.contact.point, *evaluation.passage.failed]
+                there = [] if passage is None else [*passage.contact.point, *passage.failed]
                 known[key] = (
-                    accumulate(evaluation.passage, points, weight, state, here)
-                    if np.isin(np.flatnonzero(weight), known_points).all()
+                    accumulate(passage, points, weight, state, here)
+                    if passage is not None and np.isin(np.flatnonzero(weight), there).all()
                     else rate(state, points, weight, here)
                 )
             return known[key]
 
-        def depth_limit(now: WearRate, weight: FloatArray) -> float:
+        def spacing() -> float:
             other = state.counterface or state
             lines = [(body.y[side], body.z[side]) for body in (state, other) for side in (0, 1)]
-            spacing = min(float(np.diff(arc_length(*line)).min()) for line in lines)
-            return control.half_space_depth_limit(now, weight, setup.models, spacing, wave)
+            return min(float(np.diff(arc_length(*line)).min()) for line in lines)
+
+        def depth_limit(now: WearRate, weight: FloatArray) -> float:
+            return control.half_space_depth_limit(now, weight, setup.models, spacing(), wave)
+
+        def handed_over(
+            there: State, tried: step.Step, choice: control.StepChoice, corrected: float
+        ) -> State:
+            """Let the reference take points over whose corrected steps would be too short, where they are."""
+            known_of, weight = there.correction, choice.weight
+            assert known_of is not None
+            pressure = known_of.max_pressure[weight > 0.0]
+            lowest = float(pressure[pressure > 0.0].min(initial=math.inf))
+            depth = control.half_space_depth(lowest, setup.models, spacing(), wave)
+            depth, reached = min(depth, setup.control.depth_cap), float(tried.state.wear_depth.max())
+            per_metre = max(float(rate_for(weight).depth.max()), 1e-300)
+            own = correction.ReferenceStep(depth / per_metre, depth, len(here.chain) - 1)
+            # deeper by such a step, where the same error counts less
+            later = corrected * math.sqrt(1.0 + depth / max(reached, 1e-300))
+            by_error = choice.limit.reason in ("error", "clipping", "no contact")
+            short = by_error & (weight * choice.limit.step_length < tried.stages * known_of.length)
+            return correction.handed_over(there, weight, later, own, short & (weight > 0.0))
 
         rule = step.StepRule(
             setup.wheelset.radius, setup.wear.density, wave, setup.control.integrator,
@@ -216,13 +237,21 @@ class WheelsetEvolution:
                 worn, factor = tried.state, math.inf
                 if state.correction is not None and setup.tolerance is not None:
                     ahead = self._where(tried.state).points
-                    worn, factor = correction.corrected_step(
+                    worn, factor, drifts_known = correction.corrected_step(
                         state, tried, choice, ahead, here, end.passage, rule, setup.tolerance
                     )  # fmt: skip
-                    taken = replace(taken, end=None)
+                    if drifts_known:  # else fewer points than all may be enough after the next step
+                        worn = handed_over(worn, tried, choice, factor * length)
+                    if not correction.unchanged(state, tried.state, worn):
+                        taken = replace(taken, end=None)
                 if factor > correction.MUCH_SHORTER or shallow or rejected >= _REPEATED:
                     break
-                limit = max(_SHORTER, factor) * length, "correction"
+                other = handed_over(state, tried, choice, factor * length)
+                if other is not state:
+                    state, passage = other, None
+                    known.clear()
+                else:
+                    limit = max(_SHORTER, factor) * length, "correction"
                 continue
             limit = control.error_limit(length, error, setup.control), "error"
             if clipped:
