@@ -76,7 +76,7 @@ def worn_wheel(path: Path, side: str, at_km: str | None) -> tuple[ProfileInput, 
     )
     wheel = ProfileInput(
         profile=Profile(f"{path.stem}_{side}_{km.replace(' ', '')}", "wheel", y, z, source), format="result",
-        header={}, files=(path,), notes=notes, given=str(path), title="worn wheel of a result file",
+        header={}, notes=notes, given=str(path), title="worn wheel of a result file",
         source=source, diameter=diameter,
     )  # fmt: skip
     return wheel, back_to_back

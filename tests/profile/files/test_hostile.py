@@ -231,7 +231,9 @@ def test_two_files_joined_name_the_line_of_the_second_header(tmp_path):
         second = content.count("\n") + 1
         output = fault(path, (content * 2).encode())
         wrong = (
-            "number of columns (separated by blanks) = 1 must be at least 2" if name == "miniprof" else "y = 'y' is not a number"
+            "number of columns (separated by blanks) = 1 must be at least 2"
+            if name == "miniprof"
+            else "y = 'y' is not a number"
         )
         assert output.startswith(f"{path.name}:{second}: {wrong}")
 

@@ -204,7 +204,9 @@ def test_more_points_than_promised_are_told(read):
 def test_cut_in_the_middle_of_a_line(fault):
     lines = [*head(XYPoints=400), "", *wheel_rows()[:-1], "133.1"]
     (message,) = fault(lines).splitlines()
-    assert message.startswith(f"w.whl:{len(lines)}: number of columns (separated by blanks) = 1 must be at least 2")
+    assert message.startswith(
+        f"w.whl:{len(lines)}: number of columns (separated by blanks) = 1 must be at least 2"
+    )
     assert "the file is cut off" in message
 
 

@@ -210,7 +210,7 @@ def test_rail_against_the_rule_of_its_format_is_refused_in_the_track(read, tmp_p
     short = (RAIL.z < 20e-3) & ((RAIL.y < 0.01) | (RAIL.z < 9e-3))
     lines = rows(-1e3 * RAIL.y[short], 1e3 * RAIL.z[short])
     (tmp_path / "r.csv").write_text("\n".join(lines))
-    with pytest.raises(ProfileError, match="the gauge side of the rail head reaches .* measure further down"):
+    with pytest.raises(ProfileError, match="the gauge side of the rail head reaches"):
         load_profile(tmp_path / "r.csv", "rail")
     reading = read(lines, "rail", mirror=True)
     assert np.max(np.abs(reading.profile.y - RAIL.y[short])) < ROUNDING

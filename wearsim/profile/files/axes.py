@@ -53,7 +53,7 @@ class Statements(TypedDict, total=False):
 def in_our_axes(
     points: Points, kind: Kind, stated: Statements, faults: Faults
 ) -> tuple[FloatArray, FloatArray, list[str]]:
-    """Points y, z (n,) [m] from the flange back or gauge side to the field side, and notes; raises all faults.
+    """Points y, z (n,) [m] from flange back or gauge side to the field side, and notes; raises all faults.
 
     Statements of the user overrule the file and all detection. Detection works on rounded numbers; the
     result comes from the decimals of the file by exact arithmetic, rounded once, so that written profiles
@@ -102,7 +102,9 @@ def _unit(points: Points, kind: Kind, stated: Statements, faults: Faults, notes:
         return UNITS[name]
     if points.unit is not None:
         return points.unit
-    size = [float(max(each) - min(each)) for each in (points.y, points.z)] if len(points.lines) else [0.0, 0.0]
+    size = (
+        [float(max(each) - min(each)) for each in (points.y, points.z)] if len(points.lines) else [0.0, 0.0]
+    )
     fits = [name for name in _DETECTED if _plausible(kind, *size, name)]
     if len(fits) > 1:
         what = f"{size[0]:.4g} wide and {size[1]:.4g} high, which fits {' and '.join(fits)}"
@@ -124,7 +126,7 @@ def _plausible(kind: Kind, width: float, height: float, name: str) -> bool:
 
 
 def _without_stutter(y: FloatArray, z: FloatArray, lines: list[int], notes: list[str]) -> NDArray[np.intp]:
-    """Indices of the points without repeated ones and, at most one in fifty, those of little steps back."""
+    """Return the points that are not repeated ones nor, at most one in fifty, those of little steps back."""
     moved = (np.diff(y) != 0.0) | (np.diff(z) != 0.0)
     kept = np.flatnonzero(np.concatenate((np.ones(min(len(y), 1), dtype=bool), moved)))
     if len(kept) < len(y):
@@ -147,7 +149,13 @@ def _without_stutter(y: FloatArray, z: FloatArray, lines: list[int], notes: list
 
 
 def _points_up(
-    points: Points, kind: Kind, y: FloatArray, z: FloatArray, stated: Statements, faults: Faults, notes: list[str]
+    points: Points,
+    kind: Kind,
+    y: FloatArray,
+    z: FloatArray,
+    stated: Statements,
+    faults: Faults,
+    notes: list[str],
 ) -> bool:
     """Whether z grows upwards in the file."""
     up = stated.get("z_up")
@@ -194,7 +202,13 @@ def _rail_points_up(y: FloatArray, z: FloatArray) -> bool | None:
 
 
 def _at_larger_y(
-    points: Points, kind: Kind, y: FloatArray, z: FloatArray, stated: Statements, faults: Faults, notes: list[str]
+    points: Points,
+    kind: Kind,
+    y: FloatArray,
+    z: FloatArray,
+    stated: Statements,
+    faults: Faults,
+    notes: list[str],
 ) -> bool:
     """Whether the flange or the gauge side is at the end of larger y; it belongs to that of smaller y."""
     mirror = stated.get("mirror")

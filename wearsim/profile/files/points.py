@@ -170,7 +170,13 @@ def cells_of(line: str, separator: str) -> list[str]:
 
 
 def read_columns(
-    rows: list[Row], faults: Faults, *, need: str, most: int, take: tuple[int, int] = (0, 1), names: str = "yz"
+    rows: list[Row],
+    faults: Faults,
+    *,
+    need: str,
+    most: int,
+    take: tuple[int, int] = (0, 1),
+    names: str = "yz",
 ) -> dict[str, Any]:
     """Lines, y and z of points from two columns of numbers; whatever is no number is a fault of its line.
 
