@@ -127,7 +127,7 @@ def measure_fleet(arguments: Namespace) -> int:
         from wearsim.report.figures.profile import fleet_figure
         from wearsim.report.style import write_figure
 
-        write_figure(fleet_figure(measured, against and against.profile), Path(request.plot))
+        write_figure(fleet_figure(measured, against.profile if against else None), Path(request.plot))
         print(f"wrote {request.plot}: {len(measured)} profiles drawn", file=sys.stderr)
     faulty, alone = len(rows) - len(measured), sum(1 for row in measured if row.values["fault"])
     summary = [f"{len(rows)} files: {len(measured)} measured, {faulty} with faults"]

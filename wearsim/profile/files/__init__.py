@@ -15,7 +15,7 @@ import numpy as np
 from wearsim.errors import ProfileError, suggestion
 from wearsim.profile import placement, standard
 from wearsim.profile.files import miniprof, simpack
-from wearsim.profile.files.axes import ORIGINS, UNITS, Statements, in_our_axes
+from wearsim.profile.files.axes import ORIGINS, UNITS, Conversion, Statements
 from wearsim.profile.files.points import Faults, Points, Text, one_line, read_points, read_text
 from wearsim.profile.shape import Kind, Profile
 from wearsim.profile.smoothing import smoothed
@@ -91,10 +91,11 @@ def read_profile(path: str | Path, kind: Kind, **statements: Unpack[Statements])
     with localcontext(prec=_EXACT_DIGITS):
         points = FORMATS[name].read(text, kind, faults)
         faults.raise_any()
-        y, z, detected = in_our_axes(points, kind, statements, faults)
+        conversion = Conversion(points, kind, statements, faults)
+        y, z = conversion.result()
     lean = None if kind == "wheel" else placement.head_lean(y, z)
-    detected += [] if lean is None else [f"head {placement.lean_words(lean)}"]
-    notes = (f"format {FORMATS[name].title}", *text.notes, *detected)
+    leans = () if lean is None else (f"head {placement.lean_words(lean)}",)
+    notes = (f"format {FORMATS[name].title}", *text.notes, *conversion.notes, *leans)
     shown = notes[1:] if name == "two-column" else notes
     source = f"file {path.name} ({'; '.join(shown)})" if shown else f"file {path.name}"
     diameter = miniprof.wheel_diameter(points.header) if kind == "wheel" else None

@@ -50,69 +50,149 @@ class Statements(TypedDict, total=False):
     origin: Literal["running_circle", "flange_back"] | None
 
 
-def in_our_axes(
-    points: Points, kind: Kind, stated: Statements, faults: Faults
-) -> tuple[FloatArray, FloatArray, list[str]]:
-    """Points y, z (n,) [m] from flange back or gauge side to the field side, and notes; raises all faults.
+class Conversion:
+    """Points of a file on their way to the axes of `Profile`; each question adds its notes or its fault.
 
     Statements of the user overrule the file and all detection. Detection works on rounded numbers; the
     result comes from the decimals of the file by exact arithmetic, rounded once, so that written profiles
     are read back to the bit.
     """
-    notes = list(points.notes)
-    exact = np.array([points.y, points.z]) * _unit(points, kind, stated, faults, notes)
-    y, z = exact.astype(np.float64)
-    kept = _without_stutter(y, z, points.lines, notes)
-    if len(kept) > MOST_POINTS:
-        notes.append(f"{MOST_POINTS} of {len(y)} points taken, evenly")
-        kept = kept[np.linspace(0, len(kept) - 1, MOST_POINTS).astype(np.intp)]
-    exact, y, z, lines = exact[:, kept], y[kept], z[kept], [points.lines[k] for k in kept]
-    _check(faults, checks.shape_faults(kind, y, z, _STATE_UNITS), lines)
-    if _points_up(points, kind, y, z, stated, faults, notes):
-        exact[1], z = -exact[1], -z
-    if _at_larger_y(points, kind, y, z, stated, faults, notes):
-        exact[0], y = -exact[0], -y
-    if kind == "wheel" and _from_flange_back(y, z, stated, notes):
-        exact[0] = exact[0] - RUNNING_CIRCLE
-    y, z = exact.astype(np.float64) + 0.0  # zeros are positive
-    _check(faults, checks.points_faults(kind, y, z, _STATE_UNITS), lines)
-    if y[0] > y[-1]:
-        # some formats prescribe this order; it is reported all the same, for people often wonder
-        notes.append("points listed from the field side, order reversed")
-        y, z = y[::-1].copy(), z[::-1].copy()
-    if kind == "rail" and is_partial(y):
-        notes.append(
-            f"{1e3 * float(np.ptp(y)):.3g} mm wide: part of a head without gauge point, y counted from "
-            "the running circle"
-        )
-    return y, z, notes
 
+    def __init__(self, points: Points, kind: Kind, stated: Statements, faults: Faults) -> None:
+        self.points, self.wheel, self.kind, self.faults = points, kind == "wheel", kind, faults
+        self.stated, self.notes = stated, list(points.notes)
 
-def _check(faults: Faults, found: list[checks.PointFault], lines: list[int]) -> None:
-    for message, point in found:
-        faults.add(message, None if point is None else lines[point])
-    faults.raise_any()
+    def result(self) -> tuple[FloatArray, FloatArray]:
+        """Points y, z (n,) [m] from the flange back or gauge side to the field side; raises all faults."""
+        exact = np.array([self.points.y, self.points.z]) * self._unit()
+        y, z = exact.astype(np.float64)
+        kept = self._without_stutter(y, z)
+        if len(kept) > MOST_POINTS:
+            self.notes.append(f"{MOST_POINTS} of {len(y)} points taken, evenly")
+            kept = kept[np.linspace(0, len(kept) - 1, MOST_POINTS).astype(np.intp)]
+        exact, y, z, lines = exact[:, kept], y[kept], z[kept], [self.points.lines[k] for k in kept]
+        self._check(checks.shape_faults(self.kind, y, z, _STATE_UNITS), lines)
+        if self._points_up(y, z):
+            exact[1], z = -exact[1], -z
+        if self._at_larger_y(y, z):
+            exact[0], y = -exact[0], -y
+        if self.wheel and self._from_flange_back(y, z):
+            exact[0] = exact[0] - RUNNING_CIRCLE
+        y, z = exact.astype(np.float64) + 0.0  # zeros are positive
+        self._check(checks.points_faults(self.kind, y, z, _STATE_UNITS), lines)
+        if y[0] > y[-1]:
+            # some formats prescribe this order; it is reported all the same, for people often wonder
+            self.notes.append("points listed from the field side, order reversed")
+            y, z = y[::-1].copy(), z[::-1].copy()
+        if not self.wheel and is_partial(y):
+            self.notes.append(
+                f"{1e3 * float(np.ptp(y)):.3g} mm wide: part of a head without gauge point, y counted from "
+                "the running circle"
+            )
+        return y, z
 
+    def _check(self, found: list[checks.PointFault], lines: list[int]) -> None:
+        for message, point in found:
+            self.faults.add(message, None if point is None else lines[point])
+        self.faults.raise_any()
 
-def _unit(points: Points, kind: Kind, stated: Statements, faults: Faults, notes: list[str]) -> Decimal:
-    """Length of the file's unit [m]."""
-    name = stated.get("units")
-    if name is not None:
-        notes.append(f"units {name} as stated")
-        return UNITS[name]
-    if points.unit is not None:
-        return points.unit
-    size = (
-        [float(max(each) - min(each)) for each in (points.y, points.z)] if len(points.lines) else [0.0, 0.0]
-    )
-    fits = [name for name in _DETECTED if _plausible(kind, *size, name)]
-    if len(fits) > 1:
-        what = f"{size[0]:.4g} wide and {size[1]:.4g} high, which fits {' and '.join(fits)}"
-        faults.stop(f"the profile is {what}: {_STATE_UNITS}")
-    if fits == ["mm"] or not fits:
-        return UNITS["mm"]  # where no unit fits, the checks tell why
-    notes.append(f"units {fits[0]} by the size")
-    return UNITS[fits[0]]
+    def _unit(self) -> Decimal:
+        """Length of the file's unit [m]."""
+        name = self.stated.get("units")
+        if name is not None:
+            self.notes.append(f"units {name} as stated")
+            return UNITS[name]
+        if self.points.unit is not None or not self.points.lines:
+            return self.points.unit or UNITS["mm"]
+        width, height = (float(max(each) - min(each)) for each in (self.points.y, self.points.z))
+        fits = [name for name in _DETECTED if _plausible(self.kind, width, height, name)]
+        if len(fits) > 1:
+            size = f"{width:.4g} wide and {height:.4g} high"
+            self.faults.stop(f"the profile is {size}, which fits {' and '.join(fits)}: {_STATE_UNITS}")
+        if fits == ["mm"] or not fits:
+            return UNITS["mm"]  # where no unit fits, the checks tell why
+        self.notes.append(f"units {fits[0]} by the size")
+        return UNITS[fits[0]]
+
+    def _without_stutter(self, y: FloatArray, z: FloatArray) -> NDArray[np.intp]:
+        """Leave out repeated points and, at most one in fifty, those of little steps back."""
+        moved = (np.diff(y) != 0.0) | (np.diff(z) != 0.0)
+        kept = np.flatnonzero(np.concatenate((np.ones(min(len(y), 1), dtype=bool), moved)))
+        if len(kept) < len(y):
+            self.notes.append(f"duplicate points left out: {len(y) - len(kept)}")
+        most = min(max(3, len(kept) // 50), _MOST_STUTTER)
+        rest, back = kept, checks.turns(y[kept], z[kept])
+        while 0 < len(back) <= 2 * most and len(kept) - len(rest) < most:
+            around = rest[back[0] - 1 : back[0] + 2]
+            if np.min(np.hypot(np.diff(y[around]), np.diff(z[around]))) > _MOST_BACK:
+                break
+            # either the point behind the step back or the one before it is the odd one
+            choices = [np.delete(rest, back[0] + 1), np.delete(rest, back[0])]
+            rest = min(choices, key=lambda each: len(checks.turns(y[each], z[each])))
+            back = checks.turns(y[rest], z[rest])
+        if len(back) or len(rest) == len(kept):
+            return kept  # nothing is left out of a list that does not come right by that: a fault
+        where = ", ".join(str(self.points.lines[k]) for k in np.setdiff1d(kept, rest)[:10])
+        self.notes.append(f"points stepping back left out: line {where}")
+        return rest
+
+    def _points_up(self, y: FloatArray, z: FloatArray) -> bool:
+        """Whether z grows upwards in the file."""
+        up = self.stated.get("z_up")
+        if up is not None:
+            self.notes.append(f"z {'up, sign changed' if up else 'down'}, as stated")
+            return up
+        up = _wheel_points_up(z) if self.wheel else _rail_points_up(y, z)
+        if up is None and self.wheel:
+            what = "a flange tip stands out on neither side, so the sign of z is not known"
+            self.faults.stop(f"{what}: state --z-up or --z-down")
+        if up is None:
+            rule = f"z taken as {self.points.z_axis}, the rule of the format"
+            self.notes.append(f"the head is as flat as its ends: {rule}")
+            return self.points.z_axis == "up"
+        self.notes += ["z up, sign changed"] if up else []
+        return up
+
+    def _at_larger_y(self, y: FloatArray, z: FloatArray) -> bool:
+        """Whether the flange or the gauge side is at the end of larger y; it belongs to that of smaller y."""
+        mirror, axis = self.stated.get("mirror"), self.points.y_axis
+        if mirror is not None:
+            self.notes.append("y mirrored as stated" if mirror else "y not mirrored, as stated")
+            return mirror
+        if self.wheel:
+            place = (float(y[int(np.argmax(z))]) - float(y.min())) / float(np.ptp(y))
+            if 0.4 < place < 0.6:
+                self.faults.stop(
+                    "the flange tip is in the middle of the profile, so its side is not known: state "
+                    "--mirror (flange at the end of larger y) or --no-mirror"
+                )
+            self.notes += ["flange at the end of larger y, y mirrored"] if place > 0.5 else []
+            return place > 0.5
+        if axis != "unknown" or checks.head_faults(y, z):  # which are raised by the checks
+            self.notes += ["y towards the track centre, sign changed"] if axis == "centre" else []
+            return axis == "centre"
+        # whether the flanks at the ends of smaller and of larger y reach down to where the gauge is measured
+        deep, top = z - z.min() >= GAUGE_DEPTH, y[np.argmin(z)]
+        smaller, larger = bool(np.any(deep[y <= top])), bool(np.any(deep[y > top]))
+        if smaller == larger:
+            self.faults.stop(
+                "both sides of the head could be the gauge side: state --mirror (gauge side at the end of "
+                "larger y) or --no-mirror (at the end of smaller y)"
+            )
+        end = "larger" if larger else "smaller"
+        self.notes.append(f"gauge side at the end of {end} y: only there the head reaches 14 mm down")
+        self.notes += ["y mirrored"] if larger else []
+        return larger
+
+    def _from_flange_back(self, y: FloatArray, z: FloatArray) -> bool:
+        """Whether y of a wheel begins at the flange back instead of the running circle."""
+        origin = self.stated.get("origin")
+        if origin is not None:
+            self.notes.append(f"y counted from the {origin.replace('_', ' ')}, as stated")
+            return origin == "flange_back"
+        back = _TIP_FROM_BACK[0] <= float(y[int(np.argmax(z))]) <= _TIP_FROM_BACK[1]
+        self.notes += ["y counted from the flange back, 70 mm subtracted"] if back else []
+        return back
 
 
 def _plausible(kind: Kind, width: float, height: float, name: str) -> bool:
@@ -123,54 +203,6 @@ def _plausible(kind: Kind, width: float, height: float, name: str) -> bool:
     least = max(checks.PARTIAL, checks.WIDTH_RANGE[kind][0])  # narrower points may as well be in another unit
     low, high = checks.HEIGHT_RANGE[kind]
     return least <= width * unit <= most and low <= height * unit <= high
-
-
-def _without_stutter(y: FloatArray, z: FloatArray, lines: list[int], notes: list[str]) -> NDArray[np.intp]:
-    """Return the points that are not repeated ones nor, at most one in fifty, those of little steps back."""
-    moved = (np.diff(y) != 0.0) | (np.diff(z) != 0.0)
-    kept = np.flatnonzero(np.concatenate((np.ones(min(len(y), 1), dtype=bool), moved)))
-    if len(kept) < len(y):
-        notes.append(f"duplicate points left out: {len(y) - len(kept)}")
-    most = min(max(3, len(kept) // 50), _MOST_STUTTER)
-    rest, back = kept, checks.turns(y[kept], z[kept])
-    while 0 < len(back) <= 2 * most and len(kept) - len(rest) < most:
-        around = rest[back[0] - 1 : back[0] + 2]
-        if np.min(np.hypot(np.diff(y[around]), np.diff(z[around]))) > _MOST_BACK:
-            break
-        # either the point behind the step back or the one before it is the odd one
-        choices = [np.delete(rest, back[0] + 1), np.delete(rest, back[0])]
-        rest = min(choices, key=lambda each: len(checks.turns(y[each], z[each])))
-        back = checks.turns(y[rest], z[rest])
-    if len(back) or len(rest) == len(kept):
-        return kept  # nothing is left out of a list that does not come right by that: a fault
-    where = ", ".join(str(lines[k]) for k in np.setdiff1d(kept, rest)[:10])
-    notes.append(f"points stepping back left out: line {where}")
-    return rest
-
-
-def _points_up(
-    points: Points,
-    kind: Kind,
-    y: FloatArray,
-    z: FloatArray,
-    stated: Statements,
-    faults: Faults,
-    notes: list[str],
-) -> bool:
-    """Whether z grows upwards in the file."""
-    up = stated.get("z_up")
-    if up is not None:
-        notes.append(f"z {'up, sign changed' if up else 'down'}, as stated")
-        return up
-    up = _wheel_points_up(z) if kind == "wheel" else _rail_points_up(y, z)
-    if up is not None:
-        notes += ["z up, sign changed"] if up else []
-        return up
-    if kind == "wheel":
-        what = "a flange tip stands out on neither side, so the sign of z is not known"
-        faults.stop(f"{what}: state --z-up or --z-down")
-    notes.append(f"the head is as flat as its ends: z taken as {points.z_axis}, the rule of the format")
-    return points.z_axis == "up"
 
 
 def _wheel_points_up(z: FloatArray) -> bool | None:
@@ -193,60 +225,5 @@ def _tip_rise(z: FloatArray) -> float:
 
 def _rail_points_up(y: FloatArray, z: FloatArray) -> bool | None:
     """Whether the top is at larger z than the ends; None if the head is nearly level with them."""
-    middle = 0.5 * (float(y.min()) + float(y.max()))
-    inner = np.abs(y - middle) < 0.2 * np.ptp(y)
-    if not np.any(inner):
-        return None
-    fall = 0.5 * (float(z[0]) + float(z[-1])) - float(np.median(z[inner]))
+    fall = checks.head_fall(y, z)
     return None if abs(fall) < 0.05 * float(np.ptp(z)) else fall < 0.0
-
-
-def _at_larger_y(
-    points: Points,
-    kind: Kind,
-    y: FloatArray,
-    z: FloatArray,
-    stated: Statements,
-    faults: Faults,
-    notes: list[str],
-) -> bool:
-    """Whether the flange or the gauge side is at the end of larger y; it belongs to that of smaller y."""
-    mirror = stated.get("mirror")
-    if mirror is not None:
-        notes.append("y mirrored as stated" if mirror else "y not mirrored, as stated")
-        return mirror
-    if kind == "wheel":
-        place = (float(y[int(np.argmax(z))]) - float(y.min())) / float(np.ptp(y))
-        if 0.4 < place < 0.6:
-            faults.stop(
-                "the flange tip is in the middle of the profile, so its side is not known: state --mirror "
-                "(flange at the end of larger y) or --no-mirror"
-            )
-        notes += ["flange at the end of larger y, y mirrored"] if place > 0.5 else []
-        return place > 0.5
-    if points.y_axis != "unknown" or checks.head_faults(y, z):  # which are raised by the checks
-        notes += ["y towards the track centre, sign changed"] if points.y_axis == "centre" else []
-        return points.y_axis == "centre"
-    top = int(np.argmin(z))
-    # whether the flanks at the ends of smaller and of larger y reach down to where the gauge is measured
-    smaller, larger = (bool(np.any(z[side] - z[top] >= GAUGE_DEPTH)) for side in (y <= y[top], y > y[top]))
-    if smaller == larger:
-        faults.stop(
-            "both sides of the head could be the gauge side: state --mirror (gauge side at the end of larger "
-            "y) or --no-mirror (at the end of smaller y)"
-        )
-    end = "larger" if larger else "smaller"
-    notes.append(f"gauge side at the end of {end} y: only there the head reaches 14 mm down")
-    notes += ["y mirrored"] if larger else []
-    return larger
-
-
-def _from_flange_back(y: FloatArray, z: FloatArray, stated: Statements, notes: list[str]) -> bool:
-    """Whether y of a wheel begins at the flange back instead of the running circle."""
-    origin = stated.get("origin")
-    if origin is not None:
-        notes.append(f"y counted from the {origin.replace('_', ' ')}, as stated")
-        return origin == "flange_back"
-    back = _TIP_FROM_BACK[0] <= float(y[int(np.argmax(z))]) <= _TIP_FROM_BACK[1]
-    notes += ["y counted from the flange back, 70 mm subtracted"] if back else []
-    return back

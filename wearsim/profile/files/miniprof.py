@@ -5,16 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 
-from wearsim.profile.files.points import (
-    Faults,
-    Points,
-    Text,
-    cells_of,
-    number_fault,
-    read_columns,
-    separator_of,
-    value_of,
-)
+from wearsim.profile.files import points
+from wearsim.profile.files.points import Faults, Points, Text, value_of
 from wearsim.profile.shape import Kind
 
 SUFFIXES = {".whl": "wheel", ".ban": "rail"}
@@ -58,7 +50,7 @@ def read(text: Text, kind: Kind, faults: Faults) -> Points:
     take = (names.index("x"), names.index("y"))
     rows = [(k, bare) for k, raw in enumerate(text.lines[first:], start=first + 1) if (bare := _bare(raw))]
     need = f"at least {max(take) + 1} to hold X and Y"
-    columns = read_columns(rows, faults, need=need, most=10**6, take=take, names="XY")
+    columns = points.read_columns(rows, faults, need=need, most=10**6, take=take, names="XY")
     off = sum(raw.lstrip()[:1] == '"' and _is_data(raw.lstrip()[1:]) for raw in text.lines[first:])
     notes = [f"{off} switched-off points left out"] if off else []
     promised, taken = value_of(header, "xypoints"), len(columns["lines"])
@@ -87,7 +79,7 @@ def read(text: Text, kind: Kind, faults: Faults) -> Points:
 def wheel_diameter(header: Mapping[str, str]) -> float | None:
     """Wheel diameter at the running circle that a header states, if it is plausible [m]."""
     text = value_of(header, _DIAMETER_KEY).replace(",", ".")
-    if number_fault(text) or _other_circle(header):
+    if points.number_fault(text) or _other_circle(header):
         return None
     return 1e-3 * float(text) if _DIAMETERS[0] <= float(text) <= _DIAMETERS[1] else None
 
@@ -95,7 +87,9 @@ def wheel_diameter(header: Mapping[str, str]) -> float | None:
 def _other_circle(header: Mapping[str, str]) -> str:
     """Distance of the running circle from the flange back that a header states, "" if unset or as usual."""
     text = value_of(header, CIRCLE_KEY).replace(",", ".")
-    unset = not text.strip("-?") or (number_fault(text) is None and float(text) in (0.0, RUNNING_CIRCLE))
+    unset = not text.strip("-?") or (
+        points.number_fault(text) is None and float(text) in (0.0, RUNNING_CIRCLE)
+    )
     return "" if unset else text
 
 
@@ -104,8 +98,8 @@ def _is_data(line: str) -> bool:
     bare = _bare(line)
     if not bare or "=" in bare or not (bare[0].isdigit() or bare[0] in "+-."):
         return False
-    cells = cells_of(bare, separator_of(bare))
-    return len(cells) >= 2 and not any(number_fault(cell) for cell in cells)
+    cells = points.cells_of(bare, points.separator_of(bare))
+    return len(cells) >= 2 and not any(points.number_fault(cell) for cell in cells)
 
 
 def _bare(line: str) -> str:

@@ -64,38 +64,38 @@ def read(text: Text, kind: Kind, faults: Faults) -> Points:
     if _KIND.get(stated, kind) != kind:
         faults.add(f"type = {stated} says {_KIND[stated]}, a {kind} profile is needed", lines["header.type"])
 
-    key: dict[str, Decimal] = {}
+    keys: dict[str, Decimal] = {}
     for name, default in _APPLIED.items():
-        value = header.get(name) or default
-        if fault := number_fault(value):
-            faults.add(f"{name} = {value[:40]!r} {fault}", lines[name])
-        key[name] = Decimal(default if fault else value)
-    if key["rotate"] != 0:
+        text_of = header.get(name) or default
+        if fault := number_fault(text_of):
+            faults.add(f"{name} = {text_of[:40]!r} {fault}", lines[name])
+        keys[name] = Decimal(default if fault else text_of)
+    if keys["rotate"] != 0:
         message = f"rotate = {header['rotate']} is not applied by this reader: turn the points first"
         faults.add(message, lines["rotate"])
-    if key["units.len.f"] <= 0:
-        message = f"units.len.f = {key['units.len.f']} must be above 0 (1000 for mm)"
+    if keys["units.len.f"] <= 0:
+        message = f"units.len.f = {keys['units.len.f']} must be above 0 (1000 for mm)"
         faults.add(message, lines["units.len.f"])
     faults.raise_any()
 
-    y, z = columns["y"] + key["shift.y"], columns["z"] + key["shift.z"]
-    if key["bound.z.min"] < key["bound.z.max"]:
-        z = np.clip(z, key["bound.z.min"], key["bound.z.max"])
+    y, z = columns["y"] + keys["shift.y"], columns["z"] + keys["shift.z"]  # exact decimals
+    if keys["bound.z.min"] < keys["bound.z.max"]:
+        z = np.array([min(max(each, keys["bound.z.min"]), keys["bound.z.max"]) for each in z], dtype=object)
     use = np.full(len(y), fill_value=True)
-    if key["bound.y.min"] < key["bound.y.max"]:
-        use = (key["bound.y.min"] <= y) & (y <= key["bound.y.max"])
-    order = np.flatnonzero(use)[:: -1 if key["inversion"] else 1]
-    acting = [f"{name} = {header[name]}" for name in _APPLIED if key[name] != Decimal(_APPLIED[name])]
+    if keys["bound.y.min"] < keys["bound.y.max"]:
+        use = (keys["bound.y.min"] <= y) & (y <= keys["bound.y.max"])
+    order = np.flatnonzero(use)[:: -1 if keys["inversion"] else 1]
+    acting = [f"{name} = {header[name]}" for name in _APPLIED if keys[name] != Decimal(_APPLIED[name])]
     notes = [f"applied: {', '.join(acting)}"] if acting else []
     if not header.get("units.len.f"):
         notes.append("units.len.f is not given: lengths are taken as mm")
     return Points(
         lines=[columns["lines"][k] for k in order],
-        y=-y[order] if key["mirror.y"] else y[order],
-        z=-z[order] if key["mirror.z"] else z[order],
+        y=-y[order] if keys["mirror.y"] else y[order],
+        z=-z[order] if keys["mirror.z"] else z[order],
         y_axis="field",
         z_axis="down",
-        unit=(1 / key["units.len.f"]).normalize(),
+        unit=(Decimal(1) / keys["units.len.f"]).normalize(),
         header=header,
         notes=tuple(notes),
     )

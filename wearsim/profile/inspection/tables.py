@@ -62,11 +62,11 @@ def as_text(result: Inspection) -> str:
 
 def _origin(given: ProfileInput, before: str = "") -> list[str]:
     """Return what was read, and where it comes from."""
-    y, z = given.profile.y, given.profile.z
+    y, z = 1e3 * given.profile.y, 1e3 * given.profile.z
     lines = [
         f"{before}{given.profile.name}, {given.kind}, {given.title}",
-        f"  points     {len(y)} over {1e3 * arc_length(y, z)[-1]:.2f} mm along the profile, y "
-        f"{1e3 * y.min():.2f} to {1e3 * y.max():.2f} mm, z {1e3 * z.min():.2f} to {1e3 * z.max():.2f} mm",
+        f"  points     {len(y)} over {arc_length(y, z)[-1]:.2f} mm along the profile, y {y.min():.2f} to "
+        f"{y.max():.2f} mm, z {z.min():.2f} to {z.max():.2f} mm",
     ]
     if given.measured:
         lines.append(f"  file       {given.given}")
@@ -81,8 +81,9 @@ def _origin(given: ProfileInput, before: str = "") -> list[str]:
 
 def _notes(given: ProfileInput) -> list[str]:
     notes = given.notes or ("nothing to be detected or changed",)
-    words = [_wrapped("" if k else "read", one_line(note)[:300]) for k, note in enumerate(notes)]
-    return [line for lines in words for line in lines]
+    return [
+        line for k, note in enumerate(notes) for line in _wrapped("" if k else "read", one_line(note)[:300])
+    ]
 
 
 def _wrapped(word: str, text: str) -> list[str]:
@@ -148,24 +149,20 @@ def reprofiled_text(template: ProfileInput, wheels: Sequence[ReprofiledWheel]) -
 def _measures(result: Inspection) -> list[str]:
     """Gauge values, of both wheels or against another."""
     several, comparison = len(result.measures) > 1, result.comparison
-    columns = {body if several else result.given.profile.name: each for body, each in result.measures.items()}
-    before = None if comparison is None else comparison.measures
-    rows = [["measures [mm]", *columns]]
-    if comparison is not None and before is not None:
-        rows[0] += [comparison.reference.profile.name, "difference"]
+    columns = [(body if several else result.given.profile.name, each.values, ".3f")
+               for body, each in result.measures.items()]  # fmt: skip
+    if comparison is not None and comparison.measures is not None:
+        now, old = result.measures["right"].values, comparison.measures.values
+        change = {name: now[name] - old[name] for name in now.keys() & old.keys()}
+        columns += [(comparison.reference.profile.name, old, ".3f"), ("difference", change, "+.3f")]
+    rows = [["measures [mm]", *(title for title, _, _ in columns)]]
     for name in MEASURES:
-        values = [each.values.get(name) for each in columns.values()]
-        old = None if before is None else before.values.get(name)
-        if old is None and all(value is None for value in values):
-            continue
-        row = [f"  {_named(name)}", *map(_number, values)]
-        if before is not None:
-            change = None if values[0] is None or old is None else values[0] - old
-            row += [_number(old), _number(change, "+.3f")]
-        rows.append(row)
+        if any(name in values for _, values, _ in columns):
+            cells = (_number(values.get(name), form) for _, values, form in columns)
+            rows.append([f"  {_named(name)}", *cells])
     whys = [
         f"  no {QUANTITIES[name].meaning}{f' of {body}' if several else ''}: {why}"
-        for body, each in columns.items()
+        for body, each in result.measures.items()
         for name, why in each.missing.items()
     ]
     return [
@@ -220,32 +217,26 @@ def track_text(run: Running) -> str:
 
 def _running(result: Inspection) -> list[str]:
     """Return rolling radius difference and conicity."""
-    run = result.running
+    run, before = result.running, result.comparison
     if run is None:
         return [f"no rolling radius difference and conicity: {result.trouble}"]
     runs = {"": run}
-    if result.comparison is not None and result.comparison.running is not None:
-        runs[f", {result.comparison.reference.profile.name}"] = result.comparison.running
+    if before is not None and before.running is not None:
+        runs[f", {before.reference.profile.name}"] = before.running
     shifts = list(dict.fromkeys(at.shift for each in runs.values() for at in each.rolling_radius_difference))
     differences = [["  shift, to the right [mm]", *(f"{1e3 * shift:.0f}" for shift in shifts)]]
     conicities = [["  amplitude [mm]", *(f"{1e3 * at.amplitude:.0f}" for at in run.equivalent_conicity)]]
     for title, each in runs.items():
         known = {at.shift: _number(at.value) for at in each.rolling_radius_difference}
-        cells = [known.get(shift, "") for shift in shifts]
-        differences.append([f"  rolling radius difference{title} [mm]", *cells])
+        differences.append(
+            [f"  rolling radius difference{title} [mm]", *(known.get(at, "") for at in shifts)]
+        )
         values = [_number(at.value, factor=1.0) for at in each.equivalent_conicity]
         conicities.append([f"  equivalent conicity, EN 15302{title}", *values])
-    whys = dict.fromkeys(
-        f"  -: {at.reason}" for each in runs.values() for at in each.equivalent_conicity if at.reason
-    )
-    equal = "  equal diameters at both running circles, but for a difference that is stated"
-    return [
-        track_text(run),
-        *_table(differences),
-        *_table(conicities),
-        *whys,
-        *([equal] if run.differ else []),
-    ]
+    whys = [f"  -: {at.reason}" for each in runs.values() for at in each.equivalent_conicity if at.reason]
+    if run.differ:
+        whys.append("  equal diameters at both running circles, but for a difference that is stated")
+    return [track_text(run), *_table(differences), *_table(conicities), *dict.fromkeys(whys)]
 
 
 def points_csv(result: Inspection) -> str:
@@ -356,19 +347,16 @@ def fleet_text(rows: Sequence[FleetRow]) -> str:
     table = [["file", *used.values()]]
     table += [[cell["file"], *(cell[key] or "-" for key in used)] for cell in cells]
     remarks = ["wheel, beyond limits, faults"]
-    for row, cell in zip(rows, cells, strict=True):
-        words = {
-            "": cell["wheel"] if row.profile is not None else "",
-            "beyond limits: ": cell["exceeded"],
-            "not checked: ": cell["not_judged"],
-            "wear uncertain": " " if row.values["warnings"] else "",
-            "FAULT ": cell["fault"],
-        }
-        remarks.append("; ".join((before + text).strip() for before, text in words.items() if text))
+    uncertain = [bool(row.values["warnings"]) for row in rows]
+    for row, cell, doubtful in zip(rows, cells, uncertain, strict=True):
+        words = [cell["wheel"]] if row.profile is not None else []
+        words += [f"beyond limits: {cell['exceeded']}"] if cell["exceeded"] else []
+        words += [f"not checked: {cell['not_judged']}"] if cell["not_judged"] else []
+        words += ["wear uncertain"] if doubtful else []
+        words += [f"FAULT {cell['fault']}"] if cell["fault"] else []
+        remarks.append("; ".join(words))
     lines = [f"{line}  {remark}".rstrip() for line, remark in zip(_table(table), remarks, strict=True)]
     if any(row.values["not_judged"] and "wheel_diameter" not in row.values for row in rows):
         lines.append("not checked: some limits need the wheel diameter, which is not given (--diameter-mm)")
-    if any(row.values["warnings"] for row in rows):
-        lines.append("wear uncertain: the reasons are in the notes of --csv and --json")
-    lines.append("lengths in mm" + ("; conicity at 3 mm, EN 15302" if "conicity_3mm" in used else ""))
-    return "\n".join(lines)
+    lines += ["wear uncertain: the reasons are in the notes of --csv and --json"] if any(uncertain) else []
+    return "\n".join([*lines, "lengths in mm; conicity at 3 mm, EN 15302"])

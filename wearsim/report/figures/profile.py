@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from wearsim.profile.conicity import Running
 from wearsim.profile.inspection import Comparison, Inspection
 from wearsim.profile.inspection.fleet import FleetRow
 from wearsim.profile.inspection.inputs import ProfileInput
@@ -36,12 +37,9 @@ _DIMENSION = "#0072b2"
 _GREY = "#555555"
 _FILL = "#f1efe9"
 _BEHIND = 9.0  # material drawn behind the surface [mm]
-_TREAD_SHIFT = 6.0  # shifts whose radius differences set the scale [mm]
-_WIDTH = 10.0  # inch
-_EDGE = (0.85, 0.25)  # left and right of the axes [inch]
-_PANEL, _GAP = 2.1, 1.2  # height of the lower panels, and between rows [inch]
+_TREAD_SHIFT = 6e-3  # shifts whose radius differences set the scale [m]
+_WIDTH, _PANEL = 10.0, 2.9  # of a figure, height of its lower rows [inch]
 _LINE = 125  # characters of a title's line
-_FLATTEST = 0.18  # height over width of the shape's axes at least
 _GAUGED = {"Sh": "flange_height", "Sd": "flange_thickness", "qR": "flange_gradient"}
 _MOST_NAMES = 12  # profiles beyond a limit that a legend names
 
@@ -71,7 +69,7 @@ def plot_shape(result: Inspection, ax: Axes | None = None) -> Axes:
 
 def _shape_axes(ax: Axes, x: str, y: str) -> Axes:
     """Set equal scales, z down."""
-    ax.set_aspect("equal", adjustable="box")
+    ax.set_aspect("equal", adjustable="box", anchor="W")
     if not ax.yaxis_inverted():
         ax.invert_yaxis()
     return label_axes(ax, x, y)
@@ -152,8 +150,22 @@ def plot_depth(comparison: Comparison, ax: Axes | None = None) -> Axes:
     top.set_xticks(np.interp(marks, y[rising], s[rising]), [plain(mark, 3).split(".")[0] for mark in marks])
     top.tick_params(labelsize=7.5, colors=_GREY, length=2.0, pad=1.5)
     top.set_xlabel("Lateral position [mm]", fontsize=7.5, color=_GREY, labelpad=3.5)
+    area, place = plain(1e6 * comparison.wear.worn_area), plain(y[deepest], 3)
+    title = f"Worn area {area} mm², deepest {plain(depth[deepest], 3)} mm at y = {place} mm"
+    ax.set_title(title, pad=30.0)  # above the second scale
     x_label = f"Arc length along {comparison.reference.profile.name} [mm]"
     return label_axes(ax, x_label, "Wear depth along the\nnormal [mm]")
+
+
+def _runs(result: Inspection) -> list[tuple[Running, str, dict[str, Any]]]:
+    """Return the running behaviour of the reference and of the profile, its name, and how it is drawn."""
+    comparison, runs = result.comparison, list[tuple[Running, str, dict[str, Any]]]()
+    if comparison is not None and comparison.running is not None:
+        look = {"color": COLOURS["new"], "lw": 1.2, "ls": "--", "markersize": 3.5}
+        runs.append((comparison.running, comparison.reference.profile.name, look))
+    if result.running is not None:
+        runs.append((result.running, result.given.profile.name, {"color": SERIES_COLOURS[0]}))
+    return runs
 
 
 def plot_radius_difference(result: Inspection, ax: Axes | None = None) -> Axes:
@@ -161,17 +173,13 @@ def plot_radius_difference(result: Inspection, ax: Axes | None = None) -> Axes:
     ax = own_axes(ax)
     ax.axhline(0.0, color=_GREY, lw=0.8)
     ax.axvline(0.0, color=_GREY, lw=0.8)
-    assert result.running is not None
-    if result.comparison is not None and (before := result.comparison.running) is not None:
-        text = result.comparison.reference.profile.name
-        line = 1e3 * before.shift, 1e3 * before.difference
-        ax.plot(*line, color=COLOURS["new"], lw=1.2, ls="--", label=text)
-    shift, values = 1e3 * result.running.shift, 1e3 * result.running.difference
-    ax.plot(shift, values, label=result.given.profile.name, color=SERIES_COLOURS[0])
-    # beyond flange contact the difference runs off and would flatten all the rest
-    inner = np.abs(values[np.abs(shift) <= _TREAD_SHIFT])
-    reach = 1.3 * max(inner.max(initial=0.0), 0.5)
-    ax.set_ylim(-reach, reach)
+    for run, name, look in _runs(result):
+        ax.plot(1e3 * run.shift, 1e3 * run.difference, label=name, **look)
+        # beyond flange contact the difference runs off and would flatten all the rest
+        inner = np.abs(1e3 * run.difference[np.abs(run.shift) <= _TREAD_SHIFT])
+        reach = 1.3 * max(inner.max(initial=0.0), 0.5)
+        ax.set_ylim(-reach, reach)
+    ax.set_title("Rolling radius difference")
     x_label = "Lateral shift of the wheelset, to the right [mm]"
     return label_axes(ax, x_label, "Rolling radius difference [mm]", width=40)
 
@@ -179,22 +187,19 @@ def plot_radius_difference(result: Inspection, ax: Axes | None = None) -> Axes:
 def plot_conicity(result: Inspection, ax: Axes | None = None) -> Axes:
     """Draw the equivalent conicity over the amplitude, amplitudes without one left out."""
     ax = own_axes(ax)
-    before = None if result.comparison is None else result.comparison.running
-    highest = 0.1
-    for run in (before, result.running):
-        known = [] if run is None else [at[:2] for at in run.equivalent_conicity if at.value is not None]
-        amplitude, values = np.array(known, dtype=np.float64).reshape(-1, 2).T
-        highest = float(values.max(initial=highest))
-        if run is before:
-            ax.plot(1e3 * amplitude, values, color=COLOURS["new"], lw=1.2, ls="--", marker="o", ms=3.5)
-    ax.plot(1e3 * amplitude, values, color=SERIES_COLOURS[0], marker="o")
-    for at, value in zip(1e3 * amplitude, values, strict=True):
+    highest, known = 0.1, list[tuple[float, float]]()
+    for run, name, look in _runs(result):
+        known = [(1e3 * at.amplitude, at.value) for at in run.equivalent_conicity if at.value is not None]
+        highest = max([highest, *(value for _, value in known)])
+        ax.plot([at for at, _ in known], [value for _, value in known], marker="o", label=name, **look)
+    for at, value in known:
         ax.annotate(f"{value:.3f}", (at, value), (0, 6), textcoords="offset points", ha="center",
                     fontsize=7.5, bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6})  # fmt: skip
-    if amplitude.size == 0:
+    if not known:
         ax.text(0.5, 0.5, "undefined over all amplitudes", transform=ax.transAxes, ha="center", va="center")
     ax.set_xlim(0.5, 6.5)
     ax.set_ylim(0.0, 1.25 * highest)
+    ax.set_title("Equivalent conicity")
     return label_axes(ax, "Amplitude [mm]", "Equivalent conicity, EN 15302", width=40)
 
 
@@ -203,65 +208,39 @@ def profile_figure(result: Inspection) -> Figure:
 
     Rows without data are left out.
     """
-    comparison, run = result.comparison, result.running
-    rows = [["shape", "shape"]]
-    rows += [["depth", "depth"]] if comparison is not None else []
-    rows += [["difference", "conicity"]] if run is not None and run.shift.size else []
-    limits_y, limits_z = _window(result)
-    inner = _WIDTH - sum(_EDGE)
-    shape = min(inner / np.ptp(limits_y), 4.6 / np.ptp(limits_z)) * np.ptp(limits_z)
+    comparison, run, profiles = result.comparison, result.running, [result.aligned]
+    title = [f"{result.given.profile.name}: {result.given.kind}, {result.given.title}"]
+    rows: list[Any] = [["shape", "shape"]]
+    if comparison is not None:
+        rows.append(["depth", "depth"])
+        profiles.append(comparison.reference.profile)
+        alignment = comparison.alignment
+        title.append(f"laid on {profiles[1].name}: {alignment.rule}, {alignment.note}")
+    if run is not None:
+        title.append(track_text(run))
+        rows += [["difference", "conicity"]] if run.shift.size else []
+    y, z = np.concatenate([_mm(each) for each in profiles], axis=1)
+    span = (y.min() - 4.0, y.max() + 4.0)
+    # room for the dimension lines and the legend below the tip
+    depths = (z.max() + (14.0 if result.given.kind == "wheel" else 3.0), z.min() - 5.0)
+    shape = 0.8 + 9.0 * max((depths[0] - depths[1]) / (span[1] - span[0]), 0.18)
     heights = [shape] + [_PANEL] * (len(rows) - 1)
-    title = "\n".join(wrapped(line, _LINE) for line in _title(result))
-    top, bottom = 0.3 + 0.17 * (title.count("\n") + 1), 0.55
-    total = top + sum(heights) + _GAP * (len(rows) - 1) + bottom
-    edges = {"left": _EDGE[0] / _WIDTH, "right": 1.0 - _EDGE[1] / _WIDTH, "bottom": bottom / total,
-             "top": 1.0 - top / total, "hspace": _GAP / np.mean(heights), "wspace": 0.2}  # fmt: skip
     with style():
-        figure = Figure(figsize=(_WIDTH, total))
-        figure.text(edges["left"], 1.0 - 0.12 / total, title, fontsize=9.5, va="top")
-        axes = figure.subplot_mosaic(rows, height_ratios=heights, gridspec_kw=edges)
+        figure = Figure(figsize=(_WIDTH, sum(heights) + 0.2 * len(title)), layout="constrained")
+        text = "\n".join(wrapped(line, _LINE) for line in title)
+        figure.suptitle(text, x=0.01, ha="left", fontsize=9.5, weight="normal")
+        axes = figure.subplot_mosaic(rows, height_ratios=heights)
         ax = plot_shape(result, axes["shape"])
-        ax.set_xlim(*limits_y)
-        ax.set_ylim(*limits_z[::-1])
-        ax.set_anchor("W")
+        ax.set_xlim(*span)
+        ax.set_ylim(*depths)
         if comparison is not None or result.left is not None:
             ax.legend(loc="lower right" if result.given.kind == "wheel" else "center", handlelength=2.2)
         if comparison is not None:
-            wear = comparison.wear
-            area, depth, place = (
-                plain(size, 3)
-                for size in (1e6 * wear.worn_area, 1e3 * wear.max_wear_depth, 1e3 * wear.max_wear_depth_y)
-            )
-            text = f"Worn area {area} mm², deepest {depth} mm at y = {place} mm"
-            plot_depth(comparison, axes["depth"]).set_title(text, pad=30.0)  # above the second scale
+            plot_depth(comparison, axes["depth"])
         if "conicity" in axes:
-            plot_radius_difference(result, axes["difference"]).set_title("Rolling radius difference")
-            plot_conicity(result, axes["conicity"]).set_title("Equivalent conicity")
+            plot_radius_difference(result, axes["difference"])
+            plot_conicity(result, axes["conicity"])
     return figure
-
-
-def _window(result: Inspection) -> tuple[np.ndarray, np.ndarray]:
-    """Limits of the shape: all points, and room for the dimension lines [mm]."""
-    others = [] if result.comparison is None else [_mm(result.comparison.reference.profile)]
-    y, z = np.concatenate([_mm(result.aligned), *others], axis=1)
-    below = 9.0 if result.given.kind == "wheel" else 3.0
-    if others and result.left is not None:
-        below += 4.0  # three lines of the legend below the tip
-    span = np.array([y.min() - 4.0, y.max() + 4.0])
-    # a shape without a flange would be a stripe too low for its axis
-    more = 0.5 * max(_FLATTEST * float(np.ptp(span)) - float(np.ptp(z)) - below - 5.0, 0.0)
-    return span, np.array([z.min() - 5.0 - more, z.max() + below + more])
-
-
-def _title(result: Inspection) -> list[str]:
-    """Lines of the title."""
-    lines = [f"{result.given.profile.name}: {result.given.kind}, {result.given.title}"]
-    if result.comparison is not None:
-        alignment = result.comparison.alignment
-        lines.append(
-            f"laid on {result.comparison.reference.profile.name}: {alignment.rule}, {alignment.note}"
-        )
-    return lines + ([] if result.running is None else [track_text(result.running)])
 
 
 def fleet_figure(rows: Sequence[FleetRow], reference: Profile | None) -> Figure:
