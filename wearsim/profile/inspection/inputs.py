@@ -136,12 +136,11 @@ def placement_notes(rail: ProfileInput, inclination: float | None) -> tuple[str,
     if rail.kind == "wheel" or not rail.measured:
         return ()
     if tilt := tilt_of(rail, inclination):
-        why = "by --inclination"
-        if inclination is None:
-            why = "for it is upright (--inclination none leaves it)"
-        elif not rail.upright:
-            why += "; state none for points that lean already"
-        return (f"in the track inclined 1:{1.0 / tilt:.4g}, {why}",)
+        why = ", for it is upright (--inclination none leaves it)"
+        if inclination is not None:
+            already = "" if rail.upright else "; state none for points that lean already"
+            why = f" by --inclination{already}"
+        return (f"in the track inclined 1:{1.0 / tilt:.4g}{why}",)
     if rail.lean is not None and rail.lean > UPRIGHT:
         again = " and is not tilted again" if inclination else ""
         return (f"in the track as measured: the head leans 1:{1.0 / rail.lean:.3g} already{again}",)

@@ -39,6 +39,7 @@ _NEEDS = {  # each acts with one of the others only
 _EXCLUDE = (
     ("rail", "wheel"), ("mirror", "no_mirror"), ("z_up", "z_down"), *(("fleet", key) for key in _SINGLE),
 )  # fmt: skip
+_LONGEST = 250  # bytes of a file name, with room for the extension of one that is being written
 _T = TypeVar("_T")
 
 
@@ -55,8 +56,12 @@ class Request:
         self.given: dict[str, Any] = {
             key: None if value is False else value for key, value in vars(arguments).items()
         }
-        empty = [key for key in _NAMES if self.given[key] is not None and not self.given[key].strip()]
-        self.faults = [f"{flag_of(key)} = {self.given[key]!r} must not be empty" for key in empty]
+        names = {key: self.given[key] for key in _NAMES if self.given[key] is not None}
+        self.faults = [
+            f"{flag_of(key)} = {name[:60]!r} must not be empty, hold zero bytes or be too long for a file name"
+            for key, name in names.items()
+            if not name.strip() or "\0" in name or max(map(len, os.fsencode(name).split(b"/"))) > _LONGEST
+        ]
         self.raise_any()  # nothing can be looked up under such names, and more messages would only repeat it
         self.side = "right"  # wheel of a result file
         self._take_side()
