@@ -30,7 +30,7 @@ def read_wheel(request: Request, key: str, kind: str | None) -> ProfileInput | N
         return None
     wheel, back_to_back = found
     if key != "against":
-        request.numbers.setdefault("back_to_back_mm", back_to_back)
+        request.numbers.setdefault("back_to_back", back_to_back)
     return wheel
 
 

@@ -56,9 +56,11 @@ def _zones(reference: Profile) -> tuple[_Zone, ...]:
 
 
 @dataclass(frozen=True)
-class Move:
-    """How a profile is moved by an alignment."""
+class Alignment:
+    """How a profile was moved, and the profile after it, which its source notes."""
 
+    rule: str  # one of `ALIGNMENTS`
+    profile: Profile = field(repr=False)
     dy: float = 0.0  # shift, after the rotation [m]
     dz: float = 0.0
     angle: float = 0.0  # rotation about the origin of the measured profile; turns y towards z [rad]
@@ -91,7 +93,7 @@ def prolonged(reference: Profile) -> Profile:
     return replace(reference, y=y, z=z)
 
 
-def _best_fit(profile: Profile, reference: Profile, *, rotation: bool = False) -> Move:
+def _best_fit(profile: Profile, reference: Profile, *, rotation: bool) -> Alignment:
     """Least squares of the normal distances to the reference on its unworn zones.
 
     With `rotation` the profile may also be rotated, as gauges tilt. Raises `ProfileError` if a zone that is
@@ -149,13 +151,10 @@ def _best_fit(profile: Profile, reference: Profile, *, rotation: bool = False) -
     total = place - np.array([c * centre[0] - s * centre[1], s * centre[0] + c * centre[1]])
     names = " and ".join(zone.name for zone, members in zip(zones, inside, strict=True) if np.any(members))
     freedom = "shifted and rotated" if rotation else "shifted, not rotated"
-    return Move(
-        float(total[0]),
-        float(total[1]),
-        angle,
-        rms,
-        f"{names} fitted to {reference.name} by least squares over {np.count_nonzero(use)} points, {freedom}",
+    note = (
+        f"{names} fitted to {reference.name} by least squares over {np.count_nonzero(use)} points, {freedom}"
     )
+    return Alignment("best_fit", profile, float(total[0]), float(total[1]), angle, rms, note)
 
 
 def _step(
@@ -233,14 +232,6 @@ class _Nearest:
         return foot, normal, signed
 
 
-@dataclass(frozen=True)
-class Alignment(Move):
-    """A profile after alignment, which its source notes, and the rule, one of `ALIGNMENTS`."""
-
-    profile: Profile = field(kw_only=True, repr=False)
-    rule: str = field(kw_only=True)
-
-
 ALIGNMENTS = ("none", "best_fit")
 """Rules of alignment: points stay as measured, or what does not wear is laid on the reference."""
 
@@ -268,13 +259,12 @@ def align(profile: Profile, reference: Profile, rule: str, *, rotation: bool = F
         hint = suggestion(rule, ALIGNMENTS)
         raise ProfileError(f"{rule!r} is no rule of alignment ({', '.join(ALIGNMENTS)}){hint}")
     if rule == "none":
-        return Alignment(**vars(Move()), profile=profile, rule=rule)
+        return Alignment(rule, profile)
     try:
-        move = _best_fit(profile, reference, rotation=rotation)
+        fit = _best_fit(profile, reference, rotation=rotation)
     except ProfileError as error:
         fix = f"state --align none if it lies on {reference.name} as measured"
         raise ProfileError(f"{profile.name}: best fit: {error}; {fix}") from error
-    y, z = move.moved(profile.y, profile.z)
+    y, z = fit.moved(profile.y, profile.z)
     source = f"{profile.source}; aligned by {rule}" if profile.source else f"aligned by {rule}"
-    moved = replace(profile, y=y, z=z, source=source)
-    return Alignment(**vars(move), profile=moved, rule=rule)
+    return replace(fit, profile=replace(profile, y=y, z=z, source=source))

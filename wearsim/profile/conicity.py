@@ -134,14 +134,10 @@ def _with_jumps(
     return all_shift[order], np.concatenate((difference, below, above))[order]
 
 
-def _same_shape(first: Profile, second: Profile) -> bool:
-    return np.array_equal(first.y, second.y) and np.array_equal(first.z, second.z)
-
-
 def _radius_difference(right: Profile, left: Profile, rail: Profile) -> Callable[[FloatArray], FloatArray]:
     """Right minus left rolling radius [m] over shifts [m], NaN where a contact leaves the profiles."""
     at_right = _touching_heights(right, rail)
-    if not _same_shape(right, left):
+    if not (np.array_equal(right.y, left.y) and np.array_equal(right.z, left.z)):
         at_left = _touching_heights(left, rail)
         return lambda shift: at_right(shift) - at_left(-shift)
 

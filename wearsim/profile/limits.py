@@ -224,40 +224,31 @@ def _judged(
 ) -> Judgement:
     """Judge a measure by one bound of limits of one source, each for other diameters."""
     measure = group[0].measure
-    value, why = measures.values.get(measure), measures.missing.get(measure) or _NOT_MEASURED
+    value = measures.values.get(measure)
+    size = abs(value or 0.0) if measure == "wheel_diameter_difference" else value or 0.0
     sign = -1.0 if bound == "min" else 1.0
-
-    def room(number: float) -> float | None:
-        """Return what is left to a number, negative beyond it."""
-        size = value if value is None or measure != "wheel_diameter_difference" else abs(value)
-        return None if size is None else sign * (number - size)
-
-    def judgement(
-        limit: Limit, number: float | None = None, condition: str | None = None, reason: str = ""
-    ) -> Judgement:
-        margin = None if number is None else room(number)
-        exceeded = None if margin is None else margin < -_ROUNDING
-        about = limit.condition if condition is None else condition
-        reason = reason if value is not None else why
-        return Judgement(body, measure, value, bound, number, margin, exceeded, about, limit.source,
-                         limit.certainty, reason)  # fmt: skip
-
     stated = [(limit, number) for limit in group if (number := limit.bound(bound)) is not None]
     if diameter is not None:
         stated = [pair for pair in stated if pair[0].diameter_mm is None or diameter in pair[0].diameter_mm]
-    if not stated:
-        reason = f"no limit is given for a wheel diameter of {(diameter or 0.0) * 1e3:.6g} mm"
-        return judgement(group[0], condition="", reason=reason)
-    stated.sort(key=lambda pair: sign * pair[1])
-    (strict, tight), (lenient, loose) = stated[0], stated[-1]
-    if diameter is not None or len(group) == 1:
-        return judgement(strict, tight)
-    margins = room(tight), room(loose)
-    if margins[0] is None or margins[1] is None:
-        return judgement(strict, loose if loose == tight else None, "")
-    # diameters for which this bound is not given do not condemn a value
-    if len(stated) == len(group) and margins[1] < -_ROUNDING:
-        return judgement(lenient, loose, _ANY_DIAMETER)
-    if margins[0] >= -_ROUNDING:
-        return judgement(strict, tight, _ANY_DIAMETER)
-    return judgement(strict, condition="", reason=NO_DIAMETER)
+    stated.sort(key=lambda pair: sign * pair[1])  # the strictest first
+    rooms = [sign * (number - size) for _, number in stated]  # what is left to each, negative beyond it
+    limit, number, condition, reason = group[0], None, "", ""
+    if diameter is not None and not stated:
+        reason = f"no limit is given for a wheel diameter of {diameter * 1e3:.6g} mm"
+    elif diameter is not None or len(group) == 1:
+        (limit, number), condition = stated[0], stated[0][0].condition
+    elif value is None:
+        limit, number = stated[0][0], stated[0][1] if stated[0][1] == stated[-1][1] else None
+    elif len(stated) == len(group) and rooms[-1] < -_ROUNDING:
+        # diameters for which this bound is not given would not condemn a value
+        (limit, number), condition = stated[-1], _ANY_DIAMETER
+    elif rooms[0] >= -_ROUNDING:
+        (limit, number), condition = stated[0], _ANY_DIAMETER
+    else:
+        limit, reason = stated[0][0], NO_DIAMETER
+    margin = None if number is None or value is None else sign * (number - size)
+    return Judgement(
+        body, measure, value, bound, number, margin, None if margin is None else margin < -_ROUNDING,
+        condition, limit.source, limit.certainty,
+        reason if value is not None else measures.missing.get(measure) or _NOT_MEASURED,
+    )  # fmt: skip

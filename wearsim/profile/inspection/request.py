@@ -58,7 +58,7 @@ class Request:
         }
         names = {key: self.given[key] for key in _NAMES if self.given[key] is not None}
         self.faults = [
-            f"{flag_of(key)} = {name[:60]!r} must not be empty, hold zero bytes or be too long for a file name"
+            f"{flag_of(key)} = {name[:60]!r} must not be empty, hold zero bytes or be too long for a file"
             for key, name in names.items()
             if not name.strip() or "\0" in name or max(map(len, os.fsencode(name).split(b"/"))) > _LONGEST
         ]
@@ -75,7 +75,13 @@ class Request:
         for key, no in (("mirror", "no_mirror"), ("z_up", "z_down")):
             if self.given[key] or self.given[no]:
                 self.statements[key] = bool(self.given[key])
-        self.numbers = self._numbers()
+        self.numbers: dict[str, float] = {}  # stated lengths [m]
+        for key, quantity in _NUMBERS.items():
+            if (text := self.given[key]) is not None:
+                (low, high), number = QUANTITIES[quantity].span, decimal(text)
+                self.numbers[key.removesuffix("_mm")] = number * 1e-3
+                if not low <= number <= high:
+                    self.faults.append(f"{flag_of(key)} = {_short(text)} must be {low:g} to {high:g} mm")
         self.inclination = None
         if self.given["inclination"] is not None:
             try:
@@ -133,7 +139,7 @@ class Request:
         """Conditions and limits, the counterpart tried."""
         limits = self.take(lambda: load_limits(self.limits or "TSI"), "--limits" if self.limits else "")
         at = Conditions(
-            **{key.removesuffix("_mm"): length for key, length in self.numbers.items()},
+            **self.numbers,
             inclination=self.inclination,
             counterpart=self.rail or self.wheel,
             align=self.align or ("best_fit" if self.rotate else None),
@@ -175,20 +181,6 @@ class Request:
             yield f"--rotate belongs to --align best_fit, not to {_short(self.align)}; leave one out"
         if self.json and self.csv == "-":
             yield "--json and --csv - exclude each other on stdout; give --csv a file"
-
-    def _numbers(self) -> dict[str, float]:
-        """Stated lengths [m]."""
-        numbers = {}
-        for key, quantity in _NUMBERS.items():
-            text = self.given[key]
-            if text is None:
-                continue
-            (low, high), number = QUANTITIES[quantity].span, decimal(text)
-            if low <= number <= high:
-                numbers[key] = number * 1e-3
-            else:
-                self.faults.append(f"{flag_of(key)} = {_short(text)} must be {low:g} to {high:g} mm")
-        return numbers
 
 
 def is_result(name: str | None) -> bool:
