@@ -551,7 +551,6 @@ def _read_profile(
         path = standard.find_shipped(short)
         return shape, InputFile(role, name, path, path.read_bytes(), shipped=True), None
     reading = read_profile(path, "rail" if is_rail else "wheel")
-    path = reading.files[-1]  # of a list of slices, the slice
     smooth = {"wheelset": scene.wheelset.smooth_mm, "counterface": section.smooth_mm}
     shape = smoothed(reading.profile, 1e-3 * (smooth.get(role.partition(".")[0]) or 0.0))
     shape = place_rail(shape, tilt_to_add(reading.lean, slope), *placing, depth) if is_rail else shape

@@ -45,11 +45,6 @@ def valid_files(folder):
             path = folder / f"{profile.kind}.{suffix}"
             write_profile(profile, path, name)
             files.append((path.name, profile.kind, path.read_bytes()))
-    points = "\n".join(f"{y:.3f} {-z:.3f}" for y, z in zip(1e3 * RAIL.y, 1e3 * RAIL.z, strict=True))
-    text = f"[FileInfo]\n[Profile1Info]\nMPDN=a\n[Profile1Points]\n{points}\n[Profile2Points]\n{points}\n"
-    files.append(("two.mpt", "rail", text.encode()))
-    listed = "0 1\n2\n0 0 0\n1\n0.0 'rail.prr'\n1.0 'rail.ban'\n"
-    files.append(("two.slcs", "rail", listed.encode()))
     return files
 
 
@@ -71,7 +66,7 @@ def valid(tmp_path_factory):
                     "x=1",
                     "ColumnDef=A",
                     "",
-                    "[Profile1Points]",
+                    "[Info]",
                     "point.begin",
                     '"',
                     "spline.begin",
@@ -98,8 +93,7 @@ def valid(tmp_path_factory):
 def test_garbage(tmp_path_factory, data, name, kind):
     path = tmp_path_factory.mktemp("garbage") / name
     path.write_bytes(data)
-    assert attempt(path, kind, part=1) is None
-    assert attempt(path, kind, slice=1) is None
+    assert attempt(path, kind) is None
 
 
 @given(data=st.data())
@@ -108,9 +102,6 @@ def test_mutations_of_valid_files(tmp_path_factory, valid, data):
     """Cut, overwritten, doubled and shuffled; a profile that is read has finite points in good order."""
     name, kind, content = data.draw(st.sampled_from(valid))
     folder = tmp_path_factory.mktemp("mutated")
-    for other, _, text in valid:
-        if other in ("rail.prr", "rail.ban"):
-            (folder / other).write_bytes(text)
     for _ in range(data.draw(st.integers(1, 3))):
         at = data.draw(st.integers(0, len(content)))
         end = min(len(content), at + data.draw(st.integers(0, 200)))
@@ -133,12 +124,7 @@ def test_mutations_of_valid_files(tmp_path_factory, valid, data):
             content = b"\n".join(lines)
     path = folder / name
     path.write_bytes(content)
-    part = data.draw(st.sampled_from([None, 1, 2, "a"]))
-    attempt(
-        path,
-        kind,
-        **({"part": part} if name.endswith("mpt") else {"slice": 1} if name.endswith("slcs") else {}),
-    )
+    attempt(path, kind)
 
 
 @given(part=st.floats(0.0, 1.0, exclude_max=True))
@@ -245,7 +231,9 @@ def test_two_files_joined_name_the_line_of_the_second_header(tmp_path):
         second = content.count("\n") + 1
         output = fault(path, (content * 2).encode())
         wrong = (
-            "number of columns = 1 must be at least 2" if name == "miniprof" else "y = 'y' is not a number"
+            "number of columns (separated by blanks) = 1 must be at least 2"
+            if name == "miniprof"
+            else "y = 'y' is not a number"
         )
         assert output.startswith(f"{path.name}:{second}: {wrong}")
 
@@ -321,7 +309,7 @@ def test_a_file_that_ends_within_a_line_is_cut_off(tmp_path):
     rows = text()
     keys = ["ProgramVer=2.4", "MPTypeNo=101"]
     lines = [*keys, "", *rows[:100], "12.3"]
-    short = "number of columns = 1 must be at least 2 to hold X and Y"
+    short = "number of columns (separated by blanks) = 1 must be at least 2 to hold X and Y"
     expected = f"w.whl:104: {short}: the file is cut off; copy it again"
     assert fault(tmp_path / "w.whl", "\n".join(lines).encode()) == expected
     lines = [*keys, f"XYPoints={len(rows)}", "", *rows[:100], "12.3", ""]
