@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, ConfigDict, Field, PrivateAttr, Strict
 from pydantic_core import PydanticCustomError
 
 from wearsim.errors import Fault
-from wearsim.operation.route import Curve, Tangent
 from wearsim.profile.placement import slope_of
 from wearsim.profile.standard import shipped_path
 from wearsim.quantities import QUANTITIES
@@ -21,6 +20,12 @@ from wearsim.scene.section import Registered, Section, SetPoints, Text, number, 
 from wearsim.scene.uncertainty import UncertaintySection
 from wearsim.scene.vehicle import CurveRadius, VehicleSection
 from wearsim.toml_faults import KeyPath, Lines, line_of
+
+if TYPE_CHECKING:
+    from wearsim.operation import states
+    from wearsim.operation.recorded import Reduction, Samples
+    from wearsim.operation.route import Curve, Tangent
+    from wearsim.scene.vehicle import Route
 
 
 def _inclination(text: str) -> str:
@@ -204,6 +209,12 @@ class Running(SetPoints):
     axle_load_kN: float | None = number(
         "axle_load", "the vertical load of both wheels, which share it as the roll of the axle asks for", None
     )
+
+    @property
+    def balanced(self) -> bool:
+        """Whether the shift or the wheel loads follow from forces."""
+        keys = ("lateral_force_kN", "axle_box_right_kN", "axle_load_kN")
+        return any(getattr(self, key, None) is not None for key in keys)
 
     @property
     def mean_load_kN(self) -> float:
@@ -400,8 +411,7 @@ class SceneModel(Section):
     """A scene file; `origin` is where it was read from."""
 
     _origin: Origin = PrivateAttr()
-    _inputs: object = PrivateAttr(None)  # set once the files it names were read
-    _running: object = PrivateAttr(None)  # set once it is known where the new wheelset runs
+    _inputs: Any = PrivateAttr(None)  # set once the files it names were read
 
     @property
     def origin(self) -> Origin:
@@ -439,6 +449,13 @@ class _Campaign(SceneModel):
     operation: RigOperation | FieldOperation
     campaign: CampaignSection
     uncertainty: UncertaintySection | None = None
+    # set once the files they follow from were read, or once they are asked for
+    _running: states.Running | None = PrivateAttr(None)  # where the new wheelset runs under controlled forces
+    _samples: Samples = PrivateAttr()  # of a record
+    _reduction: Reduction | None = PrivateAttr(None)  # of a record to operating points
+    _route: Route = PrivateAttr()  # of a vehicle
+    _track: tuple[Curve | Tangent, ...] = PrivateAttr(())  # its classes; once known, those of segments
+    _error: float = PrivateAttr(0.0)  # of the wear of classes that stand for segments
 
 
 class RigScene(_Campaign):
@@ -447,6 +464,8 @@ class RigScene(_Campaign):
     scene: RigHeader
     counterface: RollerSection
     operation: RigOperation
+    recorded: ClassVar[None] = None
+    vehicle: ClassVar[None] = None
 
 
 class FieldScene(_Campaign):
@@ -457,11 +476,6 @@ class FieldScene(_Campaign):
     operation: FieldOperation = Field(default_factory=lambda: FieldOperation.model_validate({}))
     recorded: RecordedSection | None = None
     vehicle: VehicleSection | None = None
-    _route: object = PrivateAttr(None)  # set once the files of the vehicle were read
-    _track: tuple[Curve | Tangent, ...] = PrivateAttr(())  # its classes; once known, those of segments
-    _error: float = PrivateAttr(0.0)  # of the wear of classes that stand for segments
-    _samples: object = PrivateAttr(None)  # set once the record was read
-    _reduction: object = PrivateAttr(None)  # set once it is reduced to operating points
 
 
 _ELSEWHERE = (
