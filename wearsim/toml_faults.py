@@ -377,8 +377,7 @@ def _limits(info: FieldInfo, *, entry: bool = False) -> str:
     """Limits in words, as pydantic checks them, of a key or of the entries of its list."""
     metadata = info.metadata
     if entry:
-        entries = next((one for one in _types(info.annotation) if get_origin(one) is tuple), None)
-        fields = get_args(next(iter(get_args(entries)), None))[1:]
+        fields = get_args(_entry(info.annotation))[1:]
         metadata = [item for field in fields for item in getattr(field, "metadata", [])]
     limits = [
         f"{word} {limit:.10g}"
@@ -389,6 +388,13 @@ def _limits(info: FieldInfo, *, entry: bool = False) -> str:
     extra = info.json_schema_extra
     unit = str(extra.get("unit", "")) if isinstance(extra, dict) else ""
     return f"{' and '.join(limits) or ('in' if unit else '')} {unit}".strip()
+
+
+def _entry(annotation: Any) -> Any:
+    """Annotation of the entries of a list, which may be optional."""
+    if get_origin(annotation) is tuple:
+        return get_args(annotation)[0]
+    return next((entry for item in get_args(annotation) if (entry := _entry(item)) is not None), None)
 
 
 def _types(annotation: Any) -> Iterator[Any]:

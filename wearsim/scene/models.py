@@ -96,14 +96,10 @@ class WheelsetSection(Section):
         "states, if any",
         460.0,
     )
-    smooth_mm: float | None = number(
-        "noise_wavelength", "the wavelength below which measured wheels are smoothed", None
-    )
+    smooth_mm: float | None = number("noise_wavelength", default=None)
     back_to_back_mm: float = number("back_to_back", "the back-to-back distance of the wheels", 1360.0)
     mass_kg: float | None = number("wheelset_mass", "the mass of the wheelset, for forces on its boxes", None)
-    axle_box_distance_mm: float | None = number(
-        "axle_box_distance", "the distance of the forces on both axle boxes", None
-    )
+    axle_box_distance_mm: float | None = number("axle_box_distance", default=None)
 
 
 class CounterfaceSection(Section):
@@ -112,12 +108,8 @@ class CounterfaceSection(Section):
     profile: Text = words("the name of a shipped rail profile, such as 60E1, or a file of points")
     inclination: Inclination = words('the inclination of the rail, such as "1:40", or "none"')
     gauge_mm: float = number("gauge", "the track gauge", 1435.0)
-    gauge_height_mm: float = number(
-        "gauge_height", "the depth below the top of the rail at which the gauge is measured", 14.0
-    )
-    smooth_mm: float | None = number(
-        "noise_wavelength", "the wavelength below which a measured profile is smoothed", None
-    )
+    gauge_height_mm: float = number("gauge_height", default=14.0)
+    smooth_mm: float | None = number("noise_wavelength", default=None)
 
 
 class RailSection(CounterfaceSection):
@@ -193,9 +185,7 @@ class ContactSection(Section):
         "wheels, whatever their wear",
     )
     torque_Nm: float = number("axle_torque", "the torque on the axle, driving forward", 0.0)
-    virtual_penetration_factor: float = number(
-        "virtual_penetration_factor", "the share of the approach that is virtual penetration", 0.55
-    )
+    virtual_penetration_factor: float = number("virtual_penetration_factor", default=0.55)
 
 
 class Running(SetPoints):

@@ -447,16 +447,14 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
     if faults:
         raise SceneError(by_line(faults))
     if is_partial(counterface.y):
-        text = (
-            f"profile = {shown(section.profile)} is {1e3 * np.ptp(counterface.y):.3g} mm wide: without gauge "
-        )
-        text += "point its y counts from the running circle, and gauge_mm is without effect"
+        text = f"profile = {shown(section.profile)} is {1e3 * np.ptp(counterface.y):.3g} mm wide: without"
+        text += " gauge point its y counts from the running circle, and gauge_mm is without effect"
         noted.append(scene.fault(_COUNTERFACE, text))
-    for key in ("wheelset", "counterface"):
-        shipped = all(file.shipped for file in files.read if file.role.startswith(f"{key}."))
-        if getattr(scene, key).smooth_mm is not None and shipped:
-            text = f"smooth_mm is without effect: no profile of [{key}] was read from a file of points"
-            noted.append(scene.fault((key, "smooth_mm"), f"{text}; delete it"))
+    for body in ("wheelset", "counterface"):
+        shipped = all(file.shipped for file in files.read if file.role.startswith(f"{body}."))
+        if getattr(scene, body).smooth_mm is not None and shipped:
+            text = f"smooth_mm is without effect: no profile of [{body}] was read from a file of points"
+            noted.append(scene.fault((body, "smooth_mm"), f"{text}; delete it"))
     scene._inputs = Inputs(
         *wheels, counterface, half_span, clearance, tuple(files.read), table, templates, tuple(noted)
     )

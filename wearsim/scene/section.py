@@ -30,8 +30,9 @@ def range_of(name: str) -> dict[str, Any]:
     return {"gt" if above else "ge": low, "le": high}
 
 
-def number(name: str, meaning: str, default: Any = ...) -> Any:
-    """Field of the quantity `name`: its unit and limits are those of `wearsim.quantities`."""
+def number(name: str, meaning: str = "", default: Any = ...) -> Any:
+    """Field of a quantity: its unit, its limits and, where none is given, its meaning."""
+    meaning = meaning or f"the {QUANTITIES[name].meaning}"
     unit = QUANTITIES[name].shown_unit.translate(_ASCII)
     extra: Any = {"unit": unit} if unit != "1" else None
     return Field(default, description=meaning, json_schema_extra=extra, **range_of(name))
