@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import (
@@ -27,21 +26,16 @@ from wearsim.scene.section import Registered, Section, Text, number, words
 from wearsim.scene.wear_table import PathFaults, WearTableSection, wear_table
 
 
-@dataclass(frozen=True)
-class RegisteredSet(Registered):
-    """The name of a coefficient set that belongs to a law of a registry."""
-
-    def names(self) -> list[str]:
-        """Return the names of the sets."""
-        laws = set(super().names())
-        return sorted(name for name, one in COEFFICIENT_SETS.items() if laws & set(one.laws))
+def _sets(laws: Mapping[str, Any]) -> list[str]:
+    """Return the names of the coefficient sets that belong to some laws."""
+    return [name for name, one in COEFFICIENT_SETS.items() if set(laws) & set(one.laws)]
 
 
-WearLawName = Annotated[str, Registered("wearsim.damage.wear", "WEAR_LAWS")]
-WearSetName = Annotated[str, RegisteredSet("wearsim.damage.wear", "WEAR_LAWS")]
-FatigueLawName = Annotated[str, Registered("wearsim.damage.fatigue", "FATIGUE_LAWS")]
-FatigueSetName = Annotated[str, RegisteredSet("wearsim.damage.fatigue", "FATIGUE_LAWS")]
-_WEAR_LAW = Registered("wearsim.damage.wear", "WEAR_LAWS")
+_WEAR_LAW = Registered(lambda: WEAR_LAWS)
+WearLawName = Annotated[str, _WEAR_LAW]
+WearSetName = Annotated[str, Registered(lambda: _sets(WEAR_LAWS))]
+FatigueLawName = Annotated[str, Registered(lambda: FATIGUE_LAWS)]
+FatigueSetName = Annotated[str, Registered(lambda: _sets(FATIGUE_LAWS))]
 _FORM = "whether the law acts in each cell (where it can) or on the mean of the patch"
 
 
@@ -71,7 +65,7 @@ class _OrName:
 
     @classmethod
     def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> Any:
-        return {"anyOf": [{"type": "string", "enum": _WEAR_LAW.names()}, handler(schema)]}
+        return {"anyOf": [{"type": "string", "enum": sorted(WEAR_LAWS)}, handler(schema)]}
 
 
 class WearSection(Section):

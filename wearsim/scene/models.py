@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 from pydantic import AfterValidator, ConfigDict, Field, PrivateAttr, Strict
 from pydantic_core import PydanticCustomError
 
+from wearsim.contact.normal import NORMAL_MODELS
+from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.errors import Fault
 from wearsim.profile.placement import slope_of
 from wearsim.profile.standard import shipped_path
@@ -140,8 +142,8 @@ class RollerSection(CounterfaceSection):
         return 1e3 / self.roller_radius_mm if self.roller_radius_mm else 0.0
 
 
-NormalName = Annotated[str, Registered("wearsim.contact.normal", "NORMAL_MODELS")]
-TangentialName = Annotated[str, Registered("wearsim.contact.tangential", "TANGENTIAL_MODELS")]
+NormalName = Annotated[str, Registered(lambda: NORMAL_MODELS)]
+TangentialName = Annotated[str, Registered(lambda: TANGENTIAL_MODELS)]
 
 
 _ONE_MATERIAL = (
