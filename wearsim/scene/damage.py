@@ -9,7 +9,6 @@ from pydantic import (
     Field,
     GetJsonSchemaHandler,
     SerializerFunctionWrapHandler,
-    Strict,
     model_serializer,
     model_validator,
 )
@@ -22,7 +21,7 @@ from wearsim.damage.fatigue.wlrm import own_function
 from wearsim.damage.wear import WEAR_LAWS, WearSettings, energy
 from wearsim.damage.wear.table import WearTable
 from wearsim.errors import SceneError
-from wearsim.scene.section import Registered, Section, Text, number, words
+from wearsim.scene.section import Registered, Section, Text, entries, number, words
 from wearsim.scene.wear_table import PathFaults, WearTableSection, wear_table
 
 
@@ -107,8 +106,8 @@ class WearSection(Section):
     table_file: Text | None = words(
         f"a CSV or TOML file with the table of law = {wear.laws_that_take('table')}", None
     )
-    also_evaluate: Annotated[tuple[Annotated[ComparisonLawSection, _OrName], ...], Strict(False)] = Field(
-        (), max_length=20, description="comparison laws: further wear laws evaluated on the same contacts"
+    also_evaluate: tuple[Annotated[ComparisonLawSection, _OrName], ...] = entries(
+        "comparison laws: further wear laws evaluated on the same contacts", 20
     )
 
     @model_validator(mode="before")
@@ -138,12 +137,10 @@ class DamageFunctionSection(Section):
 class FatigueSection(Section):
     """[fatigue]: rolling contact fatigue of the wheel."""
 
-    laws: Annotated[tuple[FatigueLawName, ...], Strict(False)] = Field(
-        ("surface_fatigue_index",), min_length=1, max_length=20, description="the fatigue laws"
+    laws: tuple[FatigueLawName, ...] = entries(
+        "the fatigue laws", 20, ("surface_fatigue_index",), min_length=1
     )
-    coefficients: Annotated[tuple[FatigueSetName, ...], Strict(False)] = Field(
-        (), max_length=20, description="sets that replace the laws' own ones"
-    )
+    coefficients: tuple[FatigueSetName, ...] = entries("sets that replace the laws' own ones", 20)
     shear_yield_MPa: float | None = number("fatigue_shear_yield", default=None)
     wear_number: Literal["without_spin", "with_spin"] = Field(
         "without_spin", description="the wear number that laws of T-gamma take"

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from pydantic import AfterValidator, ConfigDict, Field, PrivateAttr, Strict
+from pydantic import AfterValidator, ConfigDict, Field, PrivateAttr
 from pydantic_core import PydanticCustomError
 
 from wearsim.contact.normal import NORMAL_MODELS
@@ -18,7 +18,7 @@ from wearsim.profile.standard import shipped_path
 from wearsim.quantities import QUANTITIES
 from wearsim.scene.campaign import CampaignSection, RailWearSection, RollerWearSection
 from wearsim.scene.damage import FatigueSection, WearSection
-from wearsim.scene.section import Registered, Section, SetPoints, Text, number, range_of, words
+from wearsim.scene.section import Registered, Section, SetPoints, Text, entries, number, range_of, words
 from wearsim.scene.uncertainty import UncertaintySection
 from wearsim.scene.vehicle import CurveRadius, VehicleSection
 from wearsim.toml_faults import KeyPath, Lines, line_of
@@ -259,11 +259,8 @@ class ClassSection(Running):
 class MonitorSection(Section):
     """[operation.monitor]: points solved and stored for comparison, which wear nothing."""
 
-    shifts_mm: Annotated[tuple[Shift, ...], Strict(False)] = Field(
-        min_length=1,
-        max_length=200,
-        description="the lateral shifts to watch",
-        json_schema_extra={"unit": "mm"},
+    shifts_mm: tuple[Shift, ...] = entries(
+        "the lateral shifts to watch", 200, ..., min_length=1, json_schema_extra={"unit": "mm"}
     )
     yaw_mrad: float = number("yaw", "the yaw of the wheelset", 0.0)
     load_kN: float = number("wheel_load", "the vertical load of one wheel")
@@ -335,9 +332,7 @@ class RigOperation(Section):
         "class": 'classes belong to a field scene; write [[operation.block]], or kind = "field" in [scene]'
     }
     programme: Text | None = words("a CSV file of blocks, one a row, with columns named as their keys", None)
-    blocks: Annotated[tuple[BlockSection, ...], Strict(False)] = Field(
-        (), alias="block", max_length=1000, description="the blocks of the rig programme"
-    )
+    blocks: tuple[BlockSection, ...] = entries("the blocks of the rig programme", 1000, alias="block")
     together: bool = Field(
         False, description="weigh all blocks by their share of the loop in every step, not one after another"
     )
@@ -355,9 +350,7 @@ class FieldOperation(Section):
     not_here: ClassVar[dict[str, str]] = {
         "block": 'blocks belong to a rig scene; write [[operation.class]], or kind = "rig" in [scene]'
     }
-    classes: Annotated[tuple[ClassSection, ...], Strict(False)] = Field(
-        (), alias="class", max_length=1000, description="the classes of track"
-    )
+    classes: tuple[ClassSection, ...] = entries("the classes of track", 1000, alias="class")
     monitor: MonitorSection | None = None
 
     @property

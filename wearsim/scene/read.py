@@ -17,29 +17,14 @@ from pydantic.json_schema import JsonSchemaMode, models_json_schema
 
 from wearsim.damage.wear.table import WearTable
 from wearsim.errors import Fault, ProfileError, SceneError
-from wearsim.profile import standard
+from wearsim.profile import placement, standard
 from wearsim.profile.conicity import flange_clearance
 from wearsim.profile.files import ProfileReading, read_profile
-from wearsim.profile.placement import (
-    RUNNING_CIRCLE,
-    is_partial,
-    lean_words,
-    place_rail,
-    slope_of,
-    tilt_to_add,
-)
 from wearsim.profile.shape import Profile, resample
 from wearsim.profile.smoothing import smoothed
 from wearsim.profile.standard import shipped_path
-from wearsim.scene.messages import (
-    beyond_clearance,
-    by_line,
-    cross_faults,
-    fit_faults,
-    header_warnings,
-    limit_faults,
-    template_faults,
-)
+from wearsim.scene import messages
+from wearsim.scene.messages import by_line
 from wearsim.scene.models import AnyScene, CompareScene, FieldScene, Origin, RigScene, find_file
 from wearsim.scene.overrides import Override, at_its_source, merge, overridden_text, toml_text
 from wearsim.scene.recorded import read_record
@@ -374,7 +359,7 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
     if isinstance(scene, RigScene):
         scene = _with_rig(scene, files)
     wheelset, section, rules = scene.wheelset, scene.counterface, scene.campaign.reprofiling
-    half_span = 0.5e-3 * wheelset.back_to_back_mm + RUNNING_CIRCLE
+    half_span = 0.5e-3 * wheelset.back_to_back_mm + placement.RUNNING_CIRCLE
     spacing = 1e-3 * scene.campaign.point_spacing_mm
     names: dict[tuple[str, ...], str | None] = {
         _RIGHT: wheelset.profile,
@@ -398,10 +383,14 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
         shapes[key] = shape
         if reading is not None and reading.diameter is not None and key[0] == "wheelset":
             diameters[name] = 1e3 * reading.diameter
-        slope = slope_of(section.inclination)
-        if reading is not None and key == _COUNTERFACE and tilt_to_add(reading.lean, slope) != slope:
+        slope = placement.slope_of(section.inclination)
+        if (
+            reading is not None
+            and key == _COUNTERFACE
+            and placement.tilt_to_add(reading.lean, slope) != slope
+        ):
             text = f"inclination = {shown(section.inclination)} is without effect: the head in {name} "
-            text += f'{lean_words(reading.lean or 0.0)} already; write inclination = "none"'
+            text += f'{placement.lean_words(lean or 0.0)} already; write inclination = "none"'
             leaning.append(scene.fault(("counterface", "inclination"), text))
 
     def matched(key: tuple[str, ...], count: int) -> Profile:
@@ -421,32 +410,32 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
     table = None
     with _gathered(faults):
         table = _wear_table(scene, files)
-    noted = [*header_warnings(scene, diameters), *leaning]
+    noted = [*messages.header_warnings(scene, diameters), *leaning]
     if diameters and "radius_mm" not in wheelset.model_fields_set:
         radius = 0.5 * sum(diameters.values()) / len(diameters)
         scene = scene.model_copy(update={"wheelset": wheelset.model_copy(update={"radius_mm": radius})})
-    faults += cross_faults(scene)
+    faults += messages.cross_faults(scene)
     if any(name is not None and key not in shapes for key, name in names.items()):
         raise SceneError(by_line(faults))
     right, counterface = shapes[_RIGHT], shapes[_COUNTERFACE]
     wheels = right, matched(_LEFT, len(right.y)) if _LEFT in shapes else right
-    if unfit := fit_faults(scene, wheels, counterface):
+    if unfit := messages.fit_faults(scene, wheels, counterface):
         raise SceneError(by_line(faults + unfit))
     templates = None if rules is None else wheels
     if _TEMPLATE in shapes:
         templates = (matched(_TEMPLATE, len(right.y)),) * 2
     if templates is not None:
-        faults += template_faults(scene, templates, counterface)
+        faults += messages.template_faults(scene, templates, counterface)
     free = flange_clearance(right, counterface)
     clearance = (free, flange_clearance(wheels[1], counterface) if _LEFT in shapes else free)
-    faults += limit_faults(scene, wheels, counterface, end=True)
+    faults += messages.limit_faults(scene, wheels, counterface, end=True)
     with _gathered(faults):
         noted += _operated(scene, clearance, files) if isinstance(scene, FieldScene) else []
     known = {fault.line for fault in faults}
-    faults += [fault for fault in beyond_clearance(scene, clearance)[0] if fault.line not in known]
+    faults += [fault for fault in messages.beyond_clearance(scene, clearance)[0] if fault.line not in known]
     if faults:
         raise SceneError(by_line(faults))
-    if is_partial(counterface.y):
+    if placement.is_partial(counterface.y):
         text = f"profile = {shown(section.profile)} is {1e3 * np.ptp(counterface.y):.3g} mm wide: without"
         text += " gauge point its y counts from the running circle, and gauge_mm is without effect"
         noted.append(scene.fault(_COUNTERFACE, text))
@@ -514,7 +503,7 @@ def _read_profile(
 ) -> tuple[Profile, ProfileReading | None]:
     """Profile of a key, smoothed and placed in the track, and what its file says besides."""
     section, role, is_rail = scene.counterface, ".".join(key), key == _COUNTERFACE
-    slope, depth = slope_of(section.inclination), 1e-3 * section.gauge_height_mm
+    slope, depth = placement.slope_of(section.inclination), 1e-3 * section.gauge_height_mm
     placing, path = (1e-3 * section.gauge_mm, half_span), files.place(role, name)
     if path is None or path.suffix == ".toml":
         looks_like_file = any(mark in name for mark in "/\\") or Path(name).suffix not in ("", ".toml")
@@ -532,7 +521,11 @@ def _read_profile(
         path = reading.files[-1]  # of a list of slices, the slice
         smooth = {"wheelset": scene.wheelset.smooth_mm, "counterface": section.smooth_mm}.get(key[0])
         shape = smoothed(reading.profile, 1e-3 * (smooth or 0.0))
-        shape = place_rail(shape, tilt_to_add(reading.lean, slope), *placing, depth) if is_rail else shape
+        shape = (
+            placement.place_rail(shape, placement.tilt_to_add(reading.lean, slope), *placing, depth)
+            if is_rail
+            else shape
+        )
     files.note(role, name, path, LARGEST_TABLE)
     return shape, reading
 

@@ -38,6 +38,11 @@ def number(name: str, meaning: str = "", default: Any = ...) -> Any:
     return Field(default, description=meaning, json_schema_extra=extra, **range_of(name))
 
 
+def entries(meaning: str, most: int, default: Any = (), **more: Any) -> Any:
+    """Field of a list of at most `most` values, a tuple in Python."""
+    return Field(default, description=meaning, max_length=most, strict=False, **more)
+
+
 def words(meaning: str, default: Any = ...) -> Any:
     """Field of a text of at most 200 characters."""
     return Field(default, description=meaning, min_length=1, max_length=200)

@@ -8,15 +8,15 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
-from pydantic import Field, Strict
+from pydantic import Field
 
 from wearsim.errors import Fault, SceneError
 from wearsim.quantities import QUANTITIES
 from wearsim.scene.models import Header, SceneModel, find_file
 from wearsim.scene.overrides import Override, value_of
-from wearsim.scene.section import Section, Text, words
+from wearsim.scene.section import Section, Text, entries, words
 from wearsim.toml_faults import KeyPath, content_of, shown, text_of
 
 MOST_CASES = int(QUANTITIES["sweep_cases"].range.high)
@@ -32,9 +32,7 @@ class CasesSection(Section):
     """[sweep]: the base scene and its cases, every value of a key with every other, or those of a table."""
 
     base: Text | None = words("the scene that is varied: a rig, a field or a comparison", None)
-    scenes: Annotated[tuple[Text, ...], Strict(False)] = Field(
-        (), max_length=1000, description="several scenes in place of base, each with every case"
-    )
+    scenes: tuple[Text, ...] = entries("several scenes in place of base, each with every case", 1000)
     table: Text | None = words("a CSV file of cases, with columns named as keys are", None)
     vary: dict[str, Any] = Field({}, description="the keys that are varied, each with the list of its values")
 

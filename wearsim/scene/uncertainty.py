@@ -6,16 +6,16 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import chain
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, Strict
+from pydantic import Field
 from scipy import stats
 
 from wearsim.errors import SceneError
 from wearsim.scene.overrides import Override, paths_of
-from wearsim.scene.section import Section, Text, number, words
+from wearsim.scene.section import Section, Text, entries, number, words
 from wearsim.toml_faults import KeyPath, is_key, shown, unknown_key
 
 if TYPE_CHECKING:
@@ -53,8 +53,8 @@ class InputSection(Section):
     within: float | None = Field(
         None, gt=1.0, le=100.0, description="the factor that 90 % of a lognormal distribution keep to"
     )
-    values: Annotated[tuple[float | int | str | dict[str, Any], ...], Strict(False)] = Field(
-        (), max_length=100, description="the values of a distribution of them; tables of keys for key = wear"
+    values: tuple[float | int | str | dict[str, Any], ...] = entries(
+        "the values of a distribution of them; tables of keys for key = wear", 100
     )
     acts: Literal["value", "factor", "addition"] = Field(
         "value", description="whether what is drawn takes the place of the scene's values, or acts on them"
@@ -88,12 +88,8 @@ class UncertaintySection(Section):
         "uncertainty_draws", "the number up to which draws are doubled until the bands are sure", None
     )
     seed: int = number("sweep_seed", "the seed of the draws", 1)
-    input: Annotated[tuple[InputSection, ...], Strict(False)] = Field(
-        (), max_length=30, description="the uncertain inputs"
-    )
-    material: Annotated[tuple[MaterialSection, ...], Strict(False)] = Field(
-        (), max_length=20, description="steels in comparison with that of the scene"
-    )
+    input: tuple[InputSection, ...] = entries("the uncertain inputs", 30)
+    material: tuple[MaterialSection, ...] = entries("steels in comparison with that of the scene", 20)
 
 
 @dataclass(frozen=True)
