@@ -383,12 +383,8 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
         shapes[key] = shape
         if reading is not None and reading.diameter is not None and key[0] == "wheelset":
             diameters[name] = 1e3 * reading.diameter
-        slope = placement.slope_of(section.inclination)
-        if (
-            reading is not None
-            and key == _COUNTERFACE
-            and placement.tilt_to_add(reading.lean, slope) != slope
-        ):
+        slope, lean = placement.slope_of(section.inclination), None if reading is None else reading.lean
+        if key == _COUNTERFACE and placement.tilt_to_add(lean, slope) != slope:
             text = f"inclination = {shown(section.inclination)} is without effect: the head in {name} "
             text += f'{placement.lean_words(lean or 0.0)} already; write inclination = "none"'
             leaning.append(scene.fault(("counterface", "inclination"), text))
