@@ -13,6 +13,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from wearsim.contact.geometry import Gap
+from wearsim.contact.kernel import bare_kernel
 from wearsim.contact.patch import FloatArray, IntArray, Patch, Resolution
 from wearsim.contact.registry import check_grid
 from wearsim.errors import ContactError, NumericalError
@@ -33,6 +34,16 @@ FAINT = 1e-3
 NEAR, FAR = 10e-3, 20e-3
 ALIKE, UNLIKE = 0.2, 0.3
 ADJACENT, CLEAR = 2e-3, 4e-3  # whatever the angle
+
+
+@bare_kernel
+def plane_share(distance: float, turn: float) -> float:
+    """Share in which two contacts have one plane, by their distance from edge to edge and their angles."""
+    near = min(max((FAR - distance) / (FAR - NEAR), 0.0), 1.0)
+    alike = min(max((UNLIKE - abs(turn)) / (UNLIKE - ALIKE), 0.0), 1.0)
+    adjacent = min(max((CLEAR - distance) / (CLEAR - ADJACENT), 0.0), 1.0)
+    share: float = max(near * alike, adjacent)
+    return share
 
 
 @dataclass(frozen=True)
