@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 
 from wearsim.contact.geometry import NO_WHEEL, Gap
-from wearsim.contact.normal.half_space.lobes import Lobe, angle_of, gather, lobes_of, missed, place_grids
+from wearsim.contact.normal.half_space.lobes import angle_of, gather, lobes_of, missed, place_grids
 from wearsim.contact.normal.half_space.pressure import MOST_ITERATIONS, TOLERANCE, solve_pressure
 from wearsim.contact.normal.half_space.regions import (
     Region,
@@ -55,10 +55,7 @@ from wearsim.contact.normal.model import (
 )
 from wearsim.contact.patch import FloatArray, IntArray, PatchGrid, Resolution, from_grid
 
-DEFAULTS = {
-    "half_space_tolerance": TOLERANCE,
-    "half_space_iterations": float(MOST_ITERATIONS),
-}
+DEFAULTS = {"half_space_tolerance": TOLERANCE, "half_space_iterations": float(MOST_ITERATIONS)}
 
 _TRIALS = 20  # of the displacement
 _FITS = 25  # of grids to patches
@@ -211,7 +208,10 @@ class _Task:
         if state.iterations or rough or _coarser_than(coarse[0], state):  # state.iterations: of the search
             first = coarse
         elif not _coarser_than(fine[0], state):
-            coupled = np.zeros((1, 1)) if len(state.regions) == 1 else gather(gap, _lobes(gap, state))[1]
+            coupled = np.zeros((1, 1))
+            if len(state.regions) > 1:
+                grids = zip(state.regions, state.pressure, strict=True)
+                coupled = gather(gap, [lobe for grid in grids for lobe in lobes_of(gap, *grid)])[1]
             if len(coupled) == len(state.regions):
                 moved = state.vertical_displacement
                 state = self.pressed(state.regions, coupled, moved, state.pressure, tolerance, ())
@@ -283,10 +283,6 @@ class _Task:
         return replace(state, regions=regions, pressure=tuple(share * field for field in state.pressure))
 
 
-def _lobes(gap: Gap, state: WheelPressure) -> list[Lobe]:
-    return [one for grid in zip(state.regions, state.pressure, strict=True) for one in lobes_of(gap, *grid)]
-
-
 def _coarser_than(resolution: Resolution, state: WheelPressure) -> bool:
     """Whether grids have fewer cells than a resolution."""
     return any(one.nx < resolution.cells or one.ny < resolution.strips for one in state.regions)
@@ -325,34 +321,32 @@ def _start_of(gap: Gap, row: int, start: NormalSolution) -> WheelPressure:
 
 def _assembled(gap: Gap, row: IntArray, states: list[WheelPressure], vertical: bool) -> NormalSolution:
     """Patches of all rows in their order."""
-    lines: list[_Line] = []
+    lines: list[dict[str, Any]] = []
     for here, state in zip(row, states, strict=True):
         loaded = [pair for pair in zip(state.regions, state.pressure, strict=True) if pair[1].any()]
-        each = [_line(gap, *pair, state.vertical_displacement) for pair in loaded]
-        patches = [line for line in each if line is not None]
-        if len(patches) < len(each):  # faint ones may lie at an edge, the others carry their load
+        patches = [line for pair in loaded if (line := _line(gap, *pair, state.vertical_displacement))]
+        scale = 1.0
+        if len(patches) < len(loaded):  # faint ones may lie at an edge, the others carry their load
             load = _carried(state, vertical)
-            kept = sum(line.force * (float(np.cos(line.angle)) if vertical else 1.0) for line in patches)
+            kept = sum(line["force"] * (np.cos(line["angle"]) if vertical else 1.0) for line in patches)
             if not kept > (1.0 - FAINT) * load:
                 raise fault_of(AT_EDGE, int(here))
             scale = load / kept
-            patches = [
-                replace(line, force=scale * line.force, pressure=scale * line.pressure, scale=scale)
-                for line in patches
-            ]
         if len(patches) > 1 and not vertical:
             raise fault_of(NOT_SINGLE, int(here))
-        lines.extend(sorted(patches, key=lambda line: -line.force))
+        for line in sorted(patches, key=lambda line: -line["force"]):
+            line |= {"scale": scale, "force": scale * line["force"], "pressure": scale * line["pressure"]}
+            lines.append(line)
 
-    cells, strips = np.array([line.pressure.shape for line in lines], dtype=np.int64).reshape(-1, 2).T
+    cells, strips = np.array([line["pressure"].shape for line in lines], dtype=np.int64).reshape(-1, 2).T
     count, nx, ny = len(lines), cells.max(initial=1), strips.max(initial=1)
     y, edges, pressure = np.zeros((count, ny)), np.zeros((count, ny + 1)), np.zeros((count, nx, ny))
     for m, line in enumerate(lines):
-        y[m, : strips[m]], pressure[m, : cells[m], : strips[m]] = line.y, line.pressure
-        edges[m, : strips[m] + 1], edges[m, strips[m] + 1 :] = line.edges, line.edges[-1]
+        y[m, : strips[m]], pressure[m, : cells[m], : strips[m]] = line["y"], line["pressure"]
+        edges[m, : strips[m] + 1], edges[m, strips[m] + 1 :] = line["edges"], line["edges"][-1]
 
     def column(name: str) -> FloatArray:
-        return np.array([getattr(line, name) for line in lines])
+        return np.array([line[name] for line in lines], dtype=np.float64)
 
     grid = PatchGrid(column("x_lead"), column("cell_length"), pressure)
     patch = from_grid(column("row").astype(np.int64), y, column("width"), grid, strips, cells)
@@ -369,40 +363,18 @@ def _assembled(gap: Gap, row: IntArray, states: list[WheelPressure], vertical: b
     )
 
 
-@dataclass(frozen=True)
-class _Line:
-    """One patch; names as in `NormalSolution`, `Patch` and `PatchGrid`."""
-
-    row: int
-    centre: float
-    angle: float
-    approach: float
-    force: float
-    vertical_displacement: float
-    y: FloatArray
-    width: float
-    edges: FloatArray
-    x_lead: float
-    cell_length: float
-    pressure: FloatArray
-    scale: float = 1.0
-
-
-def _line(gap: Gap, region: Region, pressure: FloatArray, displacement: float) -> _Line | None:
+def _line(gap: Gap, region: Region, pressure: FloatArray, displacement: float) -> dict[str, Any] | None:
     """Patch on one grid, if it is whole; lengths from its pressure-weighted centre and the contact line."""
     length, width = region.cell
     curve, grid = gap.gap[region.row], gap.counterface
-    section = Section(gap, region.y, region.angle)
-    s = region.s
-    load = pressure.sum(axis=0)
+    section, s, load = Section(gap, region.y, region.angle), region.s, pressure.sum(axis=0)
     middle = float((load * s).sum() / load.sum())
     centre = float(section.lateral(np.array([middle]))[0])
     edges = section.lateral(np.append(s - 0.5 * width, s[-1] + 0.5 * width))
-    loaded = np.flatnonzero(load)
-    ends = edges[[int(loaded[0]), int(loaded[-1]) + 1]]
-    first, last = int(np.searchsorted(grid.y, ends[0])) - 2, int(np.searchsorted(grid.y, ends[1])) + 2
+    one, other = np.flatnonzero(load)[[0, -1]]
+    first, last = np.searchsorted(grid.y, edges[one]) - 2, np.searchsorted(grid.y, edges[other + 1]) + 2
     # Cells beyond the end of a profile carry nothing: a patch within half a strip of it is cut off.
-    low, high = s[loaded[0]] - width, s[loaded[-1]] + width
+    low, high = s[one] - width, s[other] + width
     cut = (section.part.start == 0 and low < section.ends[0]) or (
         section.part.stop == grid.y.size and high > section.ends[1]
     )
@@ -410,20 +382,20 @@ def _line(gap: Gap, region: Region, pressure: FloatArray, displacement: float) -
         return None
     ahead = origin_x(gap, region) - float(np.interp(centre, grid.y, gap.x[region.row]))
     lowest = float(curve[first:last].min() - curve.min())
-    return _Line(
-        row=region.row,
-        centre=centre,
-        angle=region.angle,
-        approach=(displacement - lowest) * float(np.cos(region.angle)),
-        force=float(pressure.sum()) * length * width,
-        vertical_displacement=float(plane_of(gap, region).vertical_displacement[0]) + displacement,
-        y=s - middle,
-        width=width,
-        edges=edges,
-        x_lead=region.x_high + ahead,
-        cell_length=length,
-        pressure=pressure,
-    )
+    return {
+        "row": region.row,
+        "centre": centre,
+        "angle": region.angle,
+        "approach": (displacement - lowest) * float(np.cos(region.angle)),
+        "force": float(pressure.sum()) * length * width,
+        "vertical_displacement": float(plane_of(gap, region).vertical_displacement[0]) + displacement,
+        "y": s - middle,
+        "width": width,
+        "edges": edges,
+        "x_lead": region.x_high + ahead,
+        "cell_length": length,
+        "pressure": pressure,
+    }
 
 
 MODEL = NormalModel(name="half_space", solve=solve, parameters=DEFAULTS, fewest=8)

@@ -47,13 +47,7 @@ from wearsim.contact.normal import kik_piotrowski
 from wearsim.contact.normal.knothe_le_the.equations import influence_table
 from wearsim.contact.normal.knothe_le_the.strips import NO_ROOM, PATCH, work_for
 from wearsim.contact.normal.knothe_le_the.wheel import Cut, Start, Wheels, cut_patches, solve_wheels
-from wearsim.contact.normal.model import (
-    NO_BALANCE,
-    NormalModel,
-    NormalSolution,
-    ReferencePoint,
-    raise_first,
-)
+from wearsim.contact.normal.model import NO_BALANCE, NormalModel, NormalSolution, ReferencePoint, raise_first
 from wearsim.contact.patch import FloatArray, IntArray, Patch, Resolution, cells_of
 from wearsim.errors import ContactError
 
@@ -144,9 +138,7 @@ def solve(
         cells=cells_of(resolution, lead, trail),
     )
     column = {name: patches[name].copy() for name in PATCH.names or ()}
-    reference = ReferencePoint(
-        column["point"], column["point_approach"], column["across"], column["along"]
-    )
+    reference = ReferencePoint(column["point"], column["point_approach"], column["across"], column["along"])
     return NormalSolution(
         patch=patch,
         centre_y=column["centre"],

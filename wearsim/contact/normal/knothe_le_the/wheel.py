@@ -446,8 +446,9 @@ def cut_patches(
             out.middle[m, j], out.slope[m, j] = out.middle[m, strips - 1], out.slope[m, strips - 1]
             edge[j + 1] = edge[strips]
         lowest = min(value_at(left, s, gap), value_at(right, s, gap))
-        for k in range(1, gap.size - 1):
-            lowest = min(lowest, gap[k])
+        for k in range(gap.size):
+            if left < s[k] < right:
+                lowest = min(lowest, gap[k])
         one.approach = (one.displacement - (lowest - row.low)) * np.cos(one.angle)
         one.left, one.right = edge[0], edge[strips]
         if m + 1 == rows.size or rows[m + 1] != r:
