@@ -112,18 +112,15 @@ def solve_wheel(
     row: int,
     load: float,
     *,
-    vertical: bool,
-    effective_modulus: float,
-    resolution: Resolution,
-    parameters: dict[str, float],
     start: WheelPressure | None = None,
     rough: bool = False,
+    **options: Any,
 ) -> WheelPressure:
     """Pressures of one wheel.
 
     Parameters
     ----------
-    gap, vertical, effective_modulus, resolution, parameters, rough
+    gap, rough, **options
         As of `solve`.
     row : int
         Which row of the gap.
@@ -147,7 +144,7 @@ def solve_wheel(
         raise fault_of(NO_CONTACT, row)
     if not 0 < lowest < curve.size - 1 or max(curve[lowest - 1], curve[lowest + 1]) >= NO_WHEEL:
         raise fault_of(AT_EDGE, row)
-    task = _Task(gap, row, load, vertical, effective_modulus, resolution, {**DEFAULTS, **parameters})
+    task = _Task(gap, row, load, **options)
     if start is None:
         state = task.searched()
         if rough:
@@ -155,7 +152,7 @@ def solve_wheel(
             if all(abs(new - old.angle) < _NEARLY for new, old in zip(angle, state.regions, strict=True)):
                 return task.turned(state, angle)
         return task.fitted(state, rough)
-    ratio = (load / _carried(start, vertical)) ** (1.0 / 3.0)
+    ratio = (load / _carried(start, task.vertical)) ** (1.0 / 3.0)
     regions = tuple(map(scaled, start.regions, [ratio] * len(start.regions), start.pressure))
     moved = ratio**2 * start.vertical_displacement
     return task.fitted(WheelPressure(regions, start.pressure, moved, ()), rough)
@@ -177,13 +174,17 @@ class _Task:
     row: int
     load: float
     vertical: bool
-    modulus: float
+    effective_modulus: float
     resolution: Resolution
     parameters: dict[str, float]
 
+    def parameter(self, name: str) -> float:
+        """Parameter of the model."""
+        return {**DEFAULTS, **self.parameters}[name]
+
     def searched(self) -> WheelPressure:
         """Pressures on coarse grids over the overlap of the rigid surfaces."""
-        level = (self.load / self.modulus) ** (2.0 / 3.0) * 1.5
+        level = (self.load / self.effective_modulus) ** (2.0 / 3.0) * 1.5
         counts: tuple[int, ...] = ()
         for trial in range(_TRIALS):
             regions = overlaps(self.gap, self.row, level)
@@ -202,7 +203,7 @@ class _Task:
 
         Grids are coarse at first if those of the state are; rough: no others.
         """
-        gap, tolerance = self.gap, self.parameters["half_space_tolerance"]
+        gap, tolerance = self.gap, self.parameter("half_space_tolerance")
         fine, coarse = (self.resolution, tolerance), (_coarser(self.resolution), max(tolerance, 1e-3))
         first, coupled, settled = fine, np.zeros((0, 0)), False
         if state.iterations or rough or _coarser_than(coarse[0], state):  # state.iterations: of the search
@@ -220,10 +221,8 @@ class _Task:
             old = list(zip(state.regions, state.pressure, strict=True))
             groups = [lobes_of(gap, region, pressure) for region, pressure in old]
             if not settled:
-                outside = missed(
-                    gap, state.regions, state.pressure, state.vertical_displacement, self.modulus
-                )
-                before = coupled
+                moved, before = state.vertical_displacement, coupled
+                outside = missed(gap, state.regions, state.pressure, moved, self.effective_modulus)
                 groups, coupled = gather(gap, [*(lobe for group in groups for lobe in group), *outside])
                 same = coupled.shape == before.shape and np.abs(coupled - before).max() < _ALIKE
                 settled = fit >= _GATHERED or (same and not outside)
@@ -264,11 +263,11 @@ class _Task:
         solution = solve_pressure(
             grids,
             self.load if self.vertical else self.load * grids[0].cosine,
-            self.modulus,
-            coupling=coupling_of(self.gap, regions, coupled, self.modulus),
+            self.effective_modulus,
+            coupling=coupling_of(self.gap, regions, coupled, self.effective_modulus),
             start=start,
             tolerance=tolerance,
-            limit=int(self.parameters["half_space_iterations"]),
+            limit=int(self.parameter("half_space_iterations")),
         )
         if not solution.converged:
             raise fault_of(NO_CONVERGENCE, self.row)
