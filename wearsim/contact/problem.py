@@ -72,7 +72,9 @@ class ContactConditions:
     def at(self, index: IntArray) -> ContactConditions:
         """Return the conditions of the operating points at `index`, in that order."""
         values = {field.name: getattr(self, field.name) for field in fields(self)}
-        chosen = {name: value[index] for name, value in values.items() if isinstance(value, np.ndarray)}
+        chosen: dict[str, Any] = {
+            name: value[index] for name, value in values.items() if isinstance(value, np.ndarray)
+        }
         return replace(self, **chosen)
 
     @property

@@ -349,6 +349,10 @@ def _finish(
     below = [np.interp(normal.centre_y, one.y, one.z) for one in task.counterfaces]
     z = task.wheelset.radius + np.where(sign < 0.0, below[1], below[0]) - normal.vertical_displacement
     _scale_work(shear_x, shear_y, slip_x, slip_y, cell_area, solved.speed, power, sign, work, local_power)
+    fields = SurfaceFields(
+        pressure, shear_x, shear_y, slip_x, slip_y, work, contact.x_lead, contact.cell_length, patch.width,
+        solved.speed,
+    )  # fmt: skip
     return ContactSolution(
         point=index[patch.row],
         side=(sign < 0.0).astype(np.int64),
@@ -378,9 +382,7 @@ def _finish(
         strip_edges_wheel_y=solved.edges_wheel_y,
         strip_edges_rail_y=normal.edge_y,
         patch=replace(patch, row=index[patch.row]),
-        fields=SurfaceFields(
-            *contact.cells, work, contact.x_lead, contact.cell_length, patch.width, solved.speed
-        ),
+        fields=fields,
     )
 
 

@@ -220,7 +220,7 @@ def request_of(*layers: Mapping[str, str], dashes: bool = False) -> tuple[Reques
             faults.append(f"{name[other]} and {name[one]} exclude each other; give one of them")
     acting = {column: texts.get(column, flag.default) for column, flag in COLUMNS.items()}
     values = {
-        flag.field: None if (text := acting[column]) is None else _value(flag, text)
+        flag.field: None if (given_text := acting[column]) is None else _value(flag, given_text)
         for column, flag in COLUMNS.items()
     }
     return Request(texts, **values), faults

@@ -223,7 +223,8 @@ def _contacts(
         other = np.array(_contact(gap, row, int(index), window, effective_modulus), _CONTACT)
         if np.abs(other["y"] - contacts["y"]).min() > window:
             contacts = np.append(contacts, other)
-    return contacts[contacts["height"] < deepest]
+    closing: _Contacts = contacts[contacts["height"] < deepest]
+    return closing
 
 
 def _contact(gap: Gap, row: int, index: int, window: float, effective_modulus: float) -> tuple[float, ...]:

@@ -234,8 +234,8 @@ def _check_solution(gap: Gap, solution: NormalSolution, effective_modulus: float
     row = patch.row
     loaded = ~(solution.normal_force < FAINT * np.bincount(row, solution.normal_force)[row])
     arrays = [getattr(solution, name) for name in _REAL] + [getattr(patch, name) for name in _REAL_OF_PATCH]
-    if not np.isfinite(np.concatenate(arrays, axis=None)).all():
-        fine = np.all([np.isfinite(values.reshape(row.size, -1)).all(axis=1) for values in arrays], axis=0)
+    fine = np.all([np.isfinite(values.reshape(row.size, -1)).all(axis=1) for values in arrays], axis=0)
+    if not fine.all():
         raise NumericalError(
             "the normal contact has no finite solution; check profiles, radii and load, or take another "
             "normal model",

@@ -298,9 +298,9 @@ def missed(
     for run in np.split(deep, np.flatnonzero(np.diff(places[deep]) > 1) + 1) if deep.size > 0 else []:
         half = np.sqrt(2.0 * depth[run].max() / curvature_along(gap, regions[0].row, y[run]).min())
         top = run[int(depth[run].argmax())]
-        ends = grid.y[places[run[0]] - 1], grid.y[places[run[-1]] + 1]
+        left, right = grid.y[places[run[0]] - 1], grid.y[places[run[-1]] + 1]
         angle = grid.angle[places[top]]
-        lobes.append(Lobe(*map(float, (*ends, x[top] - half, x[top] + half, y[top], angle, 0.0))))
+        lobes.append(Lobe(*map(float, (left, right, x[top] - half, x[top] + half, y[top], angle, 0.0))))
     return lobes
 
 

@@ -190,7 +190,8 @@ def _first_guess(cells: _Cells, load: float, modulus: float) -> FloatArray:
             low = level
         else:
             high = level
-    return np.sqrt(np.maximum(high * cells.cosine - cells.height, 0.0))
+    pressure: FloatArray = np.sqrt(np.maximum(high * cells.cosine - cells.height, 0.0))
+    return pressure
 
 
 @kernel

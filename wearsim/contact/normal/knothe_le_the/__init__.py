@@ -124,7 +124,8 @@ def solve(
     width = patches["stop"] - patches["start"]
     strips = resolution.strips_across(width)
     shape = (place.size, int(strips.max(initial=0)))
-    out = Cut(*np.empty((4, *shape)), np.empty((shape[0], shape[1] + 1)))
+    y, half, middle, slope = np.empty((4, *shape))
+    out = Cut(y, half, middle, slope, np.empty((shape[0], shape[1] + 1)))
     cut_patches(wheels, of, place, rank, strips, patches, nodes, work, out)
     lead, trail = out.middle + out.half, out.middle - out.half
     patch = Patch(

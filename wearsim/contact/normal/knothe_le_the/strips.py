@@ -117,7 +117,7 @@ class Work(NamedTuple):
 
 def work_for(most: int, parts: int, given: int, points: int) -> Work:
     """Room for `most` strips in parts of a profile of so many points, and their equations."""
-    return Work(
+    room: tuple[Any, ...] = (
         np.zeros(most, STRIP), np.zeros(most, STRIP), np.zeros(max(most, given), STRIP),
         np.zeros(parts, SPAN), np.zeros(parts, SPAN), np.zeros(parts, PLANE), np.zeros(1, STATE),
         np.eye(parts), *np.zeros((2, most + 1), np.int64), np.log(np.abs(np.arange(most + 1) - 0.5)),
@@ -125,6 +125,7 @@ def work_for(most: int, parts: int, given: int, points: int) -> Work:
         *np.empty((2, 2 * most + 1)), *np.empty((5, most)), *np.zeros((2, 6, most, most)),
         np.empty((3, most)), *np.empty((3, points)),
     )  # fmt: skip
+    return Work(*room)
 
 
 MARGIN = 0.3  # strips' widths laid beyond the end of the patch
