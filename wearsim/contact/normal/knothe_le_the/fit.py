@@ -243,19 +243,11 @@ def _lay_parts(stage: int, count: int, parts: int, old_total: int, row: Row, wor
             each = min(each, max(8, int(100.0 * (b - a) / np.sqrt(longest))))
         if total + each > strips.size:
             return NO_ROOM, total
-        # Middle and angle of the plane: of the pressures, at first of the depths.
+        # The plane is that of the pressures, at first that of the profile.
         known, middle, delta = plane.weight > 0.0, plane.middle, plane.tilt
         if not known:
-            weight, moment, tilt = 0.0, 0.0, 0.0
-            for i in range(1, row.y.size - 1):
-                if a <= row.y[i] < b:
-                    g = max(span.rim - (row.gap[i] - row.low), 1e-12) * (row.y[i + 1] - row.y[i - 1])
-                    weight += g
-                    moment += g * row.y[i]
-                    tilt += g * row.angle[i]
-            if weight == 0.0:
-                return NO_BALANCE, total
-            middle, delta = moment / weight, tilt / weight
+            middle = 0.5 * (a + b)
+            delta = value_at(middle, row.y, row.angle)
         if not cut_strips(span.ends, middle, delta, row, work, total, each):
             return AT_EDGE, total
         for j in range(total, total + each):
@@ -275,9 +267,8 @@ def _lay_parts(stage: int, count: int, parts: int, old_total: int, row: Row, wor
                 one.load = max(left_p + share * (right_p - left_p), 0.0) if inside else 0.0
                 one.square = left_q + share * (right_q - left_q) if one.load > 0.0 else 0.0
             else:
-                depth = span.rim - one.gap / one.turn
-                one.square = max(depth, 0.02 * span.rim) * span.per_depth
-                one.load = one.square * span.per_square
+                depth = max(span.rim - one.gap / one.turn, 0.02 * span.rim)
+                one.square, one.load = 2.0 * one.radius * depth, depth / np.pi
             one.square = max(one.square, 1e-10)
         total += each
     return 0, total
@@ -464,8 +455,6 @@ def _another_part(
             spans[k] = spans[k - 1]
             k -= 1
         _lay_out(spans[k], row.y[start - 2], row.y[i])
-        spans[k].per_depth = 2.0 * row.radius[start]
         spans[k].rim = lowest - row.low + 0.5 * max(deep, 0.02) * displacement
-        spans[k].per_square = 0.5 / (row.radius[start] * np.pi)
         return True
     return False

@@ -52,10 +52,9 @@ def _record(whole: str, real: str, pairs: str = "") -> np.dtype[np.void]:
 # the counterface, P, q, profile y and z, width, cosine and angle of the plane, y of its origin, the profile's
 # angle, logarithm of the half-length; number of the part of the profile.
 STRIP = _record("part", "s gap turn radius sigma load square y z width cosine angle origin tilt log")
-# Part of the profile: number of strips; half-length squared per depth, gap where it ends and load per
-# half-length squared as first pressed in; its ends, then places and what was missed there, of both: one too
-# far out, one too far in, the last one tried.
-SPAN = _record("strips", "per_depth rim per_square", "ends outer outer_miss inner inner_miss last last_miss")
+# Part of the profile: number of strips; gap where it ends as first pressed in; its ends, then places and what
+# was missed there, of both: one too far out, one too far in, the last one tried.
+SPAN = _record("strips", "rim", "ends outer outer_miss inner inner_miss last last_miss")
 # Plane of a part: place, angle, load, and the angle the part has for itself.
 PLANE = _record("", "middle tilt weight own")
 # Patch of the solution: strips it is from, number of nodes, force, load scale, displacement, angle and origin
