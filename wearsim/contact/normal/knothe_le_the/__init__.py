@@ -45,9 +45,8 @@ from wearsim.contact.geometry import Gap
 from wearsim.contact.kernel import plain
 from wearsim.contact.normal import kik_piotrowski
 from wearsim.contact.normal.knothe_le_the.equations import influence_table
-from wearsim.contact.normal.knothe_le_the.fit import Start, solve_wheels
-from wearsim.contact.normal.knothe_le_the.patches import Cut, Wheels, cut_patches
 from wearsim.contact.normal.knothe_le_the.strips import NO_ROOM, PATCH, work_for
+from wearsim.contact.normal.knothe_le_the.wheel import Cut, Start, Wheels, cut_patches, solve_wheels
 from wearsim.contact.normal.model import NO_BALANCE, NormalModel, NormalSolution, ReferencePoint, raise_first
 from wearsim.contact.patch import FloatArray, IntArray, Patch, Resolution, cells_of
 from wearsim.errors import ContactError

@@ -52,9 +52,10 @@ def _record(whole: str, real: str, pairs: str = "") -> np.dtype[np.void]:
 # the counterface, P, q, profile y and z, width, cosine and angle of the plane, y of its origin, the profile's
 # angle, logarithm of the half-length; number of the part of the profile.
 STRIP = _record("part", "s gap turn radius sigma load square y z width cosine angle origin tilt log")
-# Part of the profile: number of strips; gap where it ends as first pressed in; its ends, then places and what
-# was missed there, of both: one too far out, one too far in, the last one tried.
-SPAN = _record("strips", "rim", "ends outer outer_miss inner inner_miss last last_miss")
+# Part of the profile: number of strips; half-length squared per depth, gap where it ends and load per
+# half-length squared as first pressed in; its ends, then places and what was missed there, of both: one too
+# far out, one too far in, the last one tried.
+SPAN = _record("strips", "per_depth rim per_square", "ends outer outer_miss inner inner_miss last last_miss")
 # Plane of a part: place, angle, load, and the angle the part has for itself.
 PLANE = _record("", "middle tilt weight own")
 # Patch of the solution: strips it is from, number of nodes, force, load scale, displacement, angle and origin
@@ -234,7 +235,7 @@ def first_beyond(grid: FloatArray, count: int, value: float) -> int:
 
 
 @bare_kernel
-def plane_share_of(left: float, right: float, turn: float, row: Row) -> float:
+def _plane_share_of(left: float, right: float, turn: float, row: Row) -> float:
     """Share in which two contacts have one plane, whose edges are at two places of the profile."""
     across = max(right - left, 0.0)
     down = value_at(right, row.y, row.z) - value_at(left, row.y, row.z) if across > 0.0 else 0.0
@@ -266,13 +267,13 @@ def planes_of(spans: Records, parts: int, total: int, row: Row, work: Work) -> N
             one, other = spans[j], spans[k]
             end = one.ends[1] - MARGIN * (one.ends[1] - one.ends[0]) / max(one.strips, 10)
             start = other.ends[0] + MARGIN * (other.ends[1] - other.ends[0]) / max(other.strips, 10)
-            share[j, k] = share[k, j] = plane_share_of(end, start, planes[j].own - planes[k].own, row)
+            share[j, k] = share[k, j] = _plane_share_of(end, start, planes[j].own - planes[k].own, row)
     for k in range(parts):
-        planes[k].tilt = blended(k, parts, share, planes.weight, planes.own)
+        planes[k].tilt = _blended(k, parts, share, planes.weight, planes.own)
 
 
 @bare_kernel
-def blended(k: int, count: int, share: FloatArray, weight: FloatArray, value: FloatArray) -> float:
+def _blended(k: int, count: int, share: FloatArray, weight: FloatArray, value: FloatArray) -> float:
     """Value of one of several contacts, with that of the others in the share they belong together.
 
     The weighted mean if all do; linear in the shares.
@@ -286,3 +287,27 @@ def blended(k: int, count: int, share: FloatArray, weight: FloatArray, value: Fl
             lean += share[k, j] * weight[j] * (value[j] - value[k]) / total
     result: float = value[k] + lean
     return result
+
+
+@bare_kernel
+def share_points(patches: Records, row: Row, share: FloatArray) -> None:
+    """Creepage reference points of the patches of a wheel, one for those in a plane; `share` is for work."""
+    for j in range(patches.size):
+        for k in range(patches.size):
+            one, other = patches[j], patches[k]
+            if one.centre < other.centre:
+                both = _plane_share_of(one.right, other.left, one.own - other.own, row)
+                share[j, k] = share[k, j] = both**4
+    for k in range(patches.size):
+        own = patches[k]
+        lowest, deeper = own.displacement - own.approach / np.cos(own.angle), 0.0
+        for j in range(patches.size):
+            if j != k:
+                height = own.displacement - patches[j].approach / np.cos(patches[j].angle)
+                deeper = min(deeper, share[j, k] * (height - lowest))
+        place = _blended(k, patches.size, share, patches.force, patches.centre)
+        own.point = place
+        own.point_approach = (own.displacement - lowest - deeper) * np.cos(own.angle)
+        down = value_at(own.centre, row.y, row.z) - value_at(place, row.y, row.z)
+        own.across = (own.centre - place) * np.cos(own.angle) + down * np.sin(own.angle)
+        own.along = value_at(own.centre, row.y, row.along) - value_at(place, row.y, row.along)

@@ -53,9 +53,9 @@ class SlipOperator(NamedTuple):
     ----------
     along, across : array
         Waves of both directions, from `wave_table`; x index from the leading end.
-    factor : (3, nx, ny) complex array
-        Factors of the waves: slip along x from traction along x, the same of y, and across; real of what is
-        even along x, imaginary of what is odd [1/Pa].
+    factor : (3, 2, nx, ny) array
+        Factors of the waves: slip along x from traction along x, the same of y, and across; of what is even
+        along x, and odd [1/Pa].
     strip : (2, 2, k, k) array
         Inverse triangles, lower and upper one, transposed, of the matrix of k cells in a strip on their own,
         of x and y [Pa].
@@ -67,7 +67,7 @@ class SlipOperator(NamedTuple):
 
     along: FloatArray
     across: FloatArray
-    factor: NDArray[np.complex128]
+    factor: FloatArray
     strip: FloatArray
     reach: float
     own: float
@@ -125,31 +125,21 @@ def slip_operator(
     ahead[2, 0] *= -1.0
     # Difference from cell to cell, its halves of both signs of the index: second and first differences.
     bend, rise = table[:, :-1] - 0.5 * (ahead + table[:, 1:]), 0.5 * (table[:, 1:] - ahead)
-    even = [spectrum(bend[0]), spectrum(bend[1]), spectrum(rise[2], odd=(False, True))]
-    odd = [spectrum(table, odd=(True, k == 2)) for k, table in enumerate((rise[0], rise[1], bend[2]))]
-    factor = np.array(even) + 1j * np.array(odd)
+    factor = np.array(
+        [[spectrum(bend[c]), spectrum(rise[c], odd=(True, False))] for c in range(2)]
+        + [[spectrum(rise[2], odd=(False, True)), spectrum(bend[2], odd=(True, True))]]
+    )
     longest = np.arange(min(nx, _LONGEST))
     place = longest[:, None] - longest
     matrix = bend[:2, :, 0][:, np.abs(place)] + np.sign(place) * rise[:2, :, 0][:, np.abs(place)]
-    largest = (np.abs(factor[:2]) / wave_weights(nx)[:, None] / wave_weights(ny)).max()
-    reach = 1.0 / float(largest)
+    strip = np.zeros((2, 2, longest.size, longest.size))
+    _split(matrix, strip)
+    reach = 1.0 / float(
+        (np.hypot(factor[:2, 0], factor[:2, 1]) / wave_weights(nx)[:, None] / wave_weights(ny)).max()
+    )
     own = reach * 0.5 * float(bend[:2, 0, 0].sum())
-    return SlipOperator(wave_table(nx), wave_table(ny), factor, _inverse_triangles(matrix), reach, own)
-
-
-def _inverse_triangles(matrix: FloatArray) -> FloatArray:
-    """Inverse triangles, transposed, of both matrices; no pivots: their symmetric part is positive.
-
-    Leading parts of the inverses are the inverses of the leading parts.
-    """
-    count = matrix.shape[1]
-    upper, lower = matrix.copy(), np.repeat(np.eye(count)[None], 2, axis=0)
-    for k in range(count):
-        factor = upper[:, k + 1 :, k, None] / upper[:, k, None, k, None]
-        upper[:, k + 1 :] -= factor * upper[:, k, None]
-        lower[:, k + 1 :] -= factor * lower[:, k, None]
-    inverse = np.stack((lower, np.linalg.inv(np.triu(upper))), axis=1)
-    return np.ascontiguousarray(inverse.transpose(0, 1, 3, 2))
+    strip = np.ascontiguousarray(strip.transpose(0, 1, 3, 2))
+    return SlipOperator(wave_table(nx), wave_table(ny), factor, strip, reach, own)
 
 
 def solve(
@@ -221,18 +211,28 @@ def _newton(
 @kernel
 def _slip(operator: SlipOperator, traction: FloatArray, slip: FloatArray) -> None:
     """Slip (2, nx, ny) that tractions (2, nx, ny) [Pa] add to the rigid one [-]."""
-    along, across = operator.along, operator.across
-    of_x, of_y, mixed = operator.factor[0], operator.factor[1], operator.factor[2]
+    factor, along, across = operator.factor, operator.along, operator.across
     x, y = waves_of(traction[0], along, across), waves_of(traction[1], along, across)
-    # Cosines and sines along as real and imaginary parts; of each component by the other: from cosines
-    # across to sines and back.
-    one, other = x[0] + 1j * x[1], y[0] + 1j * y[1]
-    for q in range(2):
-        sign = 2.0 * q - 1.0
-        here = of_x * one[q] + sign * (mixed * other[1 - q])
-        x[0, q], x[1, q] = here.real, here.imag
-        here = of_y * other[q] + sign * (mixed * one[1 - q])
-        y[0, q], y[1, q] = here.real, here.imag
+    for i in range(factor.shape[2]):
+        for j in range(factor.shape[3]):
+            e, o = factor[2, 0, i, j], factor[2, 1, i, j]
+            # Of each component by the other: from cosines across to sines and back.
+            x_cc, x_sc = -e * y[0, 1, i, j] + o * y[1, 1, i, j], -e * y[1, 1, i, j] - o * y[0, 1, i, j]
+            x_cs, x_ss = e * y[0, 0, i, j] - o * y[1, 0, i, j], e * y[1, 0, i, j] + o * y[0, 0, i, j]
+            y_cc, y_sc = -e * x[0, 1, i, j] + o * x[1, 1, i, j], -e * x[1, 1, i, j] - o * x[0, 1, i, j]
+            y_cs, y_ss = e * x[0, 0, i, j] - o * x[1, 0, i, j], e * x[1, 0, i, j] + o * x[0, 0, i, j]
+            e, o = factor[0, 0, i, j], factor[0, 1, i, j]
+            x_cc += e * x[0, 0, i, j] - o * x[1, 0, i, j]
+            x_sc += e * x[1, 0, i, j] + o * x[0, 0, i, j]
+            x_cs += e * x[0, 1, i, j] - o * x[1, 1, i, j]
+            x_ss += e * x[1, 1, i, j] + o * x[0, 1, i, j]
+            e, o = factor[1, 0, i, j], factor[1, 1, i, j]
+            y_cc += e * y[0, 0, i, j] - o * y[1, 0, i, j]
+            y_sc += e * y[1, 0, i, j] + o * y[0, 0, i, j]
+            y_cs += e * y[0, 1, i, j] - o * y[1, 1, i, j]
+            y_ss += e * y[1, 1, i, j] + o * y[0, 1, i, j]
+            x[0, 0, i, j], x[1, 0, i, j], x[0, 1, i, j], x[1, 1, i, j] = x_cc, x_sc, x_cs, x_ss
+            y[0, 0, i, j], y[1, 0, i, j], y[0, 1, i, j], y[1, 1, i, j] = y_cc, y_sc, y_cs, y_ss
     field_of(x, along, across, slip[0])
     field_of(y, along, across, slip[1])
 
@@ -252,7 +252,8 @@ def _linear_step(
     slip, stretches = np.empty(shape), _stretches(marks, operator.strip.shape[2])
     flat = rest.reshape(size)
     left[0] = whole = np.sqrt(scalar_product(flat, flat))
-    basis[0] = -flat / whole
+    for i in range(size):
+        basis[0, i] = -flat[i] / whole
     count = 0
     while count < most and abs(left[count]) > share * whole:
         product = basis[count + 1]
@@ -262,10 +263,12 @@ def _linear_step(
         for k in range(count + 1):
             value = scalar_product(basis[k], product)
             triangle[k, count] = value
-            product -= value * basis[k]
+            for i in range(size):
+                product[i] -= value * basis[k, i]
         length = np.sqrt(scalar_product(product, product))
         if length > 0.0:
-            product /= length
+            for i in range(size):
+                product[i] /= length
         for k in range(count):
             upper, lower = triangle[k, count], triangle[k + 1, count]
             triangle[k, count] = cosine[k] * upper + sine[k] * lower
@@ -285,9 +288,35 @@ def _linear_step(
     flat = slip.reshape(size)
     flat[:] = 0.0
     for k in range(count):
-        flat += weight[k] * basis[k]
+        for i in range(size):
+            flat[i] += weight[k] * basis[k, i]
     _precondition(slip, marks, direction, operator, stretches, change)
     return count
+
+
+@kernel
+def _split(matrix: FloatArray, inverse: FloatArray) -> None:
+    """Invert the triangles of both matrices in place; no pivots: their symmetric part is positive.
+
+    Leading parts of the inverses are the inverses of the leading parts.
+    """
+    n = matrix.shape[1]
+    for c in range(2):
+        upper, lower, whole = matrix[c], inverse[c, 0], inverse[c, 1]
+        for k in range(n):
+            lower[k, k] = whole[k, k] = 1.0
+        for k in range(n):
+            for i in range(k + 1, n):
+                factor = upper[i, k] / upper[k, k]
+                for j in range(n):
+                    upper[i, j] -= factor * upper[k, j]
+                    lower[i, j] -= factor * lower[k, j]
+        for k in range(n - 1, -1, -1):
+            for j in range(n):
+                whole[k, j] /= upper[k, k]
+            for i in range(k):
+                for j in range(n):
+                    whole[i, j] -= upper[i, k] * whole[k, j]
 
 
 @kernel

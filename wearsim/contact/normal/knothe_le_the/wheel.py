@@ -1,4 +1,4 @@
-"""Kernels of the strip model: strips of a wheel, fitted to its patches.
+"""Kernels of the strip model: strips of a wheel fitted to its patches, and the strips of the solution.
 
 Equations and sources: see `knothe_le_the`.
 """
@@ -11,23 +11,31 @@ import numpy as np
 
 from wearsim.contact.geometry import NO_WHEEL
 from wearsim.contact.kernel import bare_kernel
-from wearsim.contact.normal.knothe_le_the.equations import UNKNOWN, in_the_middle, pair_up
-from wearsim.contact.normal.knothe_le_the.patches import Wheels, end_of, find_patches
+from wearsim.contact.normal.knothe_le_the.equations import UNKNOWN, pair_up
+from wearsim.contact.normal.knothe_le_the.refit import (
+    APART,
+    another_part,
+    end_of,
+    forget_ends,
+    lay_out,
+    refit,
+    rotated,
+)
 from wearsim.contact.normal.knothe_le_the.solution import newton, relax
 from wearsim.contact.normal.knothe_le_the.strips import (
     MARGIN,
     NO_ROOM,
-    Record,
     Records,
     Row,
     Work,
     cut_strips,
     first_beyond,
-    influence_share,
     planes_of,
+    points_in_plane,
+    share_points,
     value_at,
 )
-from wearsim.contact.normal.model import AT_EDGE, NO_BALANCE, NO_CONTACT
+from wearsim.contact.normal.model import AT_EDGE, NO_BALANCE, NO_CONTACT, NOT_SINGLE
 from wearsim.contact.patch import FloatArray, IntArray
 
 _STAGES = 12  # of fitting the strips to the patch
@@ -39,11 +47,23 @@ _LEFT = 3e-6  # change in Newton's method that is to be expected next, below whi
 _HARD = 8  # stages, after which they do so each time
 _FAR = 2.0  # widths of a strip, by which an end moved, from which lengths and pressures take turns first
 _WIDEST = 0.65e-3  # m, of a strip: profiles change their radius within wide patches
-_SETTLED = 0.03  # widths of a strip, by which the ends of a patch miss their place between the strips
-_STILL = 1e-4  # rad, by which the plane of a part turns, at most, in the last stage
-_SLOWEST, _FASTEST = 0.5, 6.0  # of what an end moves, by which it comes nearer to its place
-_APART = 0.3e-3  # m, between parts of the profile that have strips of their own
-_OVERLAP = 2e-3  # of the displacement, that counts as contact
+_SMALLEST = 5e-4  # of the load: patches below are left out
+_FINE = 160  # samples of the largest pressure
+
+
+class Wheels(NamedTuple):
+    """Points of the counterface's profile, and gap, its lowest value, ring and contact line of every row."""
+
+    y: FloatArray
+    z: FloatArray
+    slope: FloatArray
+    angle: FloatArray
+    gap: FloatArray
+    low: FloatArray
+    radius: FloatArray
+    along: FloatArray
+    kappa: float
+    vertical: bool
 
 
 class Start(NamedTuple):
@@ -75,7 +95,7 @@ def solve_wheels(
         )  # fmt: skip
         fault[r], total, displacement = _fit(n, row, start, count, table, work)
         if fault[r] == 0:
-            fault[r], number[n] = find_patches(
+            fault[r], number[n] = _find_patches(
                 total, displacement, load[n], modulus, row, work.strips, patches[n], nodes[:, n]
             )
 
@@ -135,10 +155,10 @@ def _fit(n: int, row: Row, start: Start, count: int, table: FloatArray, work: Wo
                     strips[j].log = 0.5 * np.log(strips[j].square)
                     work.old[old_total] = strips[j]
                     old_total += 1
-            kept, more, again = _refit(stage, displacement, count, parts, may_split, row, work, total, table)
+            kept, more, again = refit(stage, displacement, count, parts, may_split, row, work, total, table)
             if kept > spans.size:
                 return NO_ROOM, total, displacement
-            again = again or _rotated(kept, old_total, total, row, work)
+            again = again or rotated(kept, old_total, total, row, work)
             if (again and stage < _STAGES - 1) or (stage > 0 and work.states[0].left < _LEFT):
                 break
         parts = kept
@@ -150,13 +170,13 @@ def _fit(n: int, row: Row, start: Start, count: int, table: FloatArray, work: Wo
                 moved = abs(fresh[k].ends[side] - spans[k].ends[side]) / width
                 uncertain = uncertain or (stage == 0 and moved * count > _FAR)
         _copy(fresh, spans, parts)
-        if (stage == 1 or not again) and _another_part(displacement, parts, row, work, total, table):
+        if (stage == 1 or not again) and another_part(displacement, parts, row, work, total, table):
             if parts == spans.size:
                 return NO_ROOM, total, displacement
             parts += 1
             again = uncertain = True
             for k in range(spans.size):
-                _forget_ends(spans[k])
+                forget_ends(spans[k])
         if not again:
             break
     if cut and (again or spans[0].ends[0] < left or spans[parts - 1].ends[1] > right):
@@ -195,7 +215,7 @@ def _take_over(n: int, start: Start, count: int, row: Row, work: Work) -> tuple[
     for m in range(start.first[n], start.first[n + 1]):
         edge, strips = start.edge[m], start.strips[m]
         margin = MARGIN / (count - 2.0 * MARGIN) * (edge[strips] - edge[0])
-        _lay_out(work.spans[parts], edge[0] - margin, edge[strips] + margin)
+        lay_out(work.spans[parts], edge[0] - margin, edge[strips] + margin)
         for j in range(strips):
             one = work.old[total]
             one.y, one.width = 0.5 * (edge[j] + edge[j + 1]), edge[j + 1] - edge[j]
@@ -211,8 +231,8 @@ def _joined(spans: Records, parts: int) -> int:
     """Make parts that meet one; return how many are left."""
     kept = parts - parts
     for k in range(1, parts):
-        if spans[k].ends[0] - spans[kept].ends[1] < _APART:
-            _lay_out(spans[kept], spans[kept].ends[0], max(spans[k].ends[1], spans[kept].ends[1]))
+        if spans[k].ends[0] - spans[kept].ends[1] < APART:
+            lay_out(spans[kept], spans[kept].ends[0], max(spans[k].ends[1], spans[kept].ends[1]))
         else:
             kept += 1
             spans[kept] = spans[k]
@@ -243,11 +263,19 @@ def _lay_parts(stage: int, count: int, parts: int, old_total: int, row: Row, wor
             each = min(each, max(8, int(100.0 * (b - a) / np.sqrt(longest))))
         if total + each > strips.size:
             return NO_ROOM, total
-        # The plane is that of the pressures, at first that of the profile.
+        # Middle and angle of the plane: of the pressures, at first of the depths.
         known, middle, delta = plane.weight > 0.0, plane.middle, plane.tilt
         if not known:
-            middle = 0.5 * (a + b)
-            delta = value_at(middle, row.y, row.angle)
+            weight, moment, tilt = 0.0, 0.0, 0.0
+            for i in range(1, row.y.size - 1):
+                if a <= row.y[i] < b:
+                    g = max(span.rim - (row.gap[i] - row.low), 1e-12) * (row.y[i + 1] - row.y[i - 1])
+                    weight += g
+                    moment += g * row.y[i]
+                    tilt += g * row.angle[i]
+            if weight == 0.0:
+                return NO_BALANCE, total
+            middle, delta = moment / weight, tilt / weight
         if not cut_strips(span.ends, middle, delta, row, work, total, each):
             return AT_EDGE, total
         for j in range(total, total + each):
@@ -267,194 +295,161 @@ def _lay_parts(stage: int, count: int, parts: int, old_total: int, row: Row, wor
                 one.load = max(left_p + share * (right_p - left_p), 0.0) if inside else 0.0
                 one.square = left_q + share * (right_q - left_q) if one.load > 0.0 else 0.0
             else:
-                depth = max(span.rim - one.gap / one.turn, 0.02 * span.rim)
-                one.square, one.load = 2.0 * one.radius * depth, depth / np.pi
+                depth = span.rim - one.gap / one.turn
+                one.square = max(depth, 0.02 * span.rim) * span.per_depth
+                one.load = one.square * span.per_square
             one.square = max(one.square, 1e-10)
         total += each
     return 0, total
 
 
 @bare_kernel
-def _overlap(k: int, displacement: float, row: Row, strips: Records, total: int, table: FloatArray) -> float:
-    """How deep the moved surfaces would overlap at a grid point without pressure, over the displacement.
-
-    Zero if they would not.
-    """
-    away = (row.gap[k] - row.low - displacement) * np.cos(row.angle[k])
-    if away > 0.0:
-        return 0.0
-    for j in range(total):
-        p = strips[j].load
-        if p <= 0.0:
-            continue
-        across, down = strips[j].y - row.y[k], strips[j].z - row.z[k]
-        distance = np.sqrt(across * across + down * down)
-        share = influence_share(strips[j].angle - row.angle[k], distance)
-        if share > 0.0:
-            half = 0.5 * strips[j].width
-            a = in_the_middle(table, np.log(distance + half) - strips[j].log)
-            b = 0.0
-            if distance > half:
-                b = in_the_middle(table, np.log(max(distance - half, 0.1 * half)) - strips[j].log)
-            away += share * (a - b) * p
-            if away > 0.0:
-                return 0.0
-    depth: float = -away / displacement
-    return depth
-
-
-@bare_kernel
-def _next_end(place: float, miss: float, per: float, span: Record, side: int) -> tuple[float, bool]:
-    """Where to look next for an end that is missed by so much, and whether there is nothing between.
-
-    Places and misses [m] count inwards. What is missed jumps where a strip at the rim gets its pressure: the
-    place is kept between those from which it goes inwards and those from which it goes outwards.
-    """
-    outer, inner, last, last_miss = span.outer[side], span.inner[side], span.last[side], span.last_miss[side]
-    outer_miss, inner_miss = span.outer_miss[side], span.inner_miss[side]
-    step = miss
-    if last_miss != 0.0 and abs(place - last) > 1e-3 * per:
-        step = miss / min(max((last_miss - miss) / (place - last), _SLOWEST), _FASTEST)
-    if abs(miss) > per or (inner_miss != 0.0 and outer_miss != 0.0 and inner <= outer):
-        outer_miss, inner_miss = 0.0, 0.0
-    if 0.0 < miss <= per:
-        inner_miss *= 0.5 if outer_miss != 0.0 else 1.0
-        outer, outer_miss = place, miss
-    elif -per <= miss <= 0.0:
-        outer_miss *= 0.5 if inner_miss != 0.0 else 1.0
-        inner, inner_miss = place, miss
-    span.last[side], span.last_miss[side] = place, miss
-    span.outer[side], span.outer_miss[side] = outer, outer_miss
-    span.inner[side], span.inner_miss[side] = inner, inner_miss
-    if outer_miss == 0.0 or inner_miss == 0.0 or inner <= outer:
-        return place + step, False
-    share = outer_miss / (outer_miss - inner_miss)
-    return outer + min(max(share, 0.05), 0.95) * (inner - outer), inner - outer < _SETTLED * per
+def _find_patches(
+    total: int, displacement: float, load: float, modulus: float, row: Row, strips: Records, patches: Records,
+    nodes: FloatArray,
+) -> tuple[int, int]:  # fmt: skip
+    """Find the patches of a wheel, by falling normal force; return a fault or 0, and their number."""
+    # Runs of strips with pressure are patches.
+    runs, j, carried = 0, 0, 0.0
+    while j < total:
+        first, force = j, 0.0
+        while j < total and strips[j].load > 0.0 and strips[j].part == strips[first].part:
+            force += 0.5 * np.pi * np.pi * modulus * strips[j].load * strips[j].width
+            j += 1
+        j = max(j, first + 1)
+        if force > _SMALLEST * load:
+            if runs == patches.size:
+                return NO_ROOM, runs
+            carried += force * (strips[first].cosine if row.vertical else 1.0)
+            place = runs
+            runs += 1
+            while place > 0 and patches[place - 1].force < force:
+                patches[place] = patches[place - 1]
+                place -= 1
+            one = patches[place]
+            one.force, one.first, one.last = force, first, j - 1
+    if runs > 1 and not row.vertical:
+        return NOT_SINGLE, runs
+    for rank in range(runs):
+        one = patches[rank]
+        x, f, c = nodes[0, rank], nodes[1, rank], nodes[2, rank]
+        a, b = one.first, one.last
+        n, width = b - a + 1, strips[a].width
+        one.scale = load / carried
+        one.force *= one.scale
+        one.displacement, one.angle, one.origin = displacement, strips[a].angle, strips[a].origin
+        one.start = strips[a].s + width * (end_of(strips, a, 1, n) - 0.5)
+        one.stop = strips[b].s - width * (end_of(strips, b, -1, n) - 0.5)
+        weighted, sum_load, count = 0.0, 0.0, 1
+        for j in range(a, b + 1):
+            weighted += strips[j].load * strips[j].tilt
+            sum_load += strips[j].load
+            # The outermost strips may lie in part outside of the patch.
+            if n <= 2 or a < j < b:
+                x[count], f[count] = strips[j].s, strips[j].square
+                c[count] = strips[j].load / strips[j].square
+                count += 1
+        x[0], f[0], c[0] = one.start, 0.0, c[1]
+        x[count], f[count], c[count] = one.stop, 0.0, c[count - 1]
+        one.nodes = count + 1
+        one.own = weighted / sum_load
+    return 0, runs
 
 
 @bare_kernel
-def _forget_ends(span: Record) -> None:
-    """Forget where the ends of a part were tried."""
-    for side in range(2):
-        span.outer[side] = span.outer_miss[side] = span.inner[side] = span.inner_miss[side] = 0.0
-        span.last[side] = span.last_miss[side] = 0.0
+def _slopes(x: FloatArray, f: FloatArray, slope: FloatArray) -> None:
+    """Take derivatives at nodes of the parabolas through each and its neighbours."""
+    n = x.size
+    for k in range(1, n - 1):
+        before, after = x[k] - x[k - 1], x[k + 1] - x[k]
+        left, right = (f[k] - f[k - 1]) / before, (f[k + 1] - f[k]) / after
+        slope[k] = (left * after + right * before) / (before + after)
+    slope[0] = 2.0 * (f[1] - f[0]) / (x[1] - x[0]) - slope[1]
+    slope[n - 1] = 2.0 * (f[n - 1] - f[n - 2]) / (x[n - 1] - x[n - 2]) - slope[n - 2]
 
 
 @bare_kernel
-def _lay_out(span: Record, left: float, right: float) -> None:
-    """Put a part between two places, with no strips yet."""
-    span.ends[0], span.ends[1], span.strips = left, right, 0
-    _forget_ends(span)
+def _between(
+    x: FloatArray, f: FloatArray, slope: FloatArray, c: FloatArray, least: float, at: float
+) -> tuple[float, float]:
+    """Squared half-length by a cubic, at least the `least`, and pressure slope linearly, at a place."""
+    k = min(max(first_beyond(x, x.size, at) - 1, 0), x.size - 2)
+    step = x[k + 1] - x[k]
+    t = (at - x[k]) / step
+    u = 1.0 - t
+    rise = f[k + 1] - f[k]
+    a, b = slope[k] * step - rise, rise - slope[k + 1] * step
+    return max(f[k] + t * rise + t * u * (a * u + b * t), least), c[k] + t * (c[k + 1] - c[k])
+
+
+class Cut(NamedTuple):
+    """Strips of equal width: centres, half-lengths, middles, pressure slopes; edges on the profile."""
+
+    y: FloatArray
+    half: FloatArray
+    middle: FloatArray
+    slope: FloatArray
+    edge: FloatArray
 
 
 @bare_kernel
-def _refit(
-    stage: int, displacement: float, count: int, parts: int, may_split: bool, row: Row, work: Work,
-    total: int, table: FloatArray,
-) -> tuple[int, int, bool]:  # fmt: skip
-    """Write to `fresh` where the parts of the profile end now.
-
-    Return their number, one more than have room, how many split, and whether strips have to be laid again.
-    """
-    strips, spans, fresh = work.strips, work.spans, work.fresh
-    again, kept, base, splits = stage == 0, 0, 0, 0
-    for k in range(parts):
-        first = base
-        while base < total and strips[base].part == k:
-            base += 1
-        each = base - first
-        left, right = first, base - 1
-        while left <= right and strips[left].load <= 0.0:
-            left += 1
-        if left > right:  # parts without pressure leave
-            again = True
-            continue
-        fresh[kept] = spans[k]
-        for side in range(2):
-            rim, step = (first, 1) if side == 0 else (base - 1, -1)
-            per = abs(strips[rim + step].y - strips[rim].y)
-            move = end_of(strips, rim, step, each)
-            # Outwards as long as the surfaces overlap, from three quarters of a strip on.
-            i = first_beyond(row.y, row.y.size, spans[k].ends[side] - 0.75 * step * per) - (1 - side)
-            skip = max(int(0.4 * per / (row.y[i + 1] - row.y[i])), 1) if 0 < i < row.gap.size - 2 else 1
-            reached = False
-            while 2 < i < row.gap.size - 3 and row.gap[i] < NO_WHEEL:
-                if _overlap(i, displacement, row, strips, total, table) < _OVERLAP:
-                    break
-                reached = True
-                i -= step * skip
-            if reached:
-                move = min(move, -abs(row.y[i] - spans[k].ends[side]) / per)
-            move = max(move, -0.5 * each) - MARGIN * min(each / count, 1.0)
-            place, settled = spans[k].ends[side] + step * per * move, True
-            if stage > 0:
-                place, settled = _next_end(step * spans[k].ends[side], move * per, per, fresh[kept], side)
-                place *= step
-            fresh[kept].ends[side] = place
-            again = again or not (settled or abs(move) < _SETTLED)
-        # Two humps with strips without pressure between them get strips of their own, once.
-        while strips[right].load <= 0.0:
-            right -= 1
-        a, b = left, right
-        while a <= right and strips[a].load > 0.0:
-            a += 1
-        while b >= left and strips[b].load > 0.0:
-            b -= 1
-        if a <= b and may_split:
-            stop = strips[a - 1].y + 0.8 * (strips[a].y - strips[a - 1].y)
-            go = strips[b + 1].y - 0.8 * (strips[b + 1].y - strips[b].y)
-            if go - stop > _APART:
-                if kept + parts - k >= spans.size:
-                    return spans.size + 1, splits, True
-                outer = fresh[kept].ends[1]
-                _lay_out(fresh[kept], fresh[kept].ends[0], stop)
-                _lay_out(fresh[kept + 1], go, outer)
-                kept += 1
-                splits += 1
-                again = True
-        kept += 1
-    return kept, splits, again
-
-
-@bare_kernel
-def _rotated(parts: int, old_total: int, total: int, row: Row, work: Work) -> bool:
-    """Whether the plane of a part is not that of its pressures."""
-    planes_of(work.fresh, parts, old_total, row, work)
-    for j in range(total):
-        plane = work.planes[work.strips[j].part]
-        if plane.weight > 0.0 and abs(plane.tilt - work.strips[j].angle) > _STILL:
-            return True
-    return False
-
-
-@bare_kernel
-def _another_part(
-    displacement: float, parts: int, row: Row, work: Work, total: int, table: FloatArray
-) -> bool:
-    """Add to the parts one in contact now, if there is room; whether there is any."""
-    strips, spans, edge = work.strips, work.spans, row.gap.size - 3
-    for start in range(3, edge, 3):
-        free = row.gap[start] - row.low < displacement
-        for k in range(parts):
-            free = free and not spans[k].ends[0] - 1e-3 < row.y[start] < spans[k].ends[1] + 1e-3
-        if not free:
-            continue
-        deep = _overlap(start, displacement, row, strips, total, table)
-        if deep <= _OVERLAP:
-            continue
-        if parts == spans.size:
-            return True
-        i, lowest = start, row.gap[start]
-        while i < edge and row.gap[i] < NO_WHEEL and deep > 1e-3:
-            i += 2
-            deep = _overlap(i, displacement, row, strips, total, table)
-        for j in range(start, i):
-            lowest = min(lowest, row.gap[j])
-        k = parts
-        while k > 0 and spans[k - 1].ends[0] > row.y[start]:
-            spans[k] = spans[k - 1]
-            k -= 1
-        _lay_out(spans[k], row.y[start - 2], row.y[i])
-        spans[k].rim = lowest - row.low + 0.5 * max(deep, 0.02) * displacement
-        return True
-    return False
+def cut_patches(
+    wheels: Wheels, rows: IntArray, places: IntArray, ranks: IntArray, counts: IntArray, patches: Records,
+    nodes: FloatArray, work: Work, out: Cut,
+) -> None:  # fmt: skip
+    """Cut patches, by row, into strips of equal width; what lies behind the strips of a patch is padding."""
+    for m in range(rows.size):
+        one, strips, r = patches[m], counts[m], rows[m]
+        row = Row(
+            wheels.y, wheels.z, wheels.slope, wheels.angle, wheels.gap[r], wheels.radius[r],
+            wheels.along[r], wheels.low[r], wheels.kappa, 0.0, wheels.vertical,
+        )  # fmt: skip
+        at, rank, n = places[m], ranks[m], one.nodes
+        x, f, c = nodes[0, at, rank][:n], nodes[1, at, rank][:n], nodes[2, at, rank][:n]
+        left, right, slope = one.start, one.stop, work.right
+        _slopes(x, f, slope)
+        least = 0.0
+        for k in range(n):
+            least = max(least, 1e-9 * f[k])
+        # The largest pressure on a fine grid of its own.
+        total, peak = 0.0, 0.0
+        for j in range(_FINE):
+            q, ratio = _between(x, f, slope, c, least, left + (right - left) * (j + 0.5) / _FINE)
+            total += q * ratio
+            peak = max(peak, ratio * np.sqrt(q))
+        one.pressure = peak * one.force / (0.5 * np.pi * total * (right - left) / _FINE)
+        # Strips of the solution, along the profile.
+        first, last = points_in_plane(one.origin, one.angle, left, right, row, work.s)
+        s, y = work.s[first : last + 1], row.y[first : last + 1]
+        gap, along = row.gap[first : last + 1], row.along[first : last + 1]
+        step = (right - left) / strips
+        edge, volume, moment = out.edge[m], 0.0, 0.0
+        for j in range(strips + 1):
+            edge[j] = value_at(left + j * step, s, y)
+        for j in range(strips):
+            place = left + 0.5 * (2 * j + 1) * step
+            q, ratio = _between(x, f, slope, c, least, place)
+            out.y[m, j], out.half[m, j], out.slope[m, j] = place, np.sqrt(q), ratio
+            out.middle[m, j] = value_at(place, s, along)
+            volume += q * ratio * step
+            moment += q * ratio * step * place
+        middle = moment / volume
+        k = min(max(int((middle - left) / step), 0), strips - 1)
+        one.centre = edge[k] + ((middle - left) / step - k) * (edge[k + 1] - edge[k])
+        middle_x = value_at(middle, out.y[m, :strips], out.middle[m, :strips])
+        for j in range(strips):
+            out.y[m, j] -= middle
+            out.slope[m, j] *= one.force / (0.5 * np.pi * volume)
+            out.middle[m, j] -= middle_x
+        for j in range(strips, out.y.shape[1]):
+            out.y[m, j], out.half[m, j] = out.y[m, strips - 1], 0.0
+            out.middle[m, j], out.slope[m, j] = out.middle[m, strips - 1], out.slope[m, strips - 1]
+            edge[j + 1] = edge[strips]
+        lowest = min(value_at(left, s, gap), value_at(right, s, gap))
+        for k in range(gap.size):
+            if left < s[k] < right:
+                lowest = min(lowest, gap[k])
+        one.approach = (one.displacement - (lowest - row.low)) * np.cos(one.angle)
+        one.left, one.right = edge[0], edge[strips]
+        if m + 1 == rows.size or rows[m + 1] != r:
+            share_points(patches[m - ranks[m] : m + 1], row, work.share)
