@@ -21,8 +21,7 @@ step that adds more than that is followed by shorter ones, and repeated if it is
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import fields, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -32,7 +31,6 @@ from wearsim.campaign.control import StepChoice
 from wearsim.campaign.counterface import per_passage
 from wearsim.campaign.evaluate import Passage, Setup, carried, mismatched, solve_points
 from wearsim.campaign.left_out import new_history
-from wearsim.campaign.record import MEMORY
 from wearsim.campaign.state import Correction, CounterfaceState, Increment, State
 from wearsim.campaign.step import INTEGRATORS, Step, StepRule, worn_by
 from wearsim.campaign.vertices import lengths_of_sides, spline_sides
@@ -366,34 +364,3 @@ def row_correction(state: State) -> dict[str, np.ndarray]:
         "reference_solved": np.asarray(correction.solved, dtype=np.int32),
         "correction_error": np.asarray(estimated_error(state)),
     }
-
-
-def packed(correction: Correction | None) -> dict[str, np.ndarray]:
-    """Return a correction for a record; of the differences what is not 0."""
-    if correction is None:
-        return {}
-    values = {one.name: np.asarray(getattr(correction, one.name)) for one in fields(correction)}
-    for name in _SPARSE:
-        place = np.flatnonzero(values[name])
-        shape = np.array(values[name].shape)
-        values |= {f"{name} place": place, f"{name} shape": shape, name: values[name].ravel()[place]}
-    return values
-
-
-def correction_of(row: Mapping[str, np.ndarray]) -> Correction | None:
-    """Return the correction of a record, bit by bit."""
-    values: dict[str, Any] = {
-        name.removeprefix(MEMORY): value for name, value in row.items() if name.startswith(MEMORY)
-    }
-    if not values:
-        return None
-    for name in _SPARSE:
-        whole = np.zeros(tuple(values.pop(f"{name} shape")))
-        whole.ravel()[values.pop(f"{name} place")] = values[name]
-        values[name] = whole
-    for name in ("strictness", "overlap", "added"):
-        values[name] = float(values[name])
-    return Correction(**{**values, "solved": int(values["solved"])})
-
-
-_SPARSE = ("wheel", "below")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -239,21 +238,3 @@ def counterface_row(state: CounterfaceState | None) -> dict[str, np.ndarray]:
         "counterface_redressed_count": np.asarray(state.redressed_count, dtype=np.int32),
         "counterface_redressed_at": np.asarray(state.redressed_at),
     }
-
-
-def counterface_of(row: Mapping[str, np.ndarray]) -> CounterfaceState | None:
-    """Return the state of the counterface that a row holds, bit by bit; None if it does not wear."""
-    if "counterface_profile_y" not in row:
-        return None
-    depth, count = row["counterface_wear_depth"], int(row["counterface_redressed_count"])
-    just_redressed = count > 0 and row["counterface_redressed_at"] == row["distance"]
-    return CounterfaceState(
-        y=row["counterface_profile_y"],
-        z=row["counterface_profile_z"],
-        depth=np.zeros_like(depth) if just_redressed else depth,
-        worn_area=row["counterface_worn_area"],
-        last_depth=depth,
-        redressed_depth=row["counterface_redressed_depth"],
-        redressed_count=count,
-        redressed_at=float(row["counterface_redressed_at"]),
-    )

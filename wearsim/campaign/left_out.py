@@ -94,12 +94,3 @@ def row_left_out(history: PointHistory | None) -> dict[str, np.ndarray]:
         "left_out_share": np.asarray(history.share),
         "last_wear_area_rate": np.where(np.isfinite(rate), rate, FILL_FLOAT),
     }
-
-
-def history_of(row: Mapping[str, np.ndarray]) -> PointHistory | None:
-    """Return the history of a row, bit by bit."""
-    if "left_out" not in row:
-        return None
-    rate = row["last_wear_area_rate"]
-    rate = np.where(rate == FILL_FLOAT, np.nan, rate)
-    return PointHistory(rate, row["left_out"].astype(bool), float(row["left_out_share"]))

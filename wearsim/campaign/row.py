@@ -1,4 +1,4 @@
-"""Static part and rows of the result file: from setup and state, and back to the state."""
+"""Static part and rows of the result file: from setup and state."""
 
 from __future__ import annotations
 
@@ -17,17 +17,16 @@ from wearsim.campaign.comparison import (
     comparison_row,
     static_comparison,
 )
-from wearsim.campaign.correction import correction_of, row_correction, static_correction
+from wearsim.campaign.correction import row_correction, static_correction
 from wearsim.campaign.counterface import (
     counterface_attributes,
-    counterface_of,
     counterface_row,
     static_counterface,
 )
 from wearsim.campaign.evaluate import Passage, Solved
 from wearsim.campaign.faint import lost_row
-from wearsim.campaign.left_out import history_of, row_left_out
-from wearsim.campaign.running import row_running, running_of
+from wearsim.campaign.left_out import row_left_out
+from wearsim.campaign.running import row_running
 from wearsim.campaign.state import PatchWear, PointHistory, State, WearRate, worn_wheels
 from wearsim.contact.patch import FloatArray
 from wearsim.damage.wear import WEAR_LAWS, WearSettings, coefficients_of
@@ -212,27 +211,6 @@ def _or_missing(measure: Callable[..., float | None], *arguments: object) -> flo
     except ProfileError:
         return FILL_FLOAT
     return FILL_FLOAT if value is None else float(value)
-
-
-def state_of(row: Mapping[str, np.ndarray], index: int) -> State:
-    """Return the state that the row of step `index` holds, bit by bit."""
-    return State(
-        step=index,
-        **{field: row[name] for name, field in _OF_STATE.items() if name != "distance"},
-        distance=float(row["distance"]),
-        correction=correction_of(row),
-        comparison_depth=_by_law(row, "comparison_wear_depth"),
-        comparison_area=row.get("comparison_worn_area", np.zeros((2, 0))),
-        fatigue_damage=_by_law(row, "fatigue_damage"),
-        counterface=counterface_of(row),
-        reprofiled=int(row.get("last_reprofiling", 0)),
-        points=history_of(row),
-        running=running_of(row),
-    )
-
-
-def _by_law(row: Mapping[str, np.ndarray], name: str) -> tuple[np.ndarray, ...]:
-    return tuple(row[name].swapaxes(0, 1)) if name in row else ()
 
 
 def versions() -> str:

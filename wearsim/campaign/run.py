@@ -20,7 +20,6 @@ from typing import Any, Literal
 
 from wearsim.campaign.changes import controls, text_of, with_changes
 from wearsim.campaign.control import reached
-from wearsim.campaign.correction import packed
 from wearsim.campaign.directory import (
     SCENE_FOLDER,
     Manifest,
@@ -33,7 +32,7 @@ from wearsim.campaign.directory import (
 )
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.record import Writer
-from wearsim.campaign.row import StepTaken, state_of
+from wearsim.campaign.row import StepTaken
 from wearsim.campaign.state import State
 from wearsim.contact.solve import available_cores
 from wearsim.errors import (
@@ -269,10 +268,9 @@ def _loop(evolution: WheelsetEvolution, writer: Writer, progress: Progress, inte
     done = writer.recover()
     taken: StepTaken | None
     if done:
-        last = writer.records.entries(done - 1)
-        if writer.limit_met(last):
+        state, taken = writer.records.state(done - 1), None
+        if writer.limit_met(writer.records.row(done - 1)):
             return
-        state, taken = state_of(last, done - 1), None
     else:
         state, taken = evolution.start()
     progress.count(STEP_LIMITS[int(writer.records.row(index)["step_limit"])] for index in range(done))
@@ -289,7 +287,7 @@ def _loop(evolution: WheelsetEvolution, writer: Writer, progress: Progress, inte
             row = evolution.row(state, evaluation, taken)
             check_row(writer.header, row)
             with _uninterrupted():
-                deferred = writer.write(state.step, row, packed(state.correction))
+                deferred = writer.write(state, row)
                 progress.count([taken.reason])
                 progress.report("step", state, step_length=taken.length)
             if deferred:
