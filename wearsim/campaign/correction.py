@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 
 from wearsim.campaign.control import StepChoice
 from wearsim.campaign.counterface import per_passage
-from wearsim.campaign.evaluate import Passage, Setup, carried, mismatched, solve_points
+from wearsim.campaign.evaluate import Passage, Setup, carried, mismatched, solve_passage
 from wearsim.campaign.left_out import new_history
 from wearsim.campaign.state import Correction, CounterfaceState, Increment, State
 from wearsim.campaign.step import INTEGRATORS, Step, StepRule, worn_by
@@ -84,19 +84,13 @@ def forgotten(state: State, *, wheels: bool = False) -> State:
     correction = state.correction
     if correction is None:
         return state
-    nowhere, run = np.full_like(correction.step, -1), np.zeros_like(correction.run)
-    correction = replace(correction, step=nowhere, run=run)
+    unknown: dict[str, Any] = {
+        "step": np.full_like(correction.step, -1), "run": np.zeros_like(correction.run)
+    }  # fmt: skip
     if wheels:  # depths count from here, and so does their error
-        models = np.zeros_like(correction.model)
-        correction = replace(
-            correction,
-            model=models,
-            left=np.zeros_like(correction.left),
-            added=0.0,
-            strictness=1.0,
-            overlap=1.0,
-        )
-    return replace(state, correction=correction)
+        none = {name: np.zeros_like(getattr(correction, name)) for name in ("model", "left")}
+        unknown |= {**none, "added": 0.0, "strictness": 1.0, "overlap": 1.0}
+    return replace(state, correction=replace(correction, **unknown))
 
 
 def stale(state: State, weight: FloatArray) -> NDArray[np.bool_]:
@@ -147,10 +141,10 @@ def refreshed(
     assert setup.reference is not None
     if not among.any():
         return Refreshed(old, np.zeros(0, dtype=np.int64), np.zeros((0, *old.wheel.shape[1:])))
-    passage = solve_points(state, points, among, setup) if passage is None else passage
+    passage = solve_passage(state, points, setup, among) if passage is None else passage
     true = replace(setup, models=setup.reference, fallbacks=())
     alone = replace(state, correction=None, points=state.points or new_history(points))
-    by_reference = solve_points(alone, points, among, true)
+    by_reference = solve_passage(alone, points, true, among)
     solved = np.unique(by_reference.contact.point)
     index = solved[np.isin(solved, passage.contact.point)]
     model, step = old.model.copy(), np.where(among, state.step, old.step)

@@ -31,26 +31,18 @@ from wearsim.campaign.state import PatchWear, PointHistory, State, WearRate, wor
 from wearsim.contact.patch import FloatArray
 from wearsim.damage.wear import WEAR_LAWS, WearSettings, coefficients_of
 from wearsim.errors import ProfileError
-from wearsim.operation.recorded import Reduction
 from wearsim.profile import measures
 from wearsim.profile.conicity import equivalent_conicity
 from wearsim.profile.shape import arc_length
 from wearsim.quantities import STEP_LIMITS
 from wearsim.results import FILL_FLOAT, FILL_INT, PATCH_SLOTS, Header
 from wearsim.results.limits import REPROFILED_AT, attributes_of
-from wearsim.scene.campaign import ReprofilingRules
 
 if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
 
-_MEASURES = (
-    "max_wear_depth",
-    "flange_height",
-    "flange_thickness",
-    "flange_gradient",
-    "hollowing",
-    "equivalent_conicity",
-)
+_OF_WHEELS = ("flange_height", "flange_thickness", "flange_gradient", "hollowing")
+_MEASURES = ("max_wear_depth", *_OF_WHEELS, "equivalent_conicity")
 
 # variables of the result file that are fields of the state
 _OF_STATE = {
@@ -62,6 +54,9 @@ _OF_STATE = {
 
 # variables that are fields of the contact conditions
 _CONDITIONS = ("shift", "yaw", "roll", "speed", "friction", "track_curvature")
+
+# attributes that are fields of the contact models
+_OF_MODELS = ("youngs_modulus", "poisson_ratio", "strips", "cells", "cell_size", "most_cells")
 
 # variables of the result file that are fields of the solution
 _PATCH_VALUES = (
@@ -172,32 +167,25 @@ def _rank(point: np.ndarray) -> np.ndarray:
 
 
 def recorded_measures(state: State, setup: CampaignSetup) -> dict[str, np.ndarray]:
-    """Measures of both wheels and the wheelset that the row of a state holds, or that have a limit.
+    """Measures of both wheels and the wheelset that a row holds, or that may have a limit.
 
     By variable of the result file; fill values where a measure does not exist on a worn profile [SI].
     """
-    names = {*_MEASURES, *(name for name, _ in setup.control.limits)}
-    if setup.templates is not None:
-        names.add("wheel_diameter")
     wheelset = setup.wheelset
 
     def diameter(y: np.ndarray, z: np.ndarray) -> float:
         return 2.0 * (wheelset.radius + measures.running_circle_level(y, z))
 
     per_wheel: dict[str, Callable[..., float | None]] = {
-        "flange_height": measures.flange_height,
-        "flange_thickness": measures.flange_thickness,
-        "flange_gradient": measures.flange_gradient,
-        "hollowing": measures.hollowing,
+        **{name: getattr(measures, name) for name in _OF_WHEELS},
         "wheel_diameter": diameter,
     }
     values: dict[str, np.ndarray] = {
         name: np.array([_or_missing(measure, state.y[w], state.z[w]) for w in (0, 1)])
         for name, measure in per_wheel.items()
-        if name in names
     }
     values["max_wear_depth"] = state.wear_depth.max(axis=1)
-    if "fatigue_damage" in names and state.fatigue_damage:
+    if state.fatigue_damage:
         values["fatigue_damage"] = np.stack(state.fatigue_damage, axis=1)
     wheels = worn_wheels(wheelset, state.y, state.z)
     conicity = _or_missing(equivalent_conicity, *wheels, setup.counterface.profile)
@@ -250,9 +238,19 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         **static_counterface(setup),
         **({} if setup.templates is None else {"wheel_template": [one.name for one in setup.templates]}),
     }
-    wear, models, limits = setup.wear, setup.models, setup.control
-    auto = setup.tolerance is not None
-    rotation = conditions.rotation
+    wear, models, limits, rules = setup.wear, setup.models, setup.control, setup.control.reprofiling
+    auto, rotation = setup.tolerance is not None, conditions.rotation
+    given: dict[str, str | int | float] = {}
+    if setup.reduction is not None:
+        given = {"recorded_samples": float(setup.reduction.samples), "binning_error": setup.reduction.error}
+    if setup.vehicle:
+        given["vehicle"] = setup.vehicle
+    if rules is not None:
+        given |= {
+            REPROFILED_AT: " ".join(rules.limits),
+            "reprofiling_distances": " ".join(f"{place:.12g}" for place in rules.places),
+            "reprofiling_least_cut": rules.cut,
+        }
     attributes: dict[str, str | int | float] = {
         "title": setup.title or f"wear campaign, {setup.kind}",
         "history": command,
@@ -270,12 +268,7 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         "contact_tangential": "auto" if auto else models.tangential,
         "contact_tolerance": setup.tolerance if setup.tolerance is not None else "",
         "contact_parameters": ", ".join(f"{name} = {value:g}" for name, value in models.parameters),
-        "youngs_modulus": models.youngs_modulus,
-        "poisson_ratio": models.poisson_ratio,
-        "strips": models.strips,
-        "cells": models.cells,
-        "cell_size": models.cell_size,
-        "most_cells": models.most_cells,
+        **{name: getattr(models, name) for name in _OF_MODELS},
         "rotation_rule": rotation if isinstance(rotation, str) else "given",
         "roll_rule": "free" if conditions.free_roll else "given",
         "axle_torque": float(np.mean(conditions.torque)),
@@ -286,10 +279,8 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         "integrator": limits.integrator,
         "error_tolerance": limits.error_tolerance if limits.error_tolerance < math.inf else "",
         "target_distance": limits.distance,
-        **_record_attributes(setup.reduction),
-        **({"vehicle": setup.vehicle} if setup.vehicle else {}),
+        **given,
         **attributes_of(dict(limits.limits), limits.end_at_limit),
-        **_reprofiling_attributes(limits.reprofiling),
         "counterface_curvature": setup.counterface.curvature,
         **counterface_attributes(setup.counterface_wear),
         **comparison_attributes(comparison_laws(setup)),
@@ -307,27 +298,11 @@ def _wear_attributes(wear: WearSettings) -> dict[str, str]:
     if not law.wears:
         return {}
     texts = {key: text(coefficients_of(wear)) for key, text in SET_TEXTS.items()}
-    about = ("source", "materials", "validity", "departures", "warnings")
+    numbers, name = texts.pop("numbers"), texts.pop("coefficients")
     return {
-        "wear_coefficients": texts["coefficients"],
-        **{f"wear_coefficients_{key}": texts[key] for key in about},
-        "wear_law_numbers": texts["numbers"],
+        "wear_coefficients": name,
+        **{f"wear_coefficients_{key}": text for key, text in texts.items()},
+        "wear_law_numbers": numbers,
         "wear_form": wear.form,
         "seizure_cap": wear.seizure_cap if "seizure_cap" in law.parameters else "",
-    }
-
-
-def _record_attributes(reduction: Reduction | None) -> dict[str, str | float]:
-    if reduction is None:
-        return {}
-    return {"recorded_samples": float(reduction.samples), "binning_error": reduction.error}
-
-
-def _reprofiling_attributes(rules: ReprofilingRules | None) -> dict[str, str | float]:
-    if rules is None:
-        return {}
-    return {
-        REPROFILED_AT: " ".join(rules.limits),
-        "reprofiling_distances": " ".join(f"{place:.12g}" for place in rules.places),
-        "reprofiling_least_cut": rules.cut,
     }

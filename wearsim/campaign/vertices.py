@@ -6,6 +6,7 @@ import numpy as np
 
 from wearsim.contact.kernel import kernel
 from wearsim.contact.patch import FloatArray, IntArray
+from wearsim.contact.problem import ContactPatches
 from wearsim.errors import NumericalError
 from wearsim.profile.shape import arc_length, offset_distance, vertex_lengths, vertex_normals
 from wearsim.profile.smoothing import smoothing_spline
@@ -53,25 +54,27 @@ def sample(strip_edges: FloatArray, arc: FloatArray, value: FloatArray, out: Flo
 
 
 def worn_off(y: FloatArray, z: FloatArray, depth: FloatArray, body: str) -> tuple[FloatArray, FloatArray]:
-    """Move the vertices (n,) of a profile, z out of the material, along their normals by a smooth depth [m].
+    """Move the vertices (2, n) of the profiles of both sides along their normals by a smooth depth [m].
 
-    The area between the polygons is the sum of depth times vertex length.
+    z is out of the material. The area between the polygons is the sum of depth times vertex length.
 
     Raises
     ------
     NumericalError
-        When the depth is too large for the curvature of the profile; it names the body.
+        When the depth is too large for the curvature of a profile; it names side and body.
     """
-    distance = offset_distance(y, z, depth)
-    normal_y, normal_z = vertex_normals(y, z)
-    new_y, new_z = y + distance * normal_y, z + distance * normal_z
-    forward = np.diff(new_y) * np.diff(y) + np.diff(new_z) * np.diff(z)
-    if not (forward > 0.0).all():
-        raise NumericalError(
-            f"a wear step of {depth.max() * 1e6:.3g} um folds the profile of the {body} at y = "
-            f"{y[int(np.argmin(forward))] * 1e3:.4g} mm; lower max_step_depth_um or raise "
-            f"smoothing_wavelength_mm"
-        )
+    new_y, new_z = np.empty_like(y), np.empty_like(z)
+    for k, side in enumerate(("right", "left")):
+        distance = offset_distance(y[k], z[k], depth[k])
+        normal_y, normal_z = vertex_normals(y[k], z[k])
+        new_y[k], new_z[k] = y[k] + distance * normal_y, z[k] + distance * normal_z
+        forward = np.diff(new_y[k]) * np.diff(y[k]) + np.diff(new_z[k]) * np.diff(z[k])
+        if not (forward > 0.0).all():
+            raise NumericalError(
+                f"a wear step of {depth[k].max() * 1e6:.3g} um folds the profile of the {side} {body} at y = "
+                f"{y[k, int(np.argmin(forward))] * 1e3:.4g} mm; lower max_step_depth_um or raise "
+                f"smoothing_wavelength_mm"
+            )
     return new_y, new_z
 
 
@@ -116,13 +119,15 @@ def lengths_of_sides(y: FloatArray, z: FloatArray) -> FloatArray:
     return np.stack([vertex_lengths(y[side], z[side]) for side in (0, 1)])
 
 
-def worn_off_sides(
-    y: FloatArray, z: FloatArray, depth: FloatArray, body: str
-) -> tuple[FloatArray, FloatArray]:
-    """Move the vertices (2, n) of the profiles of both sides, see `worn_off` [m]."""
-    moved = [worn_off(y[k], z[k], depth[k], f"{side} {body}") for k, side in enumerate(("right", "left"))]
-    new_y, new_z = zip(*moved, strict=True)
-    return np.stack(new_y), np.stack(new_z)
+def strip_heights(contact: ContactPatches, y: FloatArray, z: FloatArray) -> FloatArray:
+    """Height (m, ny) of the wheel profiles (2, n) at the centres of the strips of patches [m]."""
+    centre = 0.5 * (contact.strip_edges_wheel_y[:, 1:] + contact.strip_edges_wheel_y[:, :-1])
+    height = np.empty_like(centre)
+    for wheel in (0, 1):
+        at = contact.side == wheel
+        # a worn flank may overhang by rounding; interpolation needs a rising y
+        height[at] = np.interp(centre[at], np.maximum.accumulate(y[wheel]), z[wheel])
+    return height
 
 
 def spline_sides(y: FloatArray, z: FloatArray, rows: FloatArray, wavelength: float) -> FloatArray:
