@@ -71,11 +71,10 @@ def new_correction(state: State, points: OperatingPoints) -> Correction:
     count, n = len(points.label), state.y.shape[1]
     rows = state.regime_depth.shape[1] + state.comparison_area.shape[1] + 1 + len(state.fatigue_damage)
     below = 0 if state.counterface is None else state.counterface.y.shape[1]
-    nothing, never = np.zeros((count, 2)), np.full(count, -1, dtype=np.int64)
+    never = np.full(count, -1, dtype=np.int64)
     return Correction(
-        np.zeros((count, 2, rows, n)), np.zeros((count, 2, below)), never, np.zeros(count, dtype=np.int64),
-        np.zeros(count), np.full(count, math.inf), np.full(count, math.inf), nothing, nothing,
-        left=np.zeros_like(state.y),
+        np.zeros((count, 2, rows, n)), np.zeros((count, 2, 1, below)), never, np.zeros(count, dtype=np.int64),
+        np.zeros(count), np.full(count, math.inf), np.full(count, math.inf), left=np.zeros_like(state.y),
     )  # fmt: skip
 
 
@@ -152,56 +151,44 @@ def refreshed(
     other = model != old.model  # differences from models that no longer solve the point
     known = (old.step[index] >= 0) & ~other[index]
 
-    ours, below = _of_points(passage, index, state, setup)
-    theirs, their_below = _of_points(by_reference, index, state, setup)
-    change, change_below = theirs - ours - old.wheel[index], their_below - below - old.below[index]
-    taken, taken_below = change.copy(), change_below.copy()
-    regimes = state.regime_depth.shape[1]
-    if share_short < 1.0 and known.any():
-        taken[known, :, :regimes] = _short_waves_less(state, change[known, :, :regimes], share_short)
-        if state.counterface is not None:
-            rows = change_below[known][:, :, None]
-            taken_below[known] = _short_waves_less(state.counterface, rows, share_short)[:, :, 0]
-    wheel, counterface = old.wheel.copy(), old.below.copy()
+    regimes, change, difference = state.regime_depth.shape[1], {}, {}
     lost = other & ~np.isin(np.arange(other.size), index)
-    wheel[lost], counterface[lost] = 0.0, 0.0
-    wheel[index] += taken
-    counterface[index] += taken_below
-    power, pressure, run = old.power.copy(), old.max_pressure.copy(), old.run.copy()
-    drift = old.drift.copy()
-    extent = _extent(change[:, :, :regimes])
+    ours, theirs = (_of_points(one, index, state, setup) for one in (passage, by_reference))
+    for name, body, depths in (("wheel", state, regimes), ("below", state.counterface, 1)):
+        before = getattr(old, name)
+        change[name] = theirs[name] - ours[name] - before[index]
+        taken = change[name].copy()
+        if share_short < 1.0 and known.any() and body is not None:
+            taken[known, :, :depths] = _short_waves_less(body, taken[known, :, :depths], share_short)
+        difference[name] = before.copy()
+        difference[name][lost] = 0.0
+        difference[name][index] += taken
+    run, drift = old.run.copy(), old.drift.copy()
+    extent = _extent(change["wheel"][:, :, :regimes])
     moved = known & (run[index] > 0.0)
     drift[index[np.isinf(drift[index]) & moved]] = 0.0
     drift[index[moved]] = np.maximum(extent[moved] / run[index[moved]], _REMEMBERED * drift[index[moved]])
     run[among] = 0.0
-    contact = by_reference.contact
-    power[index], pressure[index] = 0.0, 0.0
-    np.add.at(power, (contact.point, contact.side), contact.power)
-    np.maximum.at(pressure, (contact.point, contact.side), contact.max_pressure)
-    change[~known] = 0.0
-    return Refreshed(
-        replace(
-            old, wheel=wheel, below=counterface, step=step, model=model, run=run, drift=drift, power=power,
-            max_pressure=pressure, solved=old.solved + int(among.sum()),
-        ),
-        index,
-        change,
+    change["wheel"][~known] = 0.0
+    new = replace(
+        old, **difference, step=step, model=model, run=run, drift=drift,
+        solved=old.solved + int(among.sum()),
     )  # fmt: skip
+    return Refreshed(new, index, change["wheel"])
 
 
-def _of_points(
-    passage: Passage, index: IntArray, state: State, setup: Setup
-) -> tuple[FloatArray, FloatArray]:
-    """Rates (k, 2, q, n) of points `index`, each alone, and depths (k, 2, vertices) of the counterface."""
+def _of_points(passage: Passage, index: IntArray, state: State, setup: Setup) -> dict[str, FloatArray]:
+    """Rates of points `index` (k, 2, q, n), each alone, and depths `below` (k, 2, 1, vertices)."""
     contact, count = passage.contact, index.size
     place = np.searchsorted(index, contact.point)
     there = index[np.minimum(place, count - 1)] == contact.point if count else np.zeros(place.size, bool)
     scale, group = np.where(there, 1.0, 0.0), np.where(there, place, 0)
+    below = np.zeros((count, 2, 0))
+    if state.counterface is not None:
+        law = scale[:, None] * np.sum(passage.depth, axis=0)
+        below = per_passage(contact, law, group, count, state.counterface)
     wheel = carried(passage, np.stack([scale, scale]), group, count, state, setup)
-    if state.counterface is None:
-        return wheel, np.zeros((count, 2, 0))
-    law = scale[:, None] * np.sum(passage.depth, axis=0)
-    return wheel, per_passage(contact, law, group, count, state.counterface)
+    return {"wheel": wheel, "below": below[:, :, None]}
 
 
 def _extent(change: FloatArray) -> FloatArray:
@@ -353,8 +340,6 @@ def row_correction(state: State) -> dict[str, np.ndarray]:
     return {
         "contact_model": correction.model.astype(np.int32),
         "reference_step": correction.step.astype(np.int32),
-        "reference_power": correction.power,
-        "reference_max_pressure": correction.max_pressure,
         "reference_solved": np.asarray(correction.solved, dtype=np.int32),
         "correction_error": np.asarray(estimated_error(state)),
     }

@@ -231,6 +231,5 @@ def counterface_row(state: CounterfaceState | None) -> dict[str, np.ndarray]:
         "worn_area": state.worn_area, "max_wear_depth": state.last_depth.max(axis=1),
         "redressed_depth": state.redressed_depth,
         "redressed_count": np.asarray(state.redressed_count, dtype=np.int32),
-        "redressed_at": np.asarray(state.redressed_at),
     }  # fmt: skip
     return {f"counterface_{name}": value for name, value in row.items()}

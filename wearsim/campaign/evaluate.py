@@ -297,7 +297,7 @@ def _corrected(
     rows, of_laws = total.shape[1], sum(laws)
     factor = np.where(np.arange(rows)[:, None] < of_laws, scale[0][known], scale[1][known])
     total = total + np.einsum("qj,jwqn->wqn", factor, correction.wheel[known])
-    below = np.einsum("j,jwk->wk", scale[0][known], correction.below[known])
+    below = np.einsum("j,jwk->wk", scale[0][known], correction.below[known, :, 0])
     length = lengths_of_sides(state.y, state.z)
     singly = [1] * (rows - of_laws)
     parts = np.split(total, np.cumsum([*laws, *singly])[:-1], axis=1)

@@ -52,14 +52,12 @@ class Correction:
 
     # (n, 2, q, vertices): by regime of the active law and of the comparison laws [m/m], work [J/m3], fatigue
     wheel: FloatArray
-    below: FloatArray  # (n, 2, k) depth of the counterface in one passage, were it the wheel's [m]
+    below: FloatArray  # (n, 2, 1, k) depth of the counterface in one passage, were it the wheel's [m]
     step: IntArray  # (n,) at whose end it was solved, -1 if never
     model: IntArray  # (n,) the difference is from, in `Setup.chain`
     run: FloatArray  # (n,) distance since then times share [m]
     drift: FloatArray  # (n,) largest change of the depth rate over `run`, infinite if unknown [1/m]
     length: FloatArray  # (n,) its next step is limited to by what the last one left out [m]
-    power: FloatArray  # (n, 2) of each wheel by the reference [W]
-    max_pressure: FloatArray  # (n, 2) [Pa]
     strictness: float = 1.0  # factor on what points may leave out by waiting [-]
     overlap: float = 1.0  # largest depth left out over the sum of the largest ones of the points alone [-]
     solved: int = 0  # points solved with the reference so far
