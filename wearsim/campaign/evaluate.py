@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -299,9 +300,10 @@ def _corrected(
     total = total + np.einsum("qj,jwqn->wqn", factor, correction.wheel[known])
     below = np.einsum("j,jwk->wk", scale[0][known], correction.below[known, :, 0])
     length = lengths_of_sides(state.y, state.z)
-    singly = [1] * (rows - of_laws)
-    parts = np.split(total, np.cumsum([*laws, *singly])[:-1], axis=1)
-    return np.concatenate([only_worn(part, length)[0] for part in parts], axis=1), below
+    edges = np.cumsum([0, *laws, *[1] * (rows - of_laws)])
+    for first, end in pairwise(edges):
+        total[:, first:end] = only_worn(total[:, first:end], length)[0]
+    return total, below
 
 
 def mismatched(passage: Passage, correction: Correction) -> NDArray[np.bool_]:
@@ -333,13 +335,18 @@ def patch_wear(passage: Passage, state: State, wheelset: Wheelset) -> PatchWear:
     )
 
 
-class Solved(NamedTuple):
-    """Contact of one state, and what follows from it."""
+@dataclass(frozen=True)
+class Evaluation:
+    """Contact of one state, and the wear rate and measures that follow from it."""
 
+    collective: WearRate  # of the points solved with their weights
+    # (n,) those of the step that led to the state; in the initial state, after a reprofiling and at the end
+    # of the distance those of the full collective
+    weight: FloatArray
     passage: Passage
     wear: PatchWear  # of its patches
-    rate: WearRate
     points: PointHistory | None  # for the state after this one
+    measures: Mapping[str, np.ndarray] = field(default_factory=dict)  # of the wheels, `row.recorded_measures`
 
 
 def solved(
@@ -350,7 +357,7 @@ def solved(
     *,
     among: NDArray[np.bool_] | None = None,
     raises: bool = True,
-) -> Solved:
+) -> Evaluation:
     """Solve the contact of some points and weigh the wear of those that act.
 
     Parameters
@@ -377,9 +384,10 @@ def solved(
     wear, history = patch_wear(passage, state, setup.wheelset), state.points
     if history is not None:
         history = judged(history, points, passage, wear, state.distance, raises=raises)
-    return Solved(passage, wear, accumulate(passage, points, weight, state, setup), history)
+    collective = accumulate(passage, points, weight, state, setup)
+    return Evaluation(collective, weight, passage, wear, history)
 
 
 def rate(state: State, points: OperatingPoints, weight: FloatArray, setup: Setup) -> WearRate:
     """Return the wear rate of the acting points per metre run; see `solved`."""
-    return solved(state, points, weight, setup).rate
+    return solved(state, points, weight, setup).collective

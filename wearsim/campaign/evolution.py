@@ -13,10 +13,10 @@ import numpy as np
 from wearsim.campaign import control, correction, step
 from wearsim.campaign.comparison import comparison_laws, start_comparison
 from wearsim.campaign.counterface import new_counterface, redressed
-from wearsim.campaign.evaluate import Setup, Solved, accumulate, rate, setup_of, solved
+from wearsim.campaign.evaluate import Evaluation, Setup, accumulate, rate, setup_of, solved
 from wearsim.campaign.left_out import Failed, new_history, with_failed
 from wearsim.campaign.reprofiling import reprofile, reprofiling_due, to_next_reprofiling
-from wearsim.campaign.row import NO_STEP, Evaluation, StepTaken, build_row, header_of, recorded_measures
+from wearsim.campaign.row import NO_STEP, StepTaken, build_row, header_of, recorded_measures
 from wearsim.campaign.running import new_running, settled_state
 from wearsim.campaign.state import State, WearRate
 from wearsim.contact.patch import FloatArray
@@ -134,12 +134,11 @@ class WheelsetEvolution:
         if end is None:
             # at the end of the distance with points that did not act in the last step: no reason to lose it
             end = self._solved(state, points, weight, raises=not ends)
-        measures = recorded_measures(state, self.setup)
-        return Evaluation(end.rate, weight, end.passage, measures, end.wear, end.points)
+        return replace(end, measures=recorded_measures(state, self.setup))
 
     def _solved(
         self, state: State, points: OperatingPoints, weight: FloatArray, *, raises: bool = True
-    ) -> Solved:
+    ) -> Evaluation:
         """Contact of the points that act with a weight (n,), and of the monitoring points."""
         followed = (weight > 0.0) | (points.weight == 0.0)
         return solved(state, points, weight, self._contact, among=followed, raises=raises)
@@ -248,7 +247,7 @@ class WheelsetEvolution:
 
     def _try(
         self, state: State, now: WearRate, choice: control.StepChoice, rule: step.StepRule
-    ) -> tuple[step.Step, float, float, Solved]:
+    ) -> tuple[step.Step, float, float, Evaluation]:
         """Take a step: its end, its error [m], its stiffness [1/m], and the contact at its end."""
         points, weight, limit = self._where(state).points, choice.weight, choice.limit
         length, wave = limit.step_length, rule.smoothing_wavelength
@@ -257,7 +256,7 @@ class WheelsetEvolution:
         def rate_at(ahead: State) -> WearRate:
             stage = solved(ahead, points, weight, self._contact)
             failed.update(stage.passage.failed)
-            return stage.rate
+            return stage.collective
 
         tried = step.advance(state, now, length, rule, rate_at, limit.stiffness * length)
         after = tried.state
@@ -267,5 +266,5 @@ class WheelsetEvolution:
         tried = tried._replace(state=self._settled(after))
         # with the history that is stored: a resumed campaign solves the same batches, to the last bit
         end = self._solved(tried.state, self._where(tried.state).points, weight)
-        error = step.error_of(state, tried.state, now, end.rate, wave)
-        return tried, error, step.stiffness_of(state, tried, end.rate, wave), end
+        error = step.error_of(state, tried.state, now, end.collective, wave)
+        return tried, error, step.stiffness_of(state, tried, end.collective, wave), end

@@ -174,6 +174,7 @@ class Writer:
         self.records = Records(directory / f".{name}.records", digest, row_names(header.static))
         self.rebuilt = False
         self._mark = directory / f".{name}.finished.json"
+        self._laws = header.static.get("fatigue_name", ())
         self._rows_in_file = 0
         self._patience: float | None = None
         self._failed = False
@@ -280,23 +281,17 @@ class Writer:
 
     def limit_met(self, row: Mapping[str, np.ndarray]) -> str | None:
         """Name the limit met by a row that ends the campaign, None if there is none."""
-        laws = self.header.static.get("fatigue_name", ())
-        return first_met(row, ending_limits(self.header.attributes), laws)
+        return first_met(row, ending_limits(self.header.attributes), self._laws)
 
     def finish(self) -> str:
         """Write and verify the complete file, mark it finished, remove the records; return why it ended."""
         count, given = len(self._sources), self.header.attributes
-        laws = self.header.static.get("fatigue_name", ())
         met = self.limit_met(self.records.row(count - 1))
         ended = f"limit of {QUANTITIES[met].meaning} met" if met else "distance reached"
-        attributes = {
-            **given,
-            **met_attributes((read() for read in self._readers()), limits_of(given), laws),
-            "source": _in_order_of_use(self._sources),
-            "finished": ended,
-        }
+        known = met_attributes((read() for read in self._readers()), limits_of(given), self._laws)
+        used = {"source": _in_order_of_use(self._sources), "finished": ended}
         # written anew: smaller, and independent of readers of the appended file
-        self._rebuild(replace(self.header, attributes=attributes))
+        self._rebuild(replace(self.header, attributes={**given, **known, **used}))
         if verify(self.path, self._readers()) != count:
             raise ResultError(
                 f"{self.path} does not read back as it was written; its steps are safe, "

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import platform
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -23,12 +23,11 @@ from wearsim.campaign.counterface import (
     counterface_row,
     static_counterface,
 )
-from wearsim.campaign.evaluate import Passage, Solved
+from wearsim.campaign.evaluate import Evaluation, Passage
 from wearsim.campaign.faint import lost_row
 from wearsim.campaign.left_out import row_left_out
 from wearsim.campaign.running import row_running
-from wearsim.campaign.state import PatchWear, PointHistory, State, WearRate, worn_wheels
-from wearsim.contact.patch import FloatArray
+from wearsim.campaign.state import PatchWear, State, worn_wheels
 from wearsim.damage.wear import WEAR_LAWS, WearSettings, coefficients_of
 from wearsim.errors import ProfileError
 from wearsim.profile import measures
@@ -76,25 +75,11 @@ class StepTaken:
     rejected: int = 0  # longer steps that were tried
     stages: int = 0  # of the rule
     reason: str = STEP_LIMITS[0]  # one of `STEP_LIMITS`: what limits its length
-    end: Solved | None = None  # contact of the state it led to, if the step left it as it was
+    end: Evaluation | None = None  # contact of the state it led to, if the step left it as it was
 
 
 NO_STEP = StepTaken(0.0, 0.0)
 """The step of length 0 to a state without wear."""
-
-
-@dataclass(frozen=True)
-class Evaluation:
-    """Contact of one state, and the wear rate and measures that follow from it."""
-
-    collective: WearRate  # of the points solved with their weights
-    # (n,) those of the step that led to the state; in the initial state, after a reprofiling and at the end
-    # of the distance those of the full collective
-    weight: FloatArray
-    passage: Passage
-    measures: Mapping[str, np.ndarray]  # of the wheels, from `recorded_measures`
-    wear: PatchWear  # of the patches of the passage
-    points: PointHistory | None = None  # for the state after this one
 
 
 def build_row(

@@ -238,20 +238,19 @@ def error_of(before: State, after: State, start: WearRate, end: WearRate, wavele
     length = after.distance - before.distance
     ends = [smoothed(before, start, wavelength), _scaled(before, after, smoothed(after, end, wavelength))]
     mean = _sum(ends, np.array([0.5, 0.5]) * length)
-    pairs: list[tuple[State | CounterfaceState, FloatArray, FloatArray]] = [
-        (before, after.wear_depth - before.wear_depth, mean.regime_depth.sum(axis=1))
-    ]
-    if before.counterface is not None and after.counterface is not None and mean.counterface is not None:
-        worn = after.counterface.depth - before.counterface.depth
-        pairs.append((before.counterface, worn, mean.counterface))
-    largest = 0.0
-    for body, worn, expected in pairs:
+
+    def of_body(body: State | CounterfaceState, worn: FloatArray, expected: FloatArray) -> float:
         deepest = worn.max(axis=1, keepdims=True)
         stretch = np.where((worn > _BAND * deepest) & (deepest > 0.0), lengths_of_sides(body.y, body.z), 0.0)
         band = stretch.sum(axis=1)
         square = (stretch * (0.8 * (expected - worn)) ** 2).sum(axis=1)
-        largest = max(largest, float(np.sqrt(square / np.where(band > 0.0, band, 1.0)).max()))
-    return largest
+        return float(np.sqrt(square / np.where(band > 0.0, band, 1.0)).max())
+
+    largest = of_body(before, after.wear_depth - before.wear_depth, mean.regime_depth.sum(axis=1))
+    if before.counterface is None or after.counterface is None or mean.counterface is None:
+        return largest
+    worn = after.counterface.depth - before.counterface.depth
+    return max(largest, of_body(before.counterface, worn, mean.counterface))
 
 
 def smoothed(state: State, rate: WearRate, wavelength: float) -> Increment:

@@ -78,42 +78,6 @@ def worn_off(y: FloatArray, z: FloatArray, depth: FloatArray, body: str) -> tupl
     return new_y, new_z
 
 
-def smooth(arc: FloatArray, depth: FloatArray, length: FloatArray, wavelength: float) -> FloatArray:
-    r"""Cubic smoothing spline of a wear increment over arc length, its area kept.
-
-    Parameters
-    ----------
-    arc : (n,) array
-        Arc length at the vertices, strictly rising [m].
-    depth : (..., n) array
-        Wear depth, not negative [m]; rows are independent.
-    length : (n,) array
-        Length of profile each vertex stands for [m].
-    wavelength : float
-        Wavelength whose amplitude is halved [m]; 0: no smoothing.
-
-    Returns
-    -------
-    (..., n) array
-        Smoothed depth, nowhere negative, with the same sum(depth * length) in each row [m].
-
-    Notes
-    -----
-    `wearsim.profile.smoothing.smoothing_spline`: the amplitude at wavelength :math:`\Lambda` is halved.
-    Negative side lobes of a worn band are set to 0, then each row is scaled to its area.
-    """
-    if wavelength == 0.0 or not depth.any():
-        return depth.copy()
-    rows = depth.reshape(-1, depth.shape[-1])
-    smoothed = np.maximum(smoothing_spline(arc, rows, length, wavelength), 0.0)
-
-    area = (rows * length).sum(axis=1)
-    kept = (smoothed * length).sum(axis=1)
-    scale = np.where(kept > 0.0, area / np.where(kept > 0.0, kept, 1.0), 0.0)
-    result: FloatArray = (smoothed * scale[:, None]).reshape(depth.shape)
-    return result
-
-
 def lengths_of_sides(y: FloatArray, z: FloatArray) -> FloatArray:
     """Length of profile each vertex of the profiles (2, n) of both sides stands for [m]."""
     return np.stack([vertex_lengths(y[side], z[side]) for side in (0, 1)])
@@ -135,10 +99,8 @@ def spline_sides(y: FloatArray, z: FloatArray, rows: FloatArray, wavelength: flo
 
     Neither clipped nor scaled to its area, which `smooth_sides` are; no smoothing with a wavelength of 0.
     """
-    if wavelength == 0.0:
-        return rows
-    result = np.empty_like(rows)
-    for side in (0, 1):
+    result = rows.copy()
+    for side in (0, 1) if wavelength > 0.0 and rows.any() else ():
         arc, length = arc_length(y[side], z[side]), vertex_lengths(y[side], z[side])
         flat = rows[..., side, :, :].reshape(-1, rows.shape[-1])
         smoothed = smoothing_spline(arc, flat, length, wavelength)
@@ -147,11 +109,36 @@ def spline_sides(y: FloatArray, z: FloatArray, rows: FloatArray, wavelength: flo
 
 
 def smooth_sides(y: FloatArray, z: FloatArray, depth: FloatArray, wavelength: float) -> FloatArray:
-    """Smooth a wear increment (2, ..., n) along the profiles (2, n) of both sides, see `smooth` [m]."""
-    return np.stack([
-        smooth(arc_length(y[side], z[side]), depth[side], vertex_lengths(y[side], z[side]), wavelength)
-        for side in (0, 1)
-    ])  # fmt: skip
+    r"""Smooth a wear increment (2, ..., n) along the profiles (2, n) of both sides, its areas kept.
+
+    Parameters
+    ----------
+    y, z : (2, n) array
+        Of both sides [m].
+    depth : (2, ..., n) array
+        Wear depth, not negative [m]; rows are independent.
+    wavelength : float
+        Wavelength whose amplitude is halved [m]; 0: no smoothing.
+
+    Returns
+    -------
+    (2, ..., n) array
+        Cubic smoothing spline over the arc length, nowhere negative, with the same sum(depth * length) in
+        each row [m].
+
+    Notes
+    -----
+    `wearsim.profile.smoothing.smoothing_spline`: the amplitude at wavelength :math:`\Lambda` is halved.
+    Negative side lobes of a worn band are set to 0, then each row is scaled to its area.
+    """
+    if wavelength == 0.0:
+        return depth.copy()
+    rows, length = depth.reshape(2, -1, depth.shape[-1]), lengths_of_sides(y, z)[:, None]
+    smoothed = np.maximum(spline_sides(y, z, rows, wavelength), 0.0)
+    area, kept = (rows * length).sum(axis=-1), (smoothed * length).sum(axis=-1)
+    scale = np.where(kept > 0.0, area / np.where(kept > 0.0, kept, 1.0), 0.0)
+    result: FloatArray = (smoothed * scale[:, :, None]).reshape(depth.shape)
+    return result
 
 
 def only_worn(depth: FloatArray, length: FloatArray) -> tuple[FloatArray, float]:
