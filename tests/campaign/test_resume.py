@@ -616,3 +616,14 @@ def test_steps_of_another_version_are_kept(synthetic, tmp_path, monkeypatch):
     with pytest.raises(ResultError, match=r"steps of another version of wearsim.*choose another --out"):
         run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig")
     assert path.read_bytes() == before
+
+
+def test_steps_in_another_form_are_kept(synthetic, tmp_path):
+    """Records of wearsim 0.1 have another ending; what they led to is not computed anew on top of them."""
+    path = stopped(synthetic, tmp_path)
+    before = path.read_bytes()
+    for each in (tmp_path / ".rig.records").iterdir():
+        each.rename(each.with_suffix(".npz"))
+    with pytest.raises(ResultError, match=r"steps of another version of wearsim.*choose another --out"):
+        run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig")
+    assert path.read_bytes() == before

@@ -27,10 +27,9 @@ from wearsim.damage.fatigue import (
     passage_damage,
     patch_loads,
 )
-from wearsim.damage.fatigue.balance import balance
 from wearsim.damage.fatigue.surface_fatigue import subsurface_index
 from wearsim.damage.wear import WEAR_LAWS, WearSettings, coefficients_of, passage_depth
-from wearsim.results import FILL_FLOAT, FILL_INT
+from wearsim.results import FILL_FLOAT
 
 if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
@@ -196,15 +195,10 @@ def comparison_row(state: State, collective: WearRate, laws: ComparisonLaws) -> 
     row["fatigue_damage"] = np.stack(state.fatigue_damage, axis=1)
     row["fatigue_damage_rate"] = rates = np.stack(collective.fatigue, axis=1)
     row["wear_depth_rate"] = collective.depth
-    magic = np.full(rates.shape, FILL_FLOAT)
-    limited = np.full(rates.shape, FILL_INT, dtype=np.int32)
-    for k, law in enumerate(laws.fatigue):
-        if law.crack_depth is not None:
-            life = balance(
-                rates[:, k], collective.depth, crack_depth=law.crack_depth, wear_limit=law.wear_limit
-            )
-            magic[:, k], limited[:, k] = life.magic_wear_rate, life.limited_by
-    return row | {"magic_wear_rate": magic, "life_limited_by": limited}
+    known = np.isfinite(laws.crack_depth)[:, None]
+    depth = np.where(known, np.array(laws.crack_depth)[:, None], 0.0)
+    row["magic_wear_rate"] = np.where(known, rates * depth, FILL_FLOAT)  # see `damage.fatigue.balance`
+    return row
 
 
 def _patch_values(

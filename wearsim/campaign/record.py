@@ -98,7 +98,8 @@ class Records:
             raise ResultError(
                 f"{self.folder} holds another campaign; nothing was changed, choose another --out"
             )
-        if first is not None and not self._is_own(first, 0):
+        older = first is None and any(self.folder.glob("*.npz"))
+        if older or (first is not None and not self._is_own(first, 0)):
             raise self._other_version()
         sources: list[str] = []
         while (label := self.label(len(sources))) is not None and self._is_own(label, len(sources)):
