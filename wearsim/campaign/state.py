@@ -73,10 +73,6 @@ class PointHistory:
     left_out: NDArray[np.bool_]  # (n,) without contact solution in the last step
     share: float = 0.0  # of the wear that those carry [-]
 
-    def at(self, index: IntArray) -> PointHistory:
-        """Return the history of the points at `index`."""
-        return PointHistory(self.area_rate[index], self.left_out[index])
-
 
 @dataclass(frozen=True)
 class State:
