@@ -41,12 +41,24 @@ class SceneFiles:
 
 
 @dataclass(frozen=True)
+class Change:
+    """Another value for a key of the scene, from a step of one of its campaigns on."""
+
+    campaign: str  # rig or field
+    step: int  # first one computed with it
+    key: str
+    old: float | str | None
+    new: float | str | None
+
+
+@dataclass(frozen=True)
 class Manifest:
     """Campaign of a run directory."""
 
     main: str  # name of the scene file in the scene folder
     hashes: Mapping[str, str]  # SHA-256 of each copied file
     command: str  # command line that started it
+    changes: tuple[Change, ...] = ()  # in the order they were made
 
 
 @contextmanager
@@ -173,7 +185,8 @@ def read_manifest(out: Path) -> Manifest:
         )
     try:
         content = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
-        manifest = Manifest(str(content["main"]), dict(content["hashes"]), str(content["command"]))
+        changes = tuple(Change(**one) for one in content.get("changes", ()))
+        manifest = Manifest(str(content["main"]), dict(content["hashes"]), str(content["command"]), changes)
         names = [manifest.main, *manifest.hashes]
         present = {name: hashlib.sha256((folder / name).read_bytes()).hexdigest() for name in names}
     except FileNotFoundError as error:

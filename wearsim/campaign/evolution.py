@@ -25,6 +25,8 @@ from wearsim.errors import ContactError, NumericalError
 from wearsim.operation.points import OperatingPoints, where_it_runs
 from wearsim.profile.shape import arc_length
 from wearsim.results import Header
+from wearsim.results.schema import CHANGES
+from wearsim.scene.campaign import ControlSettings
 
 if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
@@ -52,6 +54,9 @@ class WheelsetEvolution:
     setup: CampaignSetup
     command: str = ""  # command line, for the history attribute
     threads: int = 1  # of the contact solver; their number does not change the bits of the result
+    # first step and control of each change of the settings, in order, and its text for the results
+    controls: tuple[tuple[int, ControlSettings], ...] = ()
+    changes: str = ""
 
     @property
     def target(self) -> float:
@@ -69,12 +74,18 @@ class WheelsetEvolution:
     @cached_property
     def header(self) -> Header:
         """Static part of the result file."""
-        return header_of(self.setup, self.command)
+        header = header_of(self.setup, self.command)
+        return replace(header, attributes={**header.attributes, CHANGES: self.changes})
 
     @cached_property
     def _contact(self) -> Setup:
         """What a wear rate depends on."""
         return setup_of(self.setup, self.threads)
+
+    def _in_force(self, state: State) -> CampaignSetup:
+        """Return the setup with the settings of the step from a state."""
+        made = [control for first, control in self.controls if first <= state.step + 1]
+        return replace(self.setup, control=made[-1]) if made else self.setup
 
     def start(self) -> tuple[State, StepTaken]:
         """Return the new wheelset."""
@@ -93,8 +104,9 @@ class WheelsetEvolution:
         return self._solved_with_reference(state, setup.points.weight), NO_STEP
 
     def _where(self, state: State) -> CampaignSetup:
-        """Return the setup with the operating points where the wheelset runs in a state."""
-        return replace(self.setup, points=where_it_runs(self.setup.points, state.running))
+        """Return the setup in force with the operating points where the wheelset runs in a state."""
+        setup = self._in_force(state)
+        return replace(setup, points=where_it_runs(setup.points, state.running))
 
     def _settled(self, state: State) -> State:
         """Return the state with the shifts and loads that balance what is controlled."""

@@ -29,6 +29,7 @@ from wearsim.results import (
     ROW,
     Header,
     append,
+    attribute_of,
     create,
     open_results,
     row_count,
@@ -37,6 +38,7 @@ from wearsim.results import (
 )
 from wearsim.results.checks import step_limits
 from wearsim.results.limits import ending_limits, first_met, limits_of, met_attributes
+from wearsim.results.schema import CHANGES
 from wearsim.whole_files import write_whole
 
 
@@ -229,7 +231,7 @@ class Writer:
             return 0
         rows = verify(self.path, self._readers())
         self.rebuilt = rows is None and self.path.exists()
-        if rows is None:
+        if rows is None or attribute_of(self.path, CHANGES) != self.header.attributes.get(CHANGES, ""):
             self._rebuild()
             rows = count
         self._rows_in_file = rows

@@ -18,6 +18,7 @@ from pathlib import Path
 from types import FrameType
 from typing import Any, Literal
 
+from wearsim.campaign.changes import controls, text_of, with_changes
 from wearsim.campaign.control import reached
 from wearsim.campaign.directory import (
     SCENE_FOLDER,
@@ -49,6 +50,8 @@ from wearsim.scene import (
     CampaignScene,
     CampaignSetup,
     CompareScene,
+    FieldScene,
+    RigScene,
     build,
     files_to_copy,
     load_campaign,
@@ -140,7 +143,9 @@ def scene_files(scene: CampaignScene) -> SceneFiles:
     return SceneFiles(scene.origin.path.name, files_to_copy(scene))
 
 
-def resume(out: str | Path, *, observer: Observer | None = None) -> tuple[Path, ...]:
+def resume(
+    out: str | Path, *, observer: Observer | None = None, overrides: Sequence[Override] = ()
+) -> tuple[Path, ...]:
     """Resume the campaigns of a run directory; finished ones stay unchanged.
 
     Parameters
@@ -149,6 +154,9 @@ def resume(out: str | Path, *, observer: Observer | None = None) -> tuple[Path, 
         Run directory.
     observer : callable, optional
         Called with an `Event` at each step.
+    overrides : sequence of Override
+        Other values for `campaign.changes.CHANGEABLE` keys of [campaign], from the next step on; they are
+        stored with the number of that step.
 
     Returns
     -------
@@ -159,6 +167,8 @@ def resume(out: str | Path, *, observer: Observer | None = None) -> tuple[Path, 
     ------
     ResultError
         If `out` is not a run directory, or its copy of the scene was changed.
+    SceneError
+        For overrides of other keys, or out of their range; nothing is changed then.
 
     Examples
     --------
@@ -169,7 +179,16 @@ def resume(out: str | Path, *, observer: Observer | None = None) -> tuple[Path, 
     out = Path(out)
     read_manifest(out)
     with locked(out):
-        return _run_claimed(out, read_manifest(out), observer)
+        manifest = read_manifest(out)
+        if overrides:
+
+            def first_step(part: RigScene | FieldScene) -> int | None:
+                evolution = WheelsetEvolution(build(part))
+                writer = Writer(evolution.header, out, part.scene.kind, evolution.digest)
+                return None if writer.finished() else max(len(writer.records.sources()), 1)
+
+            manifest = with_changes(out, manifest, overrides, first_step)
+        return _run_claimed(out, manifest, observer)
 
 
 def _run_claimed(
@@ -191,7 +210,8 @@ def _run_claimed(
     threads = threads or available_cores()
     paths = []
     for setup in setups:
-        evolution = WheelsetEvolution(setup, manifest.command, threads)
+        changed = controls(out, manifest, setup.kind), text_of(manifest, setup.kind)
+        evolution = WheelsetEvolution(setup, manifest.command, threads, *changed)
         paths.append(run_evolution(evolution, out, setup.kind, observer))
     if isinstance(scene, CompareScene):
         paths.append(

@@ -46,14 +46,18 @@ def _within(kind: type[float], what: str, low: float, high: float, text: str) ->
     return number
 
 
-def add_override_flags(parser: argparse.ArgumentParser) -> None:
-    """Add `--set`, for any key, and `--smoothing` to the parser of a command that reads a scene."""
+def add_set_flag(parser: argparse.ArgumentParser, keys: str, effect: str) -> None:
+    """Add `--set` to the parser of a command, for some keys and with some effect."""
     parser.add_argument(
         "--set", metavar="KEY=VALUE", action="append", default=[],
-        help="another value for a key of the scene, such as campaign.max_step_km=10; KEY= removes the key or "
-        "table, so that its default applies; in a comparison for both scenes, with rig. or field. before the "
-        "key for one of them; can be repeated",
+        help=f"another value for a key of {keys}, such as campaign.max_step_km=10{effect}; in a comparison "
+        "for both scenes, with rig. or field. before the key for one of them; can be repeated",
     )  # fmt: skip
+
+
+def add_override_flags(parser: argparse.ArgumentParser) -> None:
+    """Add `--set`, for any key, and `--smoothing` to the parser of a command that reads a scene."""
+    add_set_flag(parser, "the scene", "; KEY= removes the key or table, so that its default applies")
     parser.add_argument(
         "--smoothing",
         choices=tuple(_SMOOTHING),

@@ -1,7 +1,7 @@
 """The result file: what it holds, and how it is created, appended to, verified and opened."""
 
 from wearsim.results.checks import result_warnings
-from wearsim.results.file import append, create, load_results, open_results, row_count, verify
+from wearsim.results.file import append, attribute_of, create, load_results, open_results, row_count, verify
 from wearsim.results.schema import (
     FILL_FLOAT,
     FILL_INT,
@@ -26,6 +26,7 @@ __all__ = [
     "Header",
     "Row",
     "append",
+    "attribute_of",
     "check_row",
     "create",
     "layout_of",

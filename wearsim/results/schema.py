@@ -39,6 +39,9 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = {
 ROW = tuple(name for name, quantity in LAYOUT.items() if "step" in quantity.dimensions)
 """Names of the variables of one row."""
 
+CHANGES = "settings_changed"
+"""Attribute that lists settings which were changed between steps."""
+
 COORDINATES = ("distance", "wheel_name", "regime_name", "operating_point_name", "arc_length")
 """Coordinates; they never carry a fill value."""
 
