@@ -65,7 +65,7 @@ def test_no_name_stands_twice_in_the_table():
 
 
 def test_every_variable_of_a_result_file_has_a_meaning_and_numbers_have_a_unit():
-    flags = ("side", "wear_regime", "wear_regime_highest", "life_limited_by", "step_limit")
+    flags = ("side", "wear_regime", "wear_regime_highest", "step_limit")
     for name, variable in [*LAYOUT.items(), *(item for group in GROUPS.values() for item in group.items())]:
         assert bool(variable.unit) == (variable.kind != "str" and name not in flags), name
         assert variable.kind in ("f8", "i4", "str")

@@ -7,7 +7,7 @@ import pytest
 
 from wearsim.campaign import correction, evaluate
 from wearsim.campaign.control import reached
-from wearsim.campaign.evaluate import accumulate, setup_of, solve_points
+from wearsim.campaign.evaluate import accumulate, setup_of, solve_passage
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.vertices import lengths_of_sides
 from wearsim.contact.solve import ContactModels
@@ -88,7 +88,7 @@ def test_a_corrected_rate_keeps_the_area_and_is_nowhere_negative(spread):
     setup, points = setup_of(evolution.setup), evolution.setup.points
     true = replace(setup, models=setup.reference, fallbacks=(), reference=None)
     ours = evolution.evaluate(state).collective
-    passage = solve_points(replace(state, correction=None), points, points.weight > 0.0, true)
+    passage = solve_passage(replace(state, correction=None), points, true, points.weight > 0.0)
     theirs = accumulate(passage, points, points.weight, replace(state, correction=None), true)
     length = lengths_of_sides(state.y, state.z)
     assert (ours.depth >= 0.0).all()

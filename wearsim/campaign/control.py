@@ -170,8 +170,10 @@ def largest_step(
     """
     wave = settings.smoothing_wavelength
     wheels = float(smooth_sides(state.y, state.z, rate.regime_depth, wave).sum(axis=1).max())
-    depth = None if rate.counterface is None else rate.counterface.depth
-    counterface = _deepest_of_counterface(depth, state, wave)
+    counterface = 0.0
+    if state.counterface is not None and rate.counterface is not None:
+        below = state.counterface
+        counterface = float(smooth_sides(below.y, below.z, rate.counterface.depth, wave).max())
     deepest = max(wheels, counterface)
     steepest, half_space = stability_rate(rate), _HALF_SPACE * (wheels + counterface) / depth_limit
     if stiffness > 0.0:
@@ -279,13 +281,6 @@ def choose(
     if remaining <= rest * (1.0 + _SAME_PLACE):
         rest, border = remaining, last
     return StepChoice(weight, _without_sliver(allowed, rest, border))
-
-
-def _deepest_of_counterface(depth: FloatArray | None, state: State, wavelength: float) -> float:
-    """Largest depth after smoothing of a depth (2, k) of the counterface, if that wears."""
-    if state.counterface is None or depth is None:
-        return 0.0
-    return float(smooth_sides(state.counterface.y, state.counterface.z, depth, wavelength).max())
 
 
 def reached(distance: float, target: float) -> bool:

@@ -23,8 +23,7 @@ the wear is some times as deep.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import fields, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -32,9 +31,8 @@ from numpy.typing import NDArray
 
 from wearsim.campaign.control import StepChoice
 from wearsim.campaign.counterface import per_passage
-from wearsim.campaign.evaluate import Passage, Setup, carried, mismatched, solve_points
+from wearsim.campaign.evaluate import Passage, Setup, carried, mismatched, solve_passage
 from wearsim.campaign.left_out import new_history
-from wearsim.campaign.record import MEMORY
 from wearsim.campaign.state import Correction, CounterfaceState, Increment, State
 from wearsim.campaign.step import INTEGRATORS, Step, StepRule, worn_by
 from wearsim.campaign.vertices import lengths_of_sides, spline_sides
@@ -80,7 +78,7 @@ def new_correction(state: State, points: OperatingPoints) -> Correction:
     below = 0 if state.counterface is None else state.counterface.y.shape[1]
     nothing, never = np.zeros((count, 2)), np.full(count, -1, dtype=np.int64)
     return Correction(
-        np.zeros((count, 2, rows, n)), np.zeros((count, 2, below)), never, np.zeros(count, dtype=np.int64),
+        np.zeros((count, 2, rows, n)), np.zeros((count, 2, 1, below)), never, np.zeros(count, dtype=np.int64),
         np.zeros(count), np.full(count, math.inf), np.full(count, math.inf), nothing, nothing,
         until=np.zeros(count), left=np.zeros_like(state.y),
     )  # fmt: skip
@@ -91,20 +89,13 @@ def forgotten(state: State, *, wheels: bool = False) -> State:
     correction = state.correction
     if correction is None:
         return state
-    nowhere, run = np.full_like(correction.step, -1), np.zeros_like(correction.run)
-    correction = replace(correction, step=nowhere, run=run)
+    unknown: dict[str, Any] = {
+        "step": np.full_like(correction.step, -1), "run": np.zeros_like(correction.run)
+    }  # fmt: skip
     if wheels:  # depths count from here, and so does their error
-        models = np.zeros_like(correction.model)
-        correction = replace(
-            correction,
-            model=models,
-            until=np.zeros_like(correction.until),
-            left=np.zeros_like(correction.left),
-            added=0.0,
-            strictness=1.0,
-            overlap=1.0,
-        )
-    return replace(state, correction=correction)
+        none = {name: np.zeros_like(getattr(correction, name)) for name in ("model", "until", "left")}
+        unknown |= {**none, "added": 0.0, "strictness": 1.0, "overlap": 1.0}
+    return replace(state, correction=replace(correction, **unknown))
 
 
 def stale(state: State, weight: FloatArray) -> NDArray[np.bool_]:
@@ -153,7 +144,7 @@ def refreshed(
     old = state.correction
     assert old is not None
     assert setup.reference is not None
-    passage = solve_points(state, points, among, setup) if passage is None else passage
+    passage = solve_passage(state, points, setup, among) if passage is None else passage
     own = among & solved_by_reference(passage, setup, among.size)
     if own.any():
         old = _taken_over(old, own, passage, state.step)
@@ -162,7 +153,7 @@ def refreshed(
         return Refreshed(old, np.zeros(0, dtype=np.int64), np.zeros((0, *old.wheel.shape[1:])))
     true = replace(setup, models=setup.reference, fallbacks=())
     alone = replace(state, correction=None, points=state.points or new_history(points))
-    by_reference = solve_points(alone, points, among, true)
+    by_reference = solve_passage(alone, points, true, among)
     solved = np.unique(by_reference.contact.point)
     index = solved[np.isin(solved, passage.contact.point)]
     model, step = old.model.copy(), np.where(among, state.step, old.step)
@@ -170,41 +161,30 @@ def refreshed(
     other = model != old.model  # differences from models that no longer solve the point
     known = (old.step[index] >= 0) & ~other[index]
 
-    ours, below = _of_points(passage, index, state, setup)
-    theirs, their_below = _of_points(by_reference, index, state, setup)
-    change, change_below = theirs - ours - old.wheel[index], their_below - below - old.below[index]
-    taken, taken_below = change.copy(), change_below.copy()
-    regimes = state.regime_depth.shape[1]
-    if share_short < 1.0 and known.any():
-        taken[known, :, :regimes] = _short_waves_less(state, change[known, :, :regimes], share_short)
-        if state.counterface is not None:
-            rows = change_below[known][:, :, None]
-            taken_below[known] = _short_waves_less(state.counterface, rows, share_short)[:, :, 0]
-    wheel, counterface = old.wheel.copy(), old.below.copy()
+    regimes, change, difference = state.regime_depth.shape[1], {}, {}
     lost = other & ~np.isin(np.arange(other.size), index)
-    wheel[lost], counterface[lost] = 0.0, 0.0
-    wheel[index] += taken
-    counterface[index] += taken_below
-    power, pressure, run = old.power.copy(), old.max_pressure.copy(), old.run.copy()
-    drift = old.drift.copy()
-    extent = _extent(change[:, :, :regimes])
+    ours, theirs = (_of_points(one, index, state, setup) for one in (passage, by_reference))
+    for name, body, depths in (("wheel", state, regimes), ("below", state.counterface, 1)):
+        before = getattr(old, name)
+        change[name] = theirs[name] - ours[name] - before[index]
+        taken = change[name].copy()
+        if share_short < 1.0 and known.any() and body is not None:
+            taken[known, :, :depths] = _short_waves_less(body, taken[known, :, :depths], share_short)
+        difference[name] = before.copy()
+        difference[name][lost] = 0.0
+        difference[name][index] += taken
+    run, drift = old.run.copy(), old.drift.copy()
+    extent = _extent(change["wheel"][:, :, :regimes])
     moved = known & (run[index] > 0.0)
     drift[index[np.isinf(drift[index]) & moved]] = 0.0
     drift[index[moved]] = np.maximum(extent[moved] / run[index[moved]], _REMEMBERED * drift[index[moved]])
     run[among] = 0.0
-    contact = by_reference.contact
-    power[index], pressure[index] = 0.0, 0.0
-    np.add.at(power, (contact.point, contact.side), contact.power)
-    np.maximum.at(pressure, (contact.point, contact.side), contact.max_pressure)
-    change[~known] = 0.0
-    return Refreshed(
-        replace(
-            old, wheel=wheel, below=counterface, step=step, model=model, run=run, drift=drift, power=power,
-            max_pressure=pressure, solved=old.solved + int(among.sum()),
-        ),
-        index,
-        change,
+    change["wheel"][~known] = 0.0
+    new = replace(
+        old, **difference, step=step, model=model, run=run, drift=drift,
+        solved=old.solved + int(among.sum()),
     )  # fmt: skip
+    return Refreshed(_seen(new, np.isin(np.arange(among.size), index), by_reference), index, change["wheel"])
 
 
 def solved_by_reference(passage: Passage, setup: Setup, count: int) -> NDArray[np.bool_]:
@@ -220,32 +200,39 @@ def _taken_over(old: Correction, own: NDArray[np.bool_], passage: Passage, step:
     def cleared(values: FloatArray) -> FloatArray:
         return np.where(own.reshape(-1, *[1] * (values.ndim - 1)), 0.0, values)
 
-    contact = passage.contact
-    at = own[contact.point]
-    power, pressure = cleared(old.power), cleared(old.max_pressure)
-    np.add.at(power, (contact.point[at], contact.side[at]), contact.power[at])
-    np.maximum.at(pressure, (contact.point[at], contact.side[at]), contact.max_pressure[at])
+    at = own[passage.contact.point]
     model = old.model.copy()
-    model[contact.point[at]] = passage.model[at]
+    model[passage.contact.point[at]] = passage.model[at]
     kept: dict[str, Any] = {name: cleared(getattr(old, name)) for name in ("wheel", "below", "run", "drift")}
-    return replace(
-        old, **kept, step=np.where(own, step, old.step), model=model, power=power, max_pressure=pressure,
-    )  # fmt: skip
+    new = replace(old, **kept, step=np.where(own, step, old.step), model=model)
+    return _seen(new, own, passage)
 
 
-def _of_points(
-    passage: Passage, index: IntArray, state: State, setup: Setup
-) -> tuple[FloatArray, FloatArray]:
-    """Rates (k, 2, q, n) of points `index`, each alone, and depths (k, 2, vertices) of the counterface."""
+def _seen(correction: Correction, points: NDArray[np.bool_], by_reference: Passage) -> Correction:
+    """Correction with power and pressure of points (n,) by the reference."""
+    contact = by_reference.contact
+    at = points[contact.point]
+    place = contact.point[at], contact.side[at]
+    power, pressure = (
+        np.where(points[:, None], 0.0, one) for one in (correction.power, correction.max_pressure)
+    )
+    np.add.at(power, place, contact.power[at])
+    np.maximum.at(pressure, place, contact.max_pressure[at])
+    return replace(correction, power=power, max_pressure=pressure)
+
+
+def _of_points(passage: Passage, index: IntArray, state: State, setup: Setup) -> dict[str, FloatArray]:
+    """Rates of points `index` (k, 2, q, n), each alone, and depths `below` (k, 2, 1, vertices)."""
     contact, count = passage.contact, index.size
     place = np.searchsorted(index, contact.point)
     there = index[np.minimum(place, count - 1)] == contact.point if count else np.zeros(place.size, bool)
     scale, group = np.where(there, 1.0, 0.0), np.where(there, place, 0)
+    below = np.zeros((count, 2, 0))
+    if state.counterface is not None:
+        law = scale[:, None] * np.sum(passage.depth, axis=0)
+        below = per_passage(contact, law, group, count, state.counterface)
     wheel = carried(passage, np.stack([scale, scale]), group, count, state, setup)
-    if state.counterface is None:
-        return wheel, np.zeros((count, 2, 0))
-    law = scale[:, None] * np.sum(passage.depth, axis=0)
-    return wheel, per_passage(contact, law, group, count, state.counterface)
+    return {"wheel": wheel, "below": below[:, :, None]}
 
 
 def _extent(change: FloatArray) -> FloatArray:
@@ -469,34 +456,3 @@ def row_correction(state: State) -> dict[str, np.ndarray]:
         "reference_solved": np.asarray(correction.solved, dtype=np.int32),
         "correction_error": np.asarray(estimated_error(state)),
     }
-
-
-def packed(correction: Correction | None) -> dict[str, np.ndarray]:
-    """Return a correction for a record; of the differences what is not 0."""
-    if correction is None:
-        return {}
-    values = {one.name: np.asarray(getattr(correction, one.name)) for one in fields(correction)}
-    for name in _SPARSE:
-        place = np.flatnonzero(values[name])
-        shape = np.array(values[name].shape)
-        values |= {f"{name} place": place, f"{name} shape": shape, name: values[name].ravel()[place]}
-    return values
-
-
-def correction_of(row: Mapping[str, np.ndarray]) -> Correction | None:
-    """Return the correction of a record, bit by bit."""
-    values: dict[str, Any] = {
-        name.removeprefix(MEMORY): value for name, value in row.items() if name.startswith(MEMORY)
-    }
-    if not values:
-        return None
-    for name in _SPARSE:
-        whole = np.zeros(tuple(values.pop(f"{name} shape")))
-        whole.ravel()[values.pop(f"{name} place")] = values[name]
-        values[name] = whole
-    for name in ("strictness", "overlap", "added"):
-        values[name] = float(values[name])
-    return Correction(**{**values, "solved": int(values["solved"])})
-
-
-_SPARSE = ("wheel", "below")
