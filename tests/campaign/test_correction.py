@@ -9,6 +9,7 @@ from wearsim.campaign import correction, evaluate
 from wearsim.campaign.control import reached
 from wearsim.campaign.evaluate import accumulate, setup_of, solve_passage
 from wearsim.campaign.evolution import WheelsetEvolution
+from wearsim.campaign.state import Correction, flattened, rebuilt
 from wearsim.campaign.vertices import lengths_of_sides
 from wearsim.contact.solve import ContactModels
 from wearsim.errors import ContactError
@@ -154,8 +155,7 @@ def test_left_and_right_are_alike_on_a_symmetric_collective(evolution_of, scene_
 
 def test_a_record_brings_back_the_differences_to_the_last_bit(spread):
     state, _ = spread["auto"].start()
-    row = {f"memory: {name}": value for name, value in correction.packed(state.correction).items()}
-    again = correction.correction_of(row)
+    again = rebuilt(Correction, flattened(state.correction))
     assert again.wheel.tobytes() == state.correction.wheel.tobytes()
     assert again.step.tolist() == state.correction.step.tolist()
 
