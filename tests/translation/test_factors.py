@@ -146,11 +146,9 @@ def test_wheelsets_that_turn_otherwise_have_no_equal_points(rig, field, key, val
 
 
 def test_a_free_roll_is_not_a_given_one(rig, field):
-    """Files of before the rule was stored have a given roll."""
     free = [data.assign_attrs(roll_rule="free") for data in (rig, field)]
     assert len(factors.match_points(*free)) == 4
     assert len(factors.match_points(rig, free[1])) == 0
-    assert len(factors.match_points(rig.assign_attrs(roll_rule="given"), field)) == 4
 
 
 def test_given_rotation_speeds_are_never_equal(rig, field):

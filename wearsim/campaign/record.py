@@ -38,7 +38,7 @@ from wearsim.results import (
 )
 from wearsim.results.checks import step_limits
 from wearsim.results.limits import ending_limits, first_met, limits_of, met_attributes
-from wearsim.results.schema import CHANGES, RENAMED
+from wearsim.results.schema import CHANGES
 from wearsim.whole_files import write_whole
 
 MEMORY = "memory: "
@@ -108,7 +108,7 @@ class Records:
         for name, (kind, shape) in label["layout"].items():
             dtype = np.dtype(kind)
             size = dtype.itemsize * math.prod(shape)
-            arrays[RENAMED.get(name, name)] = np.frombuffer(payload[:size], dtype).reshape(shape)
+            arrays[name] = np.frombuffer(payload[:size], dtype).reshape(shape)
             payload = payload[size:]
         of_row = {name for name in arrays if not name.startswith(MEMORY)}
         return (arrays, str(label["source"])) if of_row == set(self.names) else None

@@ -233,7 +233,7 @@ def reprofiled_wheels(datasets: list[xr.Dataset]) -> list[Table]:
         for one in reprofilings(data):
             rows.append([float(shown("distance", one.distance))])
             for pair in zip(one.before, one.after, strict=True):
-                before, after = (np.nan if value is None else 1e3 * value for value in pair)
+                before, after = (1e3 * value for value in pair)
                 rows[-1] += [before, after, before - after]
         context, digits = {"datasets": datasets}, (4, 6, 6, 4, 6, 6, 4)
         made = table("reprofilings", rows, context=context, look="numbers", digits=digits)
