@@ -61,14 +61,6 @@ def write_report(directory: str | Path) -> Path:
 
 def _advice(directory: Path, states: Mapping[str, Mapping[str, Any]]) -> str:
     """Say what to do with a directory without results."""
-    if (directory / "sweep.json").is_file():
-        cases = (path.parent for path in directory.glob("case_*/*.nc"))
-        example = min(cases, default=directory / "case_0001")
-        table = directory / "sweep.csv"
-        whose = f", whose table is {table}" if table.is_file() else ""
-        return (
-            f"it is the directory of a sweep{whose}; report on one of its cases: `wearsim report {example}`"
-        )
     if failures := [str(one.get("message")) for one in states.values() if one.get("state") == "failed"]:
         return f"the campaign failed: {'; '.join(failures)}"
     return f"`wearsim run SCENE --out {directory}` makes them"
@@ -99,17 +91,16 @@ def render(
     if factors is None and len(datasets) == 2:
         factors = translate(datasets[0], datasets[1])
     campaigns = Campaigns(datasets, factors, convergence, *(bands or (None, pd.DataFrame())), states or {})
-    page = environment()
-    page.filters |= {
-        "svg": lambda plate: to_svg(plate.figure, plate.name),
-        "exact": exact,
-    }
     layers = {
-        layer: [(one.key, one.title, blocks) for one in sections if (blocks := list(one.content(campaigns)))]
+        layer: [(one.key, one.title, list(one.content(campaigns))) for one in sections]
         for layer, sections in LAYERS.items()
     }
-    return page.get_template("report.html.j2").render(
-        title=" against ".join(str(data.attrs.get("title", role_of(data))) for data in datasets),
-        datasets=datasets,
-        layers=layers,
-    )
+    return page(" against ".join(str(data.attrs.get("title", role_of(data))) for data in datasets), layers)
+
+
+def page(title: str, layers: Mapping[str, Sequence[tuple[str, str, Sequence[Any]]]]) -> str:
+    """Write the sections of each layer: id, heading and blocks, left out where there are none."""
+    templates = environment()
+    templates.filters |= {"svg": lambda plate: to_svg(plate.figure, plate.name), "exact": exact}
+    layers = {layer: [one for one in sections if one[2]] for layer, sections in layers.items()}
+    return templates.get_template("report.html.j2").render(title=title, layers=layers)

@@ -18,30 +18,29 @@ from wearsim.results.fatigue import cycles, damage_from, largest_index, lives, q
 def wear_laws(dataset: xr.Dataset) -> list[Table]:
     """Compare the active law and the comparison laws."""
     row = last_worn_row(dataset)  # depth begins anew at a reprofiling, area goes on
-    depth = [dataset["wear_depth"].values[row]]
     by_regime = depth_by_regime(dataset)
     total = by_regime.sum(axis=1, keepdims=True)
     # of the active law the file has depths by regime: their sums share out the exact area
     share = np.divide(by_regime, total, out=np.zeros_like(by_regime), where=total > 0.0)
-    names = [f"{dataset.attrs.get('wear_law', 'law')}, active"]
-    area = [share * dataset["worn_area"].values[-1][:, None]]
-    regime_names = [[str(name) for name in dataset["regime_name"].values]]
+    active = share * dataset["worn_area"].values[-1][:, None]
+    name = f"{dataset.attrs.get('wear_law', 'law')}, active"
+    laws = [(name, dataset["regime_name"].values.tolist(), dataset["wear_depth"].values[row], active)]
     if "comparison_name" in dataset:
         pairs = [str(text).split(": ", 1) for text in dataset["comparison_regime_name"].values]
-        for k, law in enumerate(str(name) for name in dataset["comparison_name"].values):
+        for k, law in enumerate(map(str, dataset["comparison_name"].values)):
             here = [i for i, (owner, _) in enumerate(pairs) if owner == law]
-            names.append(law)
-            depth.append(dataset["comparison_wear_depth"].values[row, :, k])
-            area.append(dataset["comparison_worn_area"].values[-1][:, here])
-            regime_names.append([pairs[i][1] for i in here])
-    rows = []
-    for name, worn, deep, regimes in zip(names, area, depth, regime_names, strict=True):
-        right_left, deepest = worn.sum(axis=1), deep.max(axis=1)
-        rows.append([
-            name, *shown("worn_area", right_left), _ratio(right_left.sum(), area[0].sum()),
-            *shown("wear_depth", deepest), _ratio(deepest.max(), depth[0].max()),
-            _shares(regimes, worn.sum(axis=0)),
-        ])  # fmt: skip
+            depth = dataset["comparison_wear_depth"].values[row, :, k]
+            area = dataset["comparison_worn_area"].values[-1][:, here]
+            laws.append((law, [pairs[i][1] for i in here], depth, area))
+    deepest = laws[0][2].max()
+    rows = [
+        [
+            law, *shown("worn_area", area.sum(axis=1)), _ratio(area.sum(), active.sum()),
+            *shown("wear_depth", depth.max(axis=1)), _ratio(depth.max(), deepest),
+            _shares(regimes, area.sum(axis=0)),
+        ]
+        for law, regimes, depth, area in laws
+    ]  # fmt: skip
     return [table("wear_laws", rows, context={"data": dataset}, digits=(4, 4, 4, 3, 4, 4, 3, 4))]
 
 

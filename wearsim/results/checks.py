@@ -63,11 +63,11 @@ def reprofiled_rows(dataset: xr.Dataset) -> list[int]:
 
 def reprofilings(dataset: xr.Dataset) -> tuple[Reprofiling, ...]:
     """Return the reprofilings of the wheels in order; none where wheels are not reprofiled."""
-    distance, diameter = dataset["distance"].values, dataset["wheel_diameter"].values
-    return tuple(
-        Reprofiling(float(distance[row]), tuple(diameter[row - 1].tolist()), tuple(diameter[row].tolist()))
-        for row in reprofiled_rows(dataset)
-    )
+    made = []
+    for row in reprofiled_rows(dataset):
+        before, after = dataset["wheel_diameter"].values[row - 1 : row + 1].tolist()
+        made.append(Reprofiling(float(dataset["distance"].values[row]), tuple(before), tuple(after)))
+    return tuple(made)
 
 
 def spans(dataset: xr.Dataset) -> Iterator[tuple[int, int]]:
