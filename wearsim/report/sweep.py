@@ -21,7 +21,7 @@ from wearsim.report.sections import Block
 from wearsim.report.style import COLOURS, SERIES_COLOURS, WHEEL_LINES, label_axes, panels, shown, with_unit
 from wearsim.report.tables import Table, given, table
 from wearsim.report.texts import caption, lines
-from wearsim.studies.sweep import WHEELS, sweep_dataset
+from wearsim.studies.sweep import sweep_dataset
 from wearsim.whole_files import write_whole
 
 RESULTS = (
@@ -50,14 +50,11 @@ def render_sweep(dataset: xr.Dataset) -> str:
     ]
     ends = list(_extremes(dataset))
     said: dict[str, Any] = {"states": states.most_common(), "cases": dataset.sizes["case"], "ends": ends}
-    answer = [Block("alerts", faults), Block("say", lines("sweep", **said)), *_figures(dataset)]
-    return page(
-        str(dataset.attrs["title"]),
-        {
-            "": [("answer", "Answer", answer)],
-            "Appendix": [("cases", "All cases", [_cases(dataset)])],
-        },
-    )
+    answer = [Block("alerts", faults), Block("say", lines("sweep", **said))]
+    sections = [("results", "Results over each key", list(_figures(dataset)))]
+    appendix = [("cases", "All cases", [_cases(dataset)])]
+    layers: Any = {"": [("answer", "Answer", answer)], "For engineers": sections, "Appendix": appendix}
+    return page(str(dataset.attrs["title"]), layers)
 
 
 def varied(dataset: xr.Dataset) -> list[str]:
@@ -81,6 +78,7 @@ def _extremes(dataset: xr.Dataset) -> Iterator[tuple[str, str, list[tuple[float,
             ends = [int(find(both)) for find in (np.nanargmin, np.nanargmax)]
             texts = [", ".join(_text(dataset, key, at) for key in varied(dataset)) for at in ends]
             quantity = with_unit(QUANTITIES[name].meaning, name)
+            quantity = quantity[:1].lower() + quantity[1:]
             yield str(role), quantity, [(float(both[at]), text) for at, text in zip(ends, texts, strict=True)]
 
 
@@ -97,35 +95,34 @@ def _figures(dataset: xr.Dataset) -> Iterator[Plate]:
             if not row:
                 ax.set_title(roles[column].capitalize())
 
+        choices = len(set(_choices(dataset, key)))
+        top = 0.45 + 0.17 * ((min(choices, len(SERIES_COLOURS)) + 1) // 2)  # for the legend
         figure = panels(
-            len(results), len(roles), draw, height=1.75, between=0.2, sharex=True, sharey="row", key_columns=2
-        )
-        said = {"key": dataset[key].attrs["key"], "many": _choices(dataset, key)[1] > len(SERIES_COLOURS)}
+            len(results), len(roles), draw, height=1.75, between=0.2, sharex=True, sharey="row",
+            edges=(0.95, 0.15, 0.5, top), gap=0.3, key_columns=2,
+        )  # fmt: skip
+        said = {"key": dataset[key].attrs["key"], "many": choices > len(SERIES_COLOURS)}
         yield Plate(f"sweep_{key}", figure, caption("figure", "sweep", **said))
 
 
-def _choices(dataset: xr.Dataset, key: str) -> tuple[list[str], int]:
-    """Choice of the other varied keys of each case, in words, and how many there are."""
-    others = [name for name in varied(dataset) if name != key]
-    texts = [
-        ", ".join(_text(dataset, name, case) for name in others) for case in range(dataset.sizes["case"])
-    ]
-    return texts, len(set(texts))
+def _choices(dataset: xr.Dataset, key: str) -> list[str]:
+    """Choice of the other varied keys of each case, in words."""
+    others, cases = [name for name in varied(dataset) if name != key], range(dataset.sizes["case"])
+    return [", ".join(_text(dataset, name, case) for name in others) for case in cases]
 
 
 def plot_over_key(dataset: xr.Dataset, key: str, name: str, ax: Axes, *, campaign: int = 0) -> Axes:
     """Draw a result over a varied key of a sweep: lines join the cases that differ in that key alone."""
     x, values = dataset[key].values, shown(name, dataset[name].values[:, campaign])
-    texts, _ = _choices(dataset, key)
+    texts = _choices(dataset, key)
     for index, text in enumerate(dict.fromkeys(texts)):
         known = index < len(SERIES_COLOURS)
         colour = series_colour(index) if known else COLOURS["new"]
         here = np.flatnonzero(np.array(texts) == text)
         here = here if x.dtype.kind in "OU" else here[np.argsort(x[here], kind="stable")]
         for wheel, column in enumerate(values[here].reshape(here.size, -1).T):
-            side = f"{WHEELS[wheel]} wheel" if values.ndim > 1 else "wheelset"
-            name_of = ", ".join(filter(None, (text, side))) if known else "_"
-            ax.plot(x[here], column, marker=".", ls=WHEEL_LINES[wheel], color=colour, label=name_of)
+            line: dict[str, Any] = {"marker": ".", "ls": WHEEL_LINES[wheel], "color": colour}
+            ax.plot(x[here], column, label=text if known and not wheel else "", **line)
     return label_axes(ax, str(dataset[key].attrs["key"]), with_unit(QUANTITIES[name].meaning, name))
 
 

@@ -35,7 +35,7 @@ def wear_laws(dataset: xr.Dataset) -> list[Table]:
     deepest = laws[0][2].max()
     rows = [
         [
-            law, *shown("worn_area", area.sum(axis=1)), _ratio(area.sum(), active.sum()),
+            law, *shown("worn_area", area.sum(axis=1)), _ratio(area.sum(axis=1).sum(), active.sum(axis=1).sum()),
             *shown("wear_depth", depth.max(axis=1)), _ratio(depth.max(), deepest),
             _shares(regimes, area.sum(axis=0)),
         ]
