@@ -203,7 +203,8 @@ def wear_depth(datasets: Datasets, bands: xr.Dataset | None = None) -> Figure:
         ax.set_xlim(worn_range(datasets, wheel))
         ax.set_title(f"{WHEELS[wheel].capitalize()} wheel")
 
-    return panels(1, 2, draw, gap=0.3, sharey=True)
+    top = 0.6 if bands is None else 0.8  # for the legend
+    return panels(1, 2, draw, gap=0.3, sharey=True, edges=(0.95, 0.15, 0.5, top))
 
 
 def positions(datasets: Datasets) -> Figure | None:
@@ -259,7 +260,9 @@ def wear_laws(datasets: Datasets) -> Figure | None:
 def measures(datasets: Datasets) -> Figure:
     """Flange height, thickness, gradient, hollowing and equivalent conicity over the distance."""
     names = ("flange_height", "flange_thickness", "flange_gradient", "hollowing", "equivalent_conicity")
-    return _by_campaign(datasets, campaign.plot_over_distance, names)
+    # a wheel without a hollow tread has no curve to look at
+    seen = [name for name in names if any(np.nan_to_num(data[name].values).any() for data in datasets)]
+    return _by_campaign(datasets, campaign.plot_over_distance, seen)
 
 
 def wear_index(datasets: Datasets) -> Figure:
@@ -303,8 +306,7 @@ def balance(datasets: Datasets) -> Figure | None:
 
 def factors_wear(_: Datasets, factors: xr.Dataset) -> Figure:
     """Factors of wear over distance and over worn depth."""
-    series = {"max_wear_depth": "largest wear depth", "worn_area": "worn area", "worn_mass": "worn mass"}
-    return _factor_curves(factors, series)
+    return _factor_curves(factors, {"max_wear_depth": "largest wear depth", "worn_area": "worn area"})
 
 
 def causes(_: Datasets, factors: xr.Dataset) -> Figure | None:
@@ -357,7 +359,7 @@ def steps(datasets: Datasets) -> Figure:
     names = ["step_length", "stability_number"]
     if any(bool(data["step_error"].notnull().any()) for data in datasets):
         names.append("step_error")
-    return _by_campaign(datasets, campaign.plot_over_distance, names, height=1.6, gap=0.85, sharey=False)
+    return _by_campaign(datasets, campaign.plot_over_distance, names, height=2.2, gap=0.85, sharey=False)
 
 
 def bands(_: Datasets, made: xr.Dataset) -> Figure:
@@ -370,7 +372,7 @@ def bands(_: Datasets, made: xr.Dataset) -> Figure:
     def draw(ax: Axes, row: int, column: int) -> None:
         draws[len(roles) * row + column](ax=ax)
 
-    return panels(len(draws) // len(roles), len(roles), draw, height=2.2, gap=0.5)
+    return panels(len(draws) // len(roles), len(roles), draw, height=2.2, gap=0.85)
 
 
 def sensitivity(_: Datasets, made: xr.Dataset) -> Figure:

@@ -32,10 +32,10 @@ def wear_laws(dataset: xr.Dataset) -> list[Table]:
             depth = dataset["comparison_wear_depth"].values[row, :, k]
             area = dataset["comparison_worn_area"].values[-1][:, here]
             laws.append((law, [pairs[i][1] for i in here], depth, area))
-    deepest = laws[0][2].max()
+    whole, deepest = active.sum(axis=1).sum(), laws[0][2].max()
     rows = [
         [
-            law, *shown("worn_area", area.sum(axis=1)), _ratio(area.sum(axis=1).sum(), active.sum(axis=1).sum()),
+            law, *shown("worn_area", area.sum(axis=1)), _ratio(area.sum(axis=1).sum(), whole),
             *shown("wear_depth", depth.max(axis=1)), _ratio(depth.max(), deepest),
             _shares(regimes, area.sum(axis=0)),
         ]

@@ -85,7 +85,9 @@ def causes(translation: xr.Dataset) -> list[Table]:
 
 def bands_table(bands: xr.Dataset) -> Table:
     """Quantiles of the answers, and what decides them."""
-    rows = [[capital(str(row[0])), *row[1:]] for row in band_table(bands).to_numpy()[:, 1:].tolist()]
+    frame = band_table(bands).drop(columns="variable").replace(np.inf, "not in sight").astype(object)
+    frame["error/width"] = frame["error/width"].where(frame["error/width"].notna(), None)
+    rows = [[capital(str(name)), *values] for name, *values in frame.to_numpy().tolist()]
     return table("bands", rows, digits=3)
 
 
