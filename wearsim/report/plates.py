@@ -175,8 +175,8 @@ def profiles(datasets: Datasets, factors: xr.Dataset | None = None) -> Figure:
         elif len(datasets) == 2:
             _difference(datasets, distances, ax, wheel)
 
-    width = 6.4 if len(ends) == 1 else 9.6  # that the whole profile has room at equal scales
-    size: dict[str, Any] = {"width": width, "height": 1.75, "between": 0.42}
+    height = 2.4 if len(ends) == 1 else 1.75  # that the whole profile has room at equal scales
+    size: dict[str, Any] = {"height": height, "between": 0.42}
     return panels(4, len(ends), draw, sharex="col", keys=(slice(2), 0), key_columns=5, **size)
 
 
