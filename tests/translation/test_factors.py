@@ -46,10 +46,10 @@ def test_patches_of_a_wheel_combine(field, name, right, left):
 def test_points_that_did_not_act_are_between_the_rows_that_have_them(field):
     """5 % more area each 10 km; a point is missing in two rows, another one, left out, in the last three."""
     whole, some = factors.per_wheel(field, "wear_index_max"), field.copy(deep=True)
-    area, regime = factors.per_wheel(field, "area"), factors.highest_regime(field)
+    area = factors.per_wheel(field, "area")
     for rows, point in ((slice(1, 3), 0), (slice(-3, None), 1)):
         some["n_patch"].values[rows, point] = 0
-        for name in ("area", "wear_index_max", "side", "wear_regime_highest"):
+        for name in ("area", "wear_index_max", "side"):
             some[name].values[rows, point] = np.nan
     assert np.isnan(factors.per_wheel(some, "area")[1, 0]).all()
     filled = factors.between_solutions(some, factors.per_wheel(some, "area"))
@@ -57,7 +57,6 @@ def test_points_that_did_not_act_are_between_the_rows_that_have_them(field):
     assert np.isnan(filled[-3:, 1]).all()
     np.testing.assert_array_equal(filled[-3:, 0], area[-3:, 0])
     np.testing.assert_array_equal(factors.between_solutions(field, whole), whole)
-    np.testing.assert_array_equal(factors.highest_regime(some), regime)
 
 
 def test_wheel_without_patch_is_missing(field):
@@ -122,13 +121,6 @@ def test_regime_flags():
     regime = factors.dominant_regime(depth)
     assert regime.tolist() == [0, 1, -1, -1]
     assert factors.regime_differs(regime, np.array([0, 0, 0, -1])).tolist() == [0, 1, -1, -1]
-
-
-def test_highest_regime_of_a_wheel(rig, field):
-    """The rig's flange patch wears mostly mildly, but some of its cells severely."""
-    assert float(rig["wear_regime"].max()) == 0.0
-    assert factors.highest_regime(rig)[0, 0].tolist() == [1, 0]
-    assert factors.highest_regime(field)[0, 0].tolist() == [0, 0]
 
 
 @pytest.mark.parametrize(

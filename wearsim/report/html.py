@@ -42,12 +42,13 @@ def write_report(directory: str | Path) -> Path:
     """
     directory = Path(directory)
     states = read_status(directory).get("campaigns") or {}
-    datasets = []
-    for path in (directory / "rig.nc", directory / "field.nc"):
-        if path.exists():
-            datasets.append(load_results(path))
+    paths = (directory / "rig.nc", directory / "field.nc")
+    datasets = [load_results(path) for path in paths if path.exists()]
     if not datasets:
-        raise ResultError(f"{directory}: there is no rig.nc or field.nc; {_advice(directory, states)}")
+        failures = [str(one.get("message")) for one in states.values() if one.get("state") == "failed"]
+        why = f"the campaign failed: {'; '.join(failures)}"
+        advice = why if failures else f"`wearsim run SCENE --out {directory}` makes them"
+        raise ResultError(f"{directory}: there is no rig.nc or field.nc; {advice}")
     factors = None
     if len(datasets) == 2:
         factors = with_known_causes(translate(datasets[0], datasets[1]), directory / "translation.nc")
@@ -57,13 +58,6 @@ def write_report(directory: str | Path) -> Path:
     path = directory / "report.html"
     write_whole(path, text, "make room, or make the directory writable")
     return path
-
-
-def _advice(directory: Path, states: Mapping[str, Mapping[str, Any]]) -> str:
-    """Say what to do with a directory without results."""
-    if failures := [str(one.get("message")) for one in states.values() if one.get("state") == "failed"]:
-        return f"the campaign failed: {'; '.join(failures)}"
-    return f"`wearsim run SCENE --out {directory}` makes them"
 
 
 def render(
@@ -92,7 +86,7 @@ def render(
         factors = translate(datasets[0], datasets[1])
     campaigns = Campaigns(datasets, factors, convergence, *(bands or (None, pd.DataFrame())), states or {})
     layers = {
-        layer: [(one.key, one.title, list(one.content(campaigns))) for one in sections]
+        layer: [(key, title, list(content(campaigns))) for key, title, content in sections]
         for layer, sections in LAYERS.items()
     }
     return page(" against ".join(str(data.attrs.get("title", role_of(data))) for data in datasets), layers)

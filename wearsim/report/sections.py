@@ -1,4 +1,4 @@
-"""The sections of a report, in order: each is one entry of `SECTIONS` and the function that fills it.
+"""The sections of a report, in order: each is one entry of `LAYERS` and the function that fills it.
 
 To add a section: its figure or table in a file of its own subject, and an entry here.
 """
@@ -47,15 +47,6 @@ class Campaigns:
 
 
 Content = Iterable[Table | Block | Plate]
-
-
-@dataclass(frozen=True)
-class Section:
-    """A section of a report: its id, its heading, and what it consists of; absent if that is nothing."""
-
-    key: str
-    title: str
-    content: Callable[[Campaigns], Content]
 
 
 def figures(
@@ -161,42 +152,42 @@ def _quality(c: Campaigns) -> Content:
     yield from figures(c, plates.steps)
 
 
-LAYERS = {
-    "": (Section("answer", "Answer", _answer),),
+LAYERS: Mapping[str, tuple[tuple[str, str, Callable[[Campaigns], Content]], ...]] = {
+    "": (("answer", "Answer", _answer),),
     "For engineers": (
-        Section(
+        (
             "warnings",
             "Before you use these numbers",
             lambda c: _list(lines("warnings", datasets=c.datasets, factors=c.factors)),
         ),
-        Section("verdict", "Values at the end", _verdict),
-        Section("profiles", "Profiles", lambda c: figures(c, plates.profiles, of=c.factors)),
-        Section("wear", "Wear", _wear),
-        Section("measures", "Wheel measures and limits", _measures),
-        Section("running", "Where the wheelset runs and wears", _running),
-        Section("contact", "Contact", lambda c: figures(c, plates.contact, plates.wear_index)),
-        Section("fatigue", "Rolling contact fatigue", _fatigue),
-        Section("factors", "Factors and causes", _factors),
-        Section("bands", "How sure it is", _bands),
-        Section("quality", "Numerical quality", _quality),
+        ("verdict", "Values at the end", _verdict),
+        ("profiles", "Profiles", lambda c: figures(c, plates.profiles, of=c.factors)),
+        ("wear", "Wear", _wear),
+        ("measures", "Wheel measures and limits", _measures),
+        ("running", "Where the wheelset runs and wears", _running),
+        ("contact", "Contact", lambda c: figures(c, plates.contact, plates.wear_index)),
+        ("fatigue", "Rolling contact fatigue", _fatigue),
+        ("factors", "Factors and causes", _factors),
+        ("bands", "How sure it is", _bands),
+        ("quality", "Numerical quality", _quality),
     ),
     "Appendix": (
-        Section("settings", "Settings and operating points", _settings),
-        Section(
+        ("settings", "Settings and operating points", _settings),
+        (
             "coefficients",
             "Coefficients and their certainty",
             lambda c: [sources.laws(c.datasets), sources.coefficients(c.datasets)],
         ),
-        Section("bibliography", "Bibliography", lambda c: _list(sources.bibliography(c.datasets))),
-        Section("again", "How to make it again", _again),
+        ("bibliography", "Bibliography", lambda c: _list(sources.bibliography(c.datasets))),
+        ("again", "How to make it again", _again),
     ),
 }
-"""Sections of the report by layer: page one, what engineers ask for, and where it all comes from."""
+"""Sections by layer (page one, what engineers ask for, where it comes from): id, heading, content if any."""
 
 SECTIONS = tuple(section for layer in LAYERS.values() for section in layer)
 
 
 def all_figures(campaigns: Campaigns) -> list[Plate]:
     """Figures of all sections, in the order of the report."""
-    blocks = (block for section in SECTIONS for block in section.content(campaigns))
+    blocks = (block for *_, content in SECTIONS for block in content(campaigns))
     return [block for block in blocks if isinstance(block, Plate)]

@@ -18,10 +18,19 @@ from wearsim.report.figures.campaign import series_colour
 from wearsim.report.html import page
 from wearsim.report.plates import Plate
 from wearsim.report.sections import Block
-from wearsim.report.style import COLOURS, SERIES_COLOURS, WHEEL_LINES, label_axes, panels, shown, with_unit
-from wearsim.report.tables import Table, given, table
+from wearsim.report.style import (
+    COLOURS,
+    SERIES_COLOURS,
+    WHEEL_LINES,
+    capital,
+    label_axes,
+    panels,
+    shown,
+    with_unit,
+)
+from wearsim.report.tables import GIVEN, Table, given, table
 from wearsim.report.texts import caption, lines
-from wearsim.studies.sweep import sweep_dataset
+from wearsim.studies.sweep import sweep_dataset, sweep_rows
 from wearsim.whole_files import write_whole
 
 RESULTS = (
@@ -29,7 +38,7 @@ RESULTS = (
     "equivalent_conicity", "counterface_max_wear_depth", "counterface_worn_area",
 )  # fmt: skip
 """Results drawn over each varied key."""
-_TABLED = ("distance", "max_wear_depth", "worn_area", "equivalent_conicity")
+_TABLED = ("max_wear_depth", "worn_area", "equivalent_conicity")
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 
 
@@ -127,24 +136,14 @@ def plot_over_key(dataset: xr.Dataset, key: str, name: str, ax: Axes, *, campaig
 
 
 def _cases(dataset: xr.Dataset) -> Table:
-    """Values, state and results of each case and campaign: of depths the larger wheel, of areas both."""
-    keys, roles = varied(dataset), dataset["campaign_name"].values if "campaign" in dataset.dims else [""]
-    rows: list[list[Any]] = []
-    for case, number in enumerate(dataset["case"].values):
-        for column, role in enumerate(roles):
-            inputs = [value if isinstance(value, str) else given(value)
-                      for value in (dataset[key].values[case] for key in keys)]  # fmt: skip
-            ends = [
-                np.atleast_1d(shown(name, dataset[name].values[case, column])) for name in _TABLED if role
-            ]
-            both = [
-                end.sum() if name == "worn_area" else end.max()
-                for name, end in zip(_TABLED, ends, strict=False)
-            ]
-            rows.append([int(number), *inputs, str(dataset["state"].values[case]), role or None, *both])
-    heads = [*(str(dataset[key].attrs["key"]) for key in keys), "State", "Campaign"]
-    heads += [with_unit(QUANTITIES[name].meaning, name) for name in _TABLED if len(roles) and roles[0]]
-    return table("sweep_cases", rows, *heads, look="numbers")
+    """Rows of sweep.csv: varied keys, state, campaign, and the results of `_TABLED`."""
+    frame = pd.DataFrame(sweep_rows(dataset), dtype=object)
+    keys = [dataset[name].attrs["key"] for name in varied(dataset)]
+    results = [name for name in frame if str(name).startswith(_TABLED)]
+    frame = frame[["case", *keys, "state", "campaign", *results]]
+    heads = [*keys, "State", "Campaign", *(capital(str(name)).replace("_", " ") for name in results)]
+    digits = [GIVEN] * (1 + len(keys)) + [4] * (2 + len(results))
+    return table("sweep_cases", frame.itertuples(index=False), *heads, look="numbers", digits=digits)
 
 
 def render_chart(measured: pd.DataFrame, shown_columns: pd.DataFrame) -> str:

@@ -47,8 +47,8 @@ class Table:
         Significant digits of all or of each column, `GIVEN` for numbers as they were given.
     look : {"laws", "points", "regimes", "text", "numbers"}
         How it looks: "text" without columns of numbers, "numbers" with nothing but those.
-    fold, unfolded : str, bool
-        Title it is folded under, "" if it is not; whether the fold is open.
+    fold : str
+        Title it is folded under, "" if it is not.
     shaded : set of int
         Rows that stand out.
     title : str
@@ -63,7 +63,6 @@ class Table:
     digits: int | Sequence[int] = 4
     look: str = "laws"
     fold: str = ""
-    unfolded: bool = False
     shaded: frozenset[int] = frozenset()
     title: str = ""
     bands: Sequence[tuple[str, int]] = ()

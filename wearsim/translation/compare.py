@@ -21,7 +21,6 @@ from wearsim.translation.axes import (
     common_axes,
     distance_at,
     equivalent_distance,
-    rows_at,
 )
 from wearsim.translation.factors import STATUS, WORN_SHARE
 
@@ -193,40 +192,16 @@ def add_contact(comparison: Comparison) -> None:
         _add_points(comparison)
 
 
-def _add_regimes(
-    comparison: Comparison, variable: str, dims: tuple[str, ...], regime: IntArray, meaning: str, **attrs: str
-) -> None:
-    """Add wear regimes (basis, ., campaign, ...) and whether they differ between rig and field."""
-    names = ["none", *(name.replace(" ", "_") for name in comparison.regimes)]
-    comparison.variables[variable] = (dims, regime.astype(np.int8), flags(meaning, names, -1, **attrs))
-    remark = "where it differs, the factor depends on the wear law"
-    comparison.variables[f"{variable}_differs"] = (
-        tuple(dim for dim in dims if dim != "campaign"),
-        factors.regime_differs(regime[:, :, 0], regime[:, :, 1]).astype(np.int8),
-        flags(f"whether the {meaning} differs between rig and field", ("no_wear", "same", "differs"), -1,
-              comment=remark),
-    )  # fmt: skip
-
-
 def _add_points(comparison: Comparison) -> None:
-    """Add conditions, labels and wear regimes of the equal operating points."""
-    pair, axes, matched = comparison.pair, comparison.axes, comparison.matched
+    """Add conditions and labels of the equal operating points."""
+    pair, matched = comparison.pair, comparison.matched
     for name in factors.MATCH_KEYS:
         attrs = {"units": QUANTITIES[name].unit, "long_name": QUANTITIES[name].meaning}
         comparison.variables[name] = ("matched_point", pair[0][name].values[matched[:, 0]], attrs)
-    regime = np.empty((*axes.distance.shape, len(matched), 2), dtype=np.int64)
     for c, (role, data) in enumerate(zip(CAMPAIGN, pair, strict=True)):
         labels = [str(label) for label in data["operating_point_name"].values[matched[:, c]]]
         text = f"operating point of the {role} campaign"
         comparison.variables[f"{role}_label"] = ("matched_point", labels, {"long_name": text})
-        own = comparison.regime_numbers[c][factors.highest_regime(data)][:, matched[:, c]]
-        for b in range(len(axes.distance)):
-            regime[b, :, c] = own[rows_at(data["distance"].values, axes.distance[b, :, c])]
-    _add_regimes(
-        comparison, "regime_point", (*STATIONS, "matched_point", "wheel"), regime,
-        "highest wear regime of any cell at equal operating points",
-        comment="in the order of the law; of the last stored state at or before the distance",
-    )  # fmt: skip
 
 
 def add_profile(comparison: Comparison) -> None:
@@ -248,8 +223,18 @@ def add_profile(comparison: Comparison) -> None:
         f"factor only where the field wears more than {WORN_SHARE:.0%} of its largest depth",
         scale=scale, share=WORN_SHARE, reachable=axes.reachable[:, rows],
     )  # fmt: skip
-    regime = np.stack([factors.dominant_regime(np.nan_to_num(part)) for part in by_regime], axis=2)
-    _add_regimes(comparison, "regime_profile", dims, regime, "wear regime that removed most")
+    regimes = [factors.dominant_regime(np.nan_to_num(part)) for part in by_regime]
+    names = ["none", *(name.replace(" ", "_") for name in comparison.regimes)]
+    meaning = "wear regime that removed most"
+    remark = "where it differs, the factor depends on the wear law"
+    comparison.variables["regime_profile"] = (
+        dims, np.stack(regimes, axis=2).astype(np.int8), flags(meaning, names, -1)
+    )  # fmt: skip
+    comparison.variables["regime_profile_differs"] = (
+        ("basis", "stage", "wheel", "arc"), factors.regime_differs(*regimes).astype(np.int8),
+        flags(f"whether the {meaning} differs between rig and field", ("no_wear", "same", "differs"), -1,
+              comment=remark),
+    )  # fmt: skip
     new = [np.stack([data[f"profile_{axis}"].values[0] for axis in "yz"]) for data in pair]
     if not same or np.abs(new[0] - new[1]).max() > _SAME_PROFILE:
         comparison.notes.append(

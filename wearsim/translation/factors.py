@@ -108,13 +108,11 @@ are values, and both wheels together are their sum or the larger one."""
 class Factor(NamedTuple):
     """Values (...) of rig over field, NaN where undefined [-], and why they are undefined.
 
-    `status` is 0 where defined, else a number of `STATUS`; denominators below `share` of the largest one are
-    too small to divide by.
+    `status` is 0 where defined, else a number of `STATUS`.
     """
 
     value: FloatArray
     status: IntArray
-    share: float
 
 
 def ratio(
@@ -139,7 +137,7 @@ def ratio(
     value = np.full(rig.shape, np.nan)
     defined = status == STATUS["defined"]
     value[defined] = rig[defined] / field[defined]
-    return Factor(value, status, share)
+    return Factor(value, status)
 
 
 def zero_share(name: str) -> float:
@@ -309,22 +307,6 @@ def dominant_regime(depth_by_regime: FloatArray, share: float = WORN_SHARE) -> I
     total = depth_by_regime.sum(axis=-2)
     worn = (total > share * total.max(axis=-1, keepdims=True)) & (total > 0.0)
     return np.where(worn, depth_by_regime.argmax(axis=-2), -1)
-
-
-def highest_regime(dataset: xr.Dataset) -> IntArray:
-    """Highest wear regime in which any cell of a wheel's patches wears, in the order of the law.
-
-    Returns
-    -------
-    (step, operating_point, 2) int array
-        By wheel; -1 where nothing wears. Of the last row that has the point.
-    """
-    regime = np.nan_to_num(dataset["wear_regime_highest"].values, nan=-1.0)
-    side = dataset["side"].values
-    wheels = [np.where(side == wheel, regime, -1.0).max(axis=-1) for wheel in (0, 1)]
-    solved = dataset["n_patch"].values > 0
-    last = np.maximum.accumulate(np.where(solved, np.arange(len(solved))[:, None], 0), axis=0)
-    return np.take_along_axis(np.stack(wheels, axis=-1).astype(np.int64), last[..., None], axis=0)
 
 
 def regime_differs(rig: IntArray, field: IntArray) -> IntArray:
