@@ -148,14 +148,15 @@ def _cases(dataset: xr.Dataset) -> Table:
 
 def render_chart(measured: pd.DataFrame, shown_columns: pd.DataFrame) -> str:
     """Make the page of `wearsim chart`: time against error, and its table as it is printed."""
-    figure = plot_chart(measured)
     rows = shown_columns.astype(object).where(shown_columns.notna(), None).to_numpy().tolist()
-    blocks = [
-        Block("say", lines("chart", fronts=measured[measured["pareto"]])),
-        Plate("chart", figure, caption("figure", "chart")),
-        table("chart", rows, *map(str, shown_columns.columns), digits=3),
-    ]
-    return page("Speed against accuracy of the contact models", {"": [("answer", "Answer", blocks)]})
+    answer = Block("say", lines("chart", fronts=measured[measured["pareto"]]))
+    chart = Plate("chart", plot_chart(measured), caption("figure", "chart"))
+    times = table("chart", rows, *map(str, shown_columns.columns), digits=3)
+    layers: Any = {
+        "": [("answer", "Answer", [answer])],
+        "For engineers": [("chart", "Measured", [chart, times])],
+    }
+    return page("Speed against accuracy of the contact models", layers)
 
 
 def plot_chart(measured: pd.DataFrame) -> Figure:
@@ -171,6 +172,9 @@ def plot_chart(measured: pd.DataFrame) -> Figure:
         front = rows[rows["pareto"]].sort_values("time_ratio").index
         ax.plot(rows["time_ratio"][front], error[front], "--", lw=0.8, color="#555555")
         ax.set(xscale="log", yscale="log", title=scenes[column])
+        for axis in (ax.xaxis, ax.yaxis):
+            axis.set_major_formatter(lambda value, _: f"{value:g}")
+            axis.set_minor_formatter(lambda value, _: f"{value:g}" if f"{value:e}"[0] in "25" else "")
         label_axes(ax, "CPU time over that of the half-space", "Largest error of the depth [%]")
 
     return panels(1, len(scenes), draw, height=3.6, edges=(0.95, 0.15, 0.5, 1.0), outer=True, key_columns=4)
