@@ -142,6 +142,8 @@ def world_of(setup: CampaignSetup, result: xr.Dataset, row: int, threads: int = 
     points, conditions = setup.points, setup.points.conditions
     if not isinstance(conditions.rotation, str) or conditions.creepage is not None:
         raise NoSplitError("rotation speeds or creepages were given")
+    if setup.brake is not None or conditions.rail is not None:
+        raise NoSplitError("brake blocks wear the wheels, or classes run on several rails")
     if "lateral_position" in result:
         names = ("lateral_position", "wheelset_yaw", "wheel_loads")
         shift, yaw, load = (result[name].values[row] for name in names)

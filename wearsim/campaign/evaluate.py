@@ -26,6 +26,7 @@ from wearsim.operation.left_out import mask_of, shared_weight
 from wearsim.operation.points import OperatingPoints, select
 from wearsim.profile.shape import arc_length, vertex_lengths
 from wearsim.scene.campaign import CounterfaceWear
+from wearsim.scene.damage import BrakeBlock
 
 if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
@@ -47,6 +48,7 @@ class Setup:
     threads: int = 1  # of the contact solver; their number does not change the bits of the result
     fallbacks: tuple[ContactModels, ...] = ()  # in order, where `models` have no solution
     reference: ContactModels | None = None  # by which the others are corrected
+    brake: BrakeBlock | None = None
 
     @property
     def chain(self) -> tuple[ContactModels, ...]:
@@ -66,6 +68,7 @@ def setup_of(campaign: CampaignSetup, threads: int = 1) -> Setup:
         threads,
         campaign.fallbacks,
         campaign.fallbacks[-1] if campaign.tolerance is not None else None,
+        campaign.brake,
     )
 
 
@@ -193,7 +196,8 @@ def accumulate(
 
     Notes
     -----
-    The environment factor acts on wear, not on fatigue.
+    The environment factor acts on wear, not on fatigue. What brake blocks wear is in the first regime of
+    each law, whatever the environment.
     Depth per metre is the depth per passage over :math:`2 \pi r(y)`, :math:`r = r_0 + z` (spec 1.0). The
     area each strip removes is shared out over the stretches of arc length the vertices stand for, in
     proportion to the overlap: the sum over the vertices is the sum over the strips.
@@ -210,6 +214,9 @@ def accumulate(
         total, below = _corrected(total, passage, (every, weight), state, laws)
     depth, *comparison = np.split(total, np.cumsum(laws), axis=1)
     work_and_damage = comparison.pop()
+    if setup.brake is not None:
+        for law in (depth, *comparison):
+            law[:, 0] += setup.brake.depth(state.y)
 
     gap = solution.patch.interpenetration
     rim = _RIM * gap.max(axis=1, keepdims=True, initial=0.0)

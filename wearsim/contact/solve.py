@@ -135,11 +135,16 @@ def solve_each(
         What `each` returned, in the order of the points.
     """
     count = conditions.shift.size
-    task = _task(wheelset, counterface, models, sides, vertical)
-    starts = range(0, max(count, 1), CHUNK)
+    rail = np.zeros(count, dtype=np.int64) if conditions.rail is None else conditions.rail
+    rails = (counterface, *counterface.further)
+    tasks = {k: _task(wheelset, rails[k], models, sides, vertical) for k in np.unique(rail).tolist() or [0]}
+    changes = np.flatnonzero(np.diff(rail)) + 1
+    starts = sorted({*range(0, max(count, 1), CHUNK), *changes.tolist()})
+    ends = dict(zip(starts, [*starts[1:], count], strict=True))
 
     def part(start: int) -> Result:
-        index = np.arange(start, min(start + CHUNK, count))
+        index = np.arange(start, ends[start])
+        task = tasks[int(rail[start]) if count else 0]
         while True:
             try:
                 solution = _solve_chunk(task, _part(conditions, index), index)

@@ -21,7 +21,7 @@ end.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -61,6 +61,7 @@ class Vehicle:
     yaw_stiffness: float  # of the primary suspension, per axle [N m/rad]
     secondary_yaw_stiffness: float = 0.0  # of a bogie against the body [N m/rad]
     roll_coefficient: float = 0.0
+    axle_yaw_offset: float = 0.0  # of the leading axle in its bogie, -1 times that of the trailing one [rad]
 
     @property
     def axle_load(self) -> float:
@@ -120,6 +121,7 @@ def suspension(
         vehicle.secondary_yaw_stiffness,
     )  # fmt: skip
     sprung = (vehicle.bogie_mass + vehicle.body_mass / 2.0) * acceleration
+    p1, p2 = p1 - vehicle.axle_yaw_offset, p2 + vehicle.axle_yaw_offset  # as the springs see them
     frame_y = 0.5 * (sprung / ky + curvature * a * a + y1 + y2)
     turned = a * ky * (y1 - y2) + kp * (p1 + p2) - ks * in_front * curvature * vehicle.half_pivot_distance
     frame_yaw = turned / (2.0 * a * a * ky + 2.0 * kp + ks)
@@ -162,7 +164,7 @@ def curved(search: Search, bogies: Bogies, warm: bool, tolerance: float) -> IntA
         lean = np.minimum(np.abs(curvature) * search.wheelset.radius * search.wheelset.half_span / 0.2, 5e-3)
         search.shift[axles] = -np.sign(curvature)[:, None] * lean[:, None]
         search.yaw[axles] = 0.0
-    weight, springs = vehicle.axle_load, _spring_slope(vehicle)
+    weight, springs = vehicle.axle_load, spring_slope(vehicle)
     pace, growth = np.full(count, _ENDLESS if warm else 1.0), np.full(count, 4.0)
     last, before = np.full(count, np.inf), np.full((count, 4), np.nan)
     slope, known = np.zeros((count, 4, 4)), np.zeros(count, dtype=bool)
@@ -210,11 +212,11 @@ def curved(search: Search, bogies: Bogies, warm: bool, tolerance: float) -> IntA
     return rest
 
 
-def _spring_slope(vehicle: Vehicle) -> FloatArray:
+def spring_slope(vehicle: Vehicle) -> FloatArray:
     """Differentiate the forces of `suspension`, which are linear, by the state (4, 4)."""
     step = 1e-3
     state = np.concatenate([step * np.eye(4), np.zeros((1, 4))])
-    force = suspension(vehicle, state, *[np.zeros(5)] * 3)
+    force = suspension(replace(vehicle, axle_yaw_offset=0.0), state, *[np.zeros(5)] * 3)
     return np.asarray((force[:4] - force[4]).T / step)
 
 

@@ -114,11 +114,11 @@ def with_monitors(
         raise ValueError("monitoring points need a rotation rule, not given rotation speeds")
 
     def appended(values: FloatArray, value: float) -> FloatArray:
-        return np.concatenate([values, np.full((shift.size, *values.shape[1:]), value)])
+        return np.concatenate([values, np.full((shift.size, *values.shape[1:]), value, values.dtype)])
 
     values = {"yaw": yaw, "wheel_load": wheel_load, "speed": speed, "friction": friction}
     values |= {"roll": 0.0, "track_curvature": 0.0}
-    own = {"friction_flange": friction, "torque": 0.0, "drift": 0.0, "speed_difference": 0.0}
+    own = {"friction_flange": friction, "torque": 0.0, "drift": 0.0, "speed_difference": 0.0, "rail": 0}
     values |= {name: value for name, value in own.items() if isinstance(getattr(old, name), np.ndarray)}
     new: dict[str, Any] = {name: appended(getattr(old, name), value) for name, value in values.items()}
     controlled = points.controlled
@@ -250,6 +250,8 @@ def points_of(
     if given("friction_flange"):
         flange = column("friction_flange", np.nan)
         values["friction_flange"] = np.where(np.isfinite(flange), flange, values["friction"])
+    if any(run.get("rail") for run in runs):
+        values["rail"] = column("rail").astype(np.int64)
     if given("axle_torque"):
         values["torque"] = column("axle_torque", float(rules.get("torque", 0.0)))
     controlled = Controlled(force, axle_load, column("box_moment"))

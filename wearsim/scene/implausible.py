@@ -7,6 +7,8 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
+from wearsim.operation.bogie import GRAVITY
+from wearsim.operation.route import BASE
 from wearsim.scene.models import FieldScene, RigScene
 from wearsim.toml_faults import KeyPath, shown
 
@@ -51,10 +53,19 @@ OF_SCENE: tuple[tuple[str, Implausible], ...] = (
 )
 """Tests of a scene, by the table of the key."""
 
+
+def _deficiency_mm(run: Any) -> float:
+    """Cant deficiency of a class of a vehicle's track that gives its cant; 0 if it does not."""
+    if getattr(run, "cant_mm", None) is None or run.curve_radius_m is None:
+        return 0.0
+    radius = abs(run.curve_radius_m)
+    return float(1e3 * BASE * (run.speed_km_h / 3.6) ** 2 / (GRAVITY * radius) - run.cant_mm)
+
+
 OF_RUN = (
     Implausible(
         "yaw_mrad",
-        lambda run: abs(run.yaw_mrad) > 20.0,
+        lambda run: abs(getattr(run, "yaw_mrad", 0.0)) > 20.0,
         "is beyond the angles of attack of the tightest curves, about 20: it is in milliradians",
     ),
     Implausible(
@@ -64,12 +75,12 @@ OF_RUN = (
     ),
     Implausible(
         "load_kN",
-        lambda run: run.load_kN is not None and run.load_kN > 200.0,
+        lambda run: (getattr(run, "load_kN", None) or 0.0) > 200.0,
         "is the load of one wheel, and the heaviest axles carry 400 kN: half the axle load is meant",
     ),
     Implausible(
         "axle_load_kN",
-        lambda run: run.axle_load_kN is not None and run.axle_load_kN > 400.0,
+        lambda run: (getattr(run, "axle_load_kN", None) or 0.0) > 400.0,
         "is beyond the heaviest axles, which carry 400 kN",
     ),
     Implausible(
@@ -86,8 +97,18 @@ OF_RUN = (
         "is to the inside of the curve of curve_radius_m, and wheelsets run to the outside: both are "
         "positive to the right",
     ),
+    Implausible(
+        "speed_km_h",
+        lambda run: _deficiency_mm(run) > 200.0,
+        "with this radius and cant_mm is a cant deficiency above 200 mm, beyond trains that do not tilt",
+    ),
+    Implausible(
+        "axle_torque_kN_m",
+        lambda run: getattr(run, "rails", None) is not None and abs(run.axle_torque_kN_m or 0.0) > 15.0,
+        "acts all the way, and locomotives pull with as much for a while only: give axle_torques with shares",
+    ),
 )
-"""Tests of blocks and classes."""
+"""Tests of blocks and classes, those of a vehicle's track, too."""
 
 
 def implausible(scene: RigScene | FieldScene) -> Iterator[tuple[KeyPath, str]]:
@@ -98,7 +119,9 @@ def implausible(scene: RigScene | FieldScene) -> Iterator[tuple[KeyPath, str]]:
                 (table, one.key),
                 f"{one.key} = {getattr(getattr(scene, table), one.key):g} {one.text}",
             )
-    runs = scene.operation.runs
+    runs: dict[KeyPath, Any] = dict(scene.operation.runs)
+    if isinstance(scene, FieldScene) and scene.vehicle is not None:
+        runs |= {("vehicle", "class", k): one for k, one in enumerate(scene.vehicle.track)}
     for path, run in runs.items():
         for one in OF_RUN:
             if one.test(run):

@@ -22,7 +22,7 @@ from wearsim.scene.campaign import LIMIT_KEYS, STABILITY, LimitsSection, RollerW
 from wearsim.scene.damage import damage_faults
 from wearsim.scene.implausible import implausible
 from wearsim.scene.models import BlockSection, ClassSection, FieldScene, RigScene
-from wearsim.scene.vehicle import cut_motion, points_of_track
+from wearsim.scene.vehicle import Route, cut_motion, rails_of
 from wearsim.toml_faults import KeyPath, shown, suggestion
 
 SHARES_ROUNDED = 0.01
@@ -66,6 +66,13 @@ def cross_faults(scene: Campaign) -> list[Fault]:
     if scene.counterface.wear is not None and not WEAR_LAWS[law].wears:
         text = f'[counterface.wear] wears where the law of [wear] does, and law = "{law}" wears nowhere'
         messages.append((("counterface", "wear"), f"{text}; write another law, or delete the table"))
+    others = rails_of(scene)[0]
+    if scene.counterface.wear is not None and (len(others) > 1 or scene.counterface.profile_left):
+        path = (
+            (*next(reversed(others.values())), "profile_left") if len(others) == 1 else [*others.values()][1]
+        )
+        text = "[counterface.wear] wears one pair of alike rails; delete it, or rails and profile_left"
+        messages.append((path, text))
     return [scene.fault(*message) for message in messages]
 
 
@@ -383,7 +390,8 @@ def shift_ranges(scene: Campaign) -> Iterator[tuple[KeyPath, float, float, int]]
                 shifts.append(getattr(following, "shift_mm", None) or 0.0)
             yield (*path, key), min(shifts), max(shifts), run.positions or 1
     if isinstance(scene, FieldScene) and scene.vehicle is not None:
-        for k, count in enumerate(points_of_track(scene.vehicle, scene._track)):
+        route = scene._route
+        for k, count in route.points_on(scene._track) if isinstance(route, Route) else ():
             path = ("vehicle", "class", k) if scene.vehicle.route is None else ("vehicle", "route")
             yield path, 0.0, 0.0, count  # all within what the flange allows
     if isinstance(scene, FieldScene) and scene.recorded is not None:
@@ -399,21 +407,24 @@ def key_of(path: KeyPath) -> str:
     return str(path[-1] if isinstance(path[-1], str) else path[-2])
 
 
-def fit_faults(scene: Campaign, wheels: Wheels, counterface: Profile) -> list[Fault]:
-    """Fault of a wheelset that does not stand on its rails, if there is any."""
+def fit_faults(
+    scene: Campaign, wheels: Wheels, counterface: Profile, gauges: Mapping[float, KeyPath]
+) -> list[Fault]:
+    """Fault of a wheelset that does not stand on its rails, if there is any; gauges [mm] with their keys."""
     gauge, back_to_back = scene.counterface.gauge_mm, scene.wheelset.back_to_back_mm
     try:
         thickness = [1e3 * measures.flange_thickness(wheel.y, wheel.z) for wheel in wheels]
     except ProfileError as error:
         return [scene.fault(("wheelset", "profile"), f"no flange can be measured: {error}")]
     over_flanges = back_to_back + sum(thickness)
-    if over_flanges >= gauge:
+    narrowest = min(gauges)
+    if over_flanges >= narrowest:
         text = (
-            f"gauge_mm = {gauge:g} must be above {over_flanges:.4g} mm, the width over both flanges "
+            f"gauge_mm = {narrowest:g} must be above {over_flanges:.4g} mm, the width over both flanges "
             f"(back_to_back_mm = {back_to_back:g} + {thickness[0]:.4g} + {thickness[1]:.4g}); "
             "give the gauge of the track or the back-to-back distance of the wheelset"
         )
-        return [scene.fault(("counterface", "gauge_mm"), text)]
+        return [scene.fault(gauges[narrowest], text)]
     top = float(counterface.y[np.argmin(counterface.z)])
     for path, low, high, _ in shift_ranges(scene):
         for shift in dict.fromkeys((low, high)):

@@ -44,9 +44,10 @@ from wearsim.scene.overrides import Override, at_its_source, merge, overridden_t
 from wearsim.scene.recorded import read_record
 from wearsim.scene.rig import with_programme, with_rig
 from wearsim.scene.sweep import SweepScene, read_sweep
-from wearsim.scene.vehicle import read_vehicle
+from wearsim.scene.vehicle import Rails, rails_of, read_vehicle
 from wearsim.scene.wear_table import read_wear_table
 from wearsim.toml_faults import (
+    KeyPath,
     Lines,
     content_of,
     is_key,
@@ -107,13 +108,18 @@ class Inputs:
 
     right: Profile
     left: Profile
-    counterface: Profile  # placed in the track
+    rails: tuple[tuple[Profile, Profile | None], ...]  # placed; those of the left side if they differ
     half_span: float  # from the track centre to the origin of the wheel profile [m]
-    clearance: tuple[float | None, float | None]  # [m]
+    clearances: tuple[tuple[float | None, float | None], ...]  # on each pair of rails [m]
     files: tuple[InputFile, ...]  # the scene file first
     wear_table: WearTable | None = None  # of the file that `table_file` names
     templates: tuple[Profile, Profile] | None = None
     warnings: tuple[Fault, ...] = ()  # of what the files say
+
+    @property
+    def counterface(self) -> Profile:
+        """The right one of the first pair of rails."""
+        return self.rails[0][0]
 
 
 def load_scene(
@@ -350,20 +356,20 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
     leaning: list[Fault] = []
     diameters: dict[str, float] = {}
 
-    def profile(name: str, *path: str) -> Profile | None:
+    pairs = rails_of(scene)[0]
+
+    def profile(name: str, *path: str | int, pair: Rails | None = None) -> Profile | None:
         try:
-            shape, file, reading = _read_profile(scene, ".".join(path), name, half_span, kept)
+            shape, file, reading = _read_profile(scene, path, name, half_span, kept, pair)
             if reading is not None and reading.diameter is not None and path[0] == "wheelset":
                 diameters[name] = 1e3 * reading.diameter
-            if path[0] == "counterface" and reading is not None:
-                slope = slope_of(scene.counterface.inclination)
+            if pair is not None and reading is not None:
+                slope = slope_of(pair.inclination)
                 if tilt_to_add(reading.lean, slope) != slope:
-                    text = (
-                        f"inclination = {shown(scene.counterface.inclination)} is without effect: the head "
-                    )
+                    text = f"inclination = {shown(pair.inclination)} is without effect: the head "
                     text += f'in {name} {lean_words(reading.lean or 0.0)} already; write inclination = "none"'
-                    leaning.append(scene.fault(("counterface", "inclination"), text))
-            if path[0] != "counterface" or scene.counterface.wear is not None:
+                    leaning.append(scene.fault((*path[:-1], "inclination"), text))
+            if pair is None or scene.counterface.wear is not None:
                 shape = resample(shape, spacing)
         except ProfileError as error:
             lines = str(error).splitlines()
@@ -388,20 +394,30 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
     right = left = profile(wheelset.profile, "wheelset", "profile")
     if wheelset.profile_left is not None:
         left = profile(wheelset.profile_left, "wheelset", "profile_left")
-    counterface = profile(scene.counterface.profile, "counterface", "profile")
+    rails = [
+        (
+            profile(pair.profile, *path, "profile", pair=pair),
+            None if (left_name := pair.profile_left) is None
+            else profile(left_name, *path, "profile_left", pair=pair),
+        )
+        for pair, path in pairs.items()
+    ]  # fmt: skip
     shape_name = None if rules is None else rules.profile
     place = ("campaign", "reprofiling", "profile")
     template = None if shape_name is None else profile(shape_name, *place)
+    unread = bool(faults)
     table = _wear_table(scene, kept, files, faults)
     noted = [*header_warnings(scene, diameters), *leaning]
     if diameters and "radius_mm" not in wheelset.model_fields_set:
         radius = 0.5 * sum(diameters.values()) / len(diameters)
         scene = scene.model_copy(update={"wheelset": wheelset.model_copy(update={"radius_mm": radius})})
     faults += cross_faults(scene)
-    if right is None or left is None or counterface is None or (shape_name is not None and template is None):
+    counterface = rails[0][0]
+    if unread or right is None or left is None or counterface is None:
         raise SceneError(by_line(faults))
     wheels = right, matched(left, len(right.y), wheelset.profile_left, "wheelset", "profile_left")
-    unfit = fit_faults(scene, wheels, counterface)
+    gauges = {pair.gauge_mm: (*path, "gauge_mm") for pair, path in reversed(pairs.items())}
+    unfit = fit_faults(scene, wheels, counterface, gauges)
     if unfit:
         raise SceneError(by_line(faults + unfit))
     templates = None if rules is None else wheels
@@ -409,8 +425,12 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
         templates = (matched(template, len(right.y), shape_name, *place),) * 2
     if templates is not None:
         faults += template_faults(scene, templates, counterface)
-    free = flange_clearance(right, counterface)
-    clearance = (free, free if left is right else flange_clearance(wheels[1], counterface))
+    clearances, sides = [], [(rail, other) for rail, other in rails if rail is not None]
+    for rail, other in sides:
+        free = flange_clearance(right, rail)
+        alike = left is right and other is None
+        clearances.append((free, free if alike else flange_clearance(wheels[1], other or rail)))
+    clearance = clearances[0]
     faults += limit_faults(scene, wheels, counterface, end=True)
     if isinstance(scene, FieldScene):
         try:
@@ -435,7 +455,14 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
         and all(file.shipped for file in files if file.role.startswith(f"{key}."))
     ]
     scene._inputs = Inputs(
-        *wheels, counterface, half_span, clearance, tuple(files), table, templates, tuple(noted)
+        *wheels,
+        tuple(sides),
+        half_span,
+        tuple(clearances),
+        tuple(files),
+        table,
+        templates,
+        tuple(noted),
     )
     return scene
 
@@ -529,13 +556,21 @@ def _wear_table(
     return None
 
 
+def _placing(pair: Rails, half_span: float) -> tuple[float, float, float]:
+    """Slope, gauge and half span of rails."""
+    return slope_of(pair.inclination), 1e-3 * pair.gauge_mm, half_span
+
+
 def _read_profile(
-    scene: RigScene | FieldScene, role: str, name: str, half_span: float, kept: Mapping[str, Path]
+    scene: RigScene | FieldScene,
+    key: KeyPath,
+    name: str,
+    half_span: float,
+    kept: Mapping[str, Path],
+    pair: Rails | None,
 ) -> tuple[Profile, InputFile, ProfileReading | None]:
     """Profile of a key, smoothed and placed in the track, its file, and what that says besides."""
-    is_rail = role.startswith("counterface")
-    section = scene.counterface
-    slope, placing = slope_of(section.inclination), (1e-3 * section.gauge_mm, half_span)
+    role, section = ".".join(map(str, key)), scene.counterface
     depth = 1e-3 * section.gauge_height_mm
     path = _place_of(scene, role, name, kept)
     if path is None or path.suffix == ".toml":
@@ -546,15 +581,19 @@ def _read_profile(
             )
         short = name.removesuffix(".toml")
         shape = (
-            standard.rail(short, slope, *placing, gauge_height=depth) if is_rail else standard.wheel(short)
+            standard.wheel(short)
+            if pair is None
+            else standard.rail(short, *_placing(pair, half_span), gauge_height=depth)
         )
         path = standard.find_shipped(short)
         return shape, InputFile(role, name, path, path.read_bytes(), shipped=True), None
-    reading = read_profile(path, "rail" if is_rail else "wheel")
+    reading = read_profile(path, "wheel" if pair is None else "rail")
     path = reading.files[-1]  # of a list of slices, the slice
-    smooth = {"wheelset": scene.wheelset.smooth_mm, "counterface": section.smooth_mm}
-    shape = smoothed(reading.profile, 1e-3 * (smooth.get(role.partition(".")[0]) or 0.0))
-    shape = place_rail(shape, tilt_to_add(reading.lean, slope), *placing, depth) if is_rail else shape
+    smooth = section.smooth_mm if pair else scene.wheelset.smooth_mm if key[0] == "wheelset" else None
+    shape = smoothed(reading.profile, 1e-3 * (smooth or 0.0))
+    if pair is not None:
+        slope, gauge, half_span = _placing(pair, half_span)
+        shape = place_rail(shape, tilt_to_add(reading.lean, slope), gauge, half_span, depth)
     try:
         return shape, InputFile(role, name, path, path.read_bytes()), reading
     except OSError as error:

@@ -13,7 +13,7 @@ from wearsim.contact.solve import ContactModels, Counterface, Wheelset, availabl
 from wearsim.damage.fatigue import FatigueSettings
 from wearsim.damage.wear import WearSettings
 from wearsim.errors import Fault, ProfileError, SceneError
-from wearsim.operation.bogie import GRAVITY
+from wearsim.operation.bogie import GRAVITY, Vehicle
 from wearsim.operation.points import (
     OperatingPoints,
     collective,
@@ -28,7 +28,7 @@ from wearsim.operation.route import (
     Curve,
     Motion,
     Tangent,
-    creep_coefficient,
+    creep_coefficients,
     klingel,
     reduced,
     route,
@@ -45,7 +45,7 @@ from wearsim.scene.campaign import (
     RailWearSection,
     ReprofilingRules,
 )
-from wearsim.scene.damage import fatigue_settings, wear_settings
+from wearsim.scene.damage import BrakeBlock, fatigue_settings, wear_settings
 from wearsim.scene.messages import by_line, scene_warnings, shift_ranges
 from wearsim.scene.models import ContactSection, FieldScene, RigScene, RollerSection
 from wearsim.scene.read import inputs_of
@@ -86,6 +86,7 @@ class CampaignSetup:
     tolerance: float | None = None
     counterface_wear: CounterfaceWear | None = None  # None: rails or rollers stay as they are
     templates: tuple[Profile, Profile] | None = None  # that right and left wheel are reprofiled to
+    brake: BrakeBlock | None = None
     reduction: Reduction | None = None  # of a record to the operating points
     vehicle: str = ""  # name and source, and how it moves on straight track
     running: Running | None = None  # state of the new wheelset under controlled forces; None: nothing is
@@ -99,8 +100,12 @@ def build(scene: RigScene | FieldScene) -> CampaignSetup:
     inputs, contact, curvature = inputs_of(scene), scene.contact, scene.counterface.curvature
     wear, *comparison = wear_settings(scene.wear, inputs.wear_table)
     models, *fallbacks = contact_models(contact)
-    wheelset = Wheelset(inputs.right, inputs.left, 1e-3 * scene.wheelset.radius_mm, inputs.half_span)
-    counterface = Counterface(inputs.counterface, curvature)
+    wheelset = Wheelset(
+        inputs.right, inputs.left, 1e-3 * scene.wheelset.radius_mm, inputs.half_span,
+        1e-3 * scene.wheelset.wheel_diameter_difference_mm,
+    )  # fmt: skip
+    first, *further = (Counterface(right, curvature, left) for right, left in inputs.rails)
+    counterface = replace(first, further=tuple(further))
     reduction = None
     if isinstance(scene, FieldScene) and scene.recorded is not None:
         reduction = _reduced(scene, (wheelset, counterface), wear)
@@ -137,13 +142,16 @@ def build(scene: RigScene | FieldScene) -> CampaignSetup:
         fatigue=fatigue_settings(scene.fatigue),
         counterface_wear=_counterface_wear(scene),
         templates=inputs.templates,
-    )
+        brake=None if (block := scene.wear.brake_block) is None else BrakeBlock(
+            1e-12 * block.um_per_1000_km, 1e-3 * block.from_mm, 1e-3 * block.to_mm
+        ),
+    )  # fmt: skip
 
 
 def warnings_of(scene: RigScene | FieldScene) -> tuple[Fault, ...]:
     """Warnings of a loaded scene, in the order of the file, without those of `check_contact`."""
     inputs = inputs_of(scene)
-    own = scene_warnings(scene, (inputs.right, inputs.left), inputs.counterface, inputs.clearance)
+    own = scene_warnings(scene, (inputs.right, inputs.left), inputs.counterface, inputs.clearances[0])
     if isinstance(scene, FieldScene) and scene.recorded is not None:
         found, tolerance = scene._reduction, scene.recorded.binning_tolerance
         if isinstance(found, Reduction) and found.error > tolerance:
@@ -284,29 +292,12 @@ def _on_route(scene: FieldScene, bodies: tuple[Wheelset, Counterface], wear: Wea
     section, given = scene.vehicle, scene._route
     assert section is not None
     assert isinstance(given, Route)
-    inputs, vehicle, (wheelset, counterface) = inputs_of(scene), given.vehicle, bodies
-    spread = max((one.std for one in given.track if isinstance(one, Tangent)), default=0.0)
-    profiles = wheelset.right, wheelset.left, counterface.profile
-    clearance = min((one for one in inputs.clearance if one is not None), default=math.inf)
-    amplitude = min(max(math.sqrt(2.0) * spread, 1e-3), clearance)
-    try:
-        conicity = equivalent_conicity(*profiles, amplitude=amplitude) or LEAST_CONICITY
-    except ProfileError as error:
-        raise SceneError([scene.fault(("vehicle", "tangent"), f"no equivalent conicity: {error}")]) from None
-    wavelength = section.tangent_wavelength_m or klingel(wheelset, conicity)
-    models, *_ = contact_models(scene.contact)
-    motion = Motion(
-        rule=section.tangent,
-        wavelength=wavelength,
-        creep=creep_coefficient(wheelset, counterface, models, 0.5 * vehicle.axle_load),
-        conicity=conicity,
-        clearance=clearance,
-        leading=section.leading_share,
-        turned=section.turned_share,
-    )
+    vehicle, (wheelset, counterface) = given.vehicle, bodies
+    rails = zip((counterface, *counterface.further), inputs_of(scene).clearances, strict=True)
+    motions = [_motion(scene, vehicle, wheelset, *one) for one in rails]
 
     def on(track: Sequence[Curve | Tangent]) -> OperatingPoints:
-        return route(track, vehicle, motion, wheelset, scene.contact.rotation)
+        return route(track, vehicle, given.shares, motions, wheelset, scene.contact.rotation)
 
     def worn(track: Sequence[Curve | Tangent]) -> np.ndarray:
         points = on(track)
@@ -325,6 +316,34 @@ def _on_route(scene: FieldScene, bodies: tuple[Wheelset, Counterface], wear: Wea
             text = next(iter(error.messages.values()))
             raise SceneError([scene.fault(("vehicle", "route"), f"{text}; {OF_BOGIES}")]) from None
     return on(scene._track)
+
+
+def _motion(
+    scene: FieldScene,
+    vehicle: Vehicle,
+    wheelset: Wheelset,
+    rails: Counterface,
+    clearances: tuple[float | None, float | None],
+) -> Motion:
+    """Motion of a vehicle on straight track, on one pair of rails."""
+    section, given = scene.vehicle, scene._route
+    assert section is not None
+    assert isinstance(given, Route)
+    spread = max((one.std for one in given.track if isinstance(one, Tangent)), default=0.0)
+    clearance = min((one for one in clearances if one is not None), default=math.inf)
+    amplitude = min(max(math.sqrt(2.0) * spread, 1e-3), clearance)
+    try:
+        conicity = equivalent_conicity(wheelset.right, wheelset.left, rails.profile, amplitude=amplitude)
+    except ProfileError as error:
+        raise SceneError([scene.fault(("vehicle", "tangent"), f"no equivalent conicity: {error}")]) from None
+    conicity, (models, *_) = conicity or LEAST_CONICITY, contact_models(scene.contact)
+    return Motion(
+        rule=section.tangent,
+        wavelength=section.tangent_wavelength_m or klingel(wheelset, conicity),
+        creep=creep_coefficients(wheelset, rails, models, 0.5 * vehicle.axle_load),
+        conicity=conicity,
+        clearance=clearance,
+    )
 
 
 def _monitored(scene: RigScene | FieldScene, points: OperatingPoints) -> OperatingPoints:
