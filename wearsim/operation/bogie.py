@@ -44,6 +44,7 @@ _MOST = 80
 _KEPT = 0.6  # of the residual before, up to which the slope is kept
 _SMALL = 1e-2  # of the scale: from here on Newton's steps in full
 _ENDLESS = 1e9
+_BACK = 0.25  # product of steps in turn, over the longest ones, from which they go back and forth
 
 
 @dataclass(frozen=True)
@@ -168,6 +169,7 @@ def curved(search: Search, bogies: Bogies, warm: bool, tolerance: float) -> IntA
     pace, growth = np.full(count, _ENDLESS if warm else 1.0), np.full(count, 4.0)
     last, before = np.full(count, np.inf), np.full((count, 4), np.nan)
     slope, known = np.zeros((count, 4, 4)), np.zeros(count, dtype=bool)
+    taken, turned = np.zeros((count, 4)), np.zeros(count, dtype=bool)  # the steps before
     rest = np.arange(count)
     for _ in range(_MOST):
         rows = axles[rest].ravel()
@@ -188,7 +190,7 @@ def curved(search: Search, bogies: Bogies, warm: bool, tolerance: float) -> IntA
         if asked.size:
             slope[rest[asked]], known[rest[asked]] = _slope(search, axles[rest[asked]], found[asked])
         whole &= known[rest] | done
-        worse = np.asarray(norm > last[rest])
+        worse = np.asarray((norm > last[rest]) | turned[rest])
         paced = np.clip(pace[rest] * np.where(worse, 0.25, growth[rest]), 0.02, _ENDLESS)
         pace[rest] = np.where(norm < _SMALL, _ENDLESS, paced)
         growth[rest] = np.where(worse, np.maximum(1.3, 0.7 * growth[rest]), growth[rest])
@@ -203,6 +205,10 @@ def curved(search: Search, bogies: Bogies, warm: bool, tolerance: float) -> IntA
         pace[rest] = np.where(whole, pace[rest], 0.25 * pace[rest])
         before[rest] = np.where(whole[:, None], state, before[rest])
         step[done] = 0.0
+        # back and forth by long steps, as at the kink of a second patch: shorter ones
+        scaled = step / _LONGEST
+        turned[rest] = ((scaled * taken[rest]).sum(axis=1) < -_BACK) & whole
+        taken[rest] = scaled
         search.shift[rows], search.yaw[rows] = (state + step).reshape(-1, 2).T
         on_way = np.repeat(whole & ~done, 2)[:, None]
         search.load[rows] = np.where(on_way, np.maximum(balanced, 0.02 * weight), load)
