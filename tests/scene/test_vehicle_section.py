@@ -150,7 +150,11 @@ def test_cant_and_deficiency_of_the_same_curve_are_alike(folder, changed):
         ("tangent_wavelength_m = 9", 'tangent = "free"', "suspended, kinematic, guided, shifted"),
         ("[contact]", '[contact]\nmodel = "auto"', "forces are balanced by the fast model alone"),
         ("[contact]", '[contact]\nroll = "given"', "lets no forces of the vehicle be balanced"),
-        ("environment = 0.5", "lubricated_share = 1.5", "lubricated_share = 1.5 must be at least 0 and at most 1"),
+        (
+            "environment = 0.5",
+            "lubricated_share = 1.5",
+            "lubricated_share = 1.5 must be at least 0 and at most 1",
+        ),
         (
             "friction_flange = 0.15",
             "lubricated_share = 0.5",

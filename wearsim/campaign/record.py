@@ -304,14 +304,18 @@ class Writer:
         laws = self.header.static.get("fatigue_name", ())
         return first_met(row, ending_limits(self.header.attributes), laws)
 
-    def finish(self) -> str:
-        """Write and verify the complete file, mark it finished, remove the records; return why it ended."""
+    def finish(self, closing: Callable[[Mapping[str, np.ndarray]], dict[str, float]]) -> str:
+        """Write and verify the complete file, mark it finished, remove the records; return why it ended.
+
+        `closing` gives attributes by the last row.
+        """
         count, given = self._count, self.header.attributes
         laws = self.header.static.get("fatigue_name", ())
         met = self.limit_met(self.records.row(count - 1))
         ended = f"limit of {QUANTITIES[met].meaning} met" if met else "distance reached"
         attributes = {
             **given,
+            **closing(self.records.row(count - 1)),
             **met_attributes((read() for read in self._readers()), limits_of(given), laws),
             "source": _in_order_of_use(self._sources),
             "finished": ended,

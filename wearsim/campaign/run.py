@@ -14,6 +14,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from types import FrameType
 from typing import Any, Literal
@@ -34,6 +35,7 @@ from wearsim.campaign.directory import (
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.record import Writer
 from wearsim.campaign.row import StepTaken, state_of
+from wearsim.campaign.running import closing_attributes
 from wearsim.campaign.state import State
 from wearsim.contact.solve import available_cores
 from wearsim.errors import (
@@ -249,7 +251,7 @@ def run_evolution(
             return writer.path
         with _Interrupts() as interrupts:
             _loop(evolution, writer, progress, interrupts)
-        progress.report("finished", ended=writer.finish())
+        progress.report("finished", ended=writer.finish(partial(closing_attributes, evolution.setup)))
     except KeyboardInterrupt:
         with _uninterrupted(), contextlib.suppress(WearsimError):
             writer.flush()

@@ -19,7 +19,9 @@ SHIPPED = {
 
 def add_flags(parser: argparse.ArgumentParser) -> None:
     """Add the flags."""
-    parser.add_argument("kind", choices=SHIPPED, help="field: a vehicle on a route; field_given: given positions")
+    parser.add_argument(
+        "kind", choices=SHIPPED, help="field: a vehicle on a route; field_given: given positions"
+    )
     parser.add_argument(
         "--out", metavar="FILE",
         help="scene file (default rig.toml, ... in this folder); scenes that it names are written next to "
