@@ -15,7 +15,6 @@ from wearsim.operation.route import (
     Tangent,
     creep_coefficients,
     klingel,
-    points_on,
     reduced,
     resting,
     route,
@@ -128,7 +127,7 @@ def test_each_state_of_a_class_has_its_share_and_set_points(bodies):
     assert set(points.class_name) == {"straight", "curve leading", "curve trailing"}
     straight = conditions.shift[np.array(points.class_name) == "straight"]
     assert np.abs(straight[-10:]).max() < 1e-3 < np.abs(straight).max()  # narrow rails cut the motion
-    assert sum(count for _, count in points_on(track, VEHICLE, HALF, 2)) == weight.size
+    assert points.of_track == (0,) * 192 + (1,) * 16 + (0,) * 192 + (1,) * 16
 
 
 def test_a_body_that_holds_the_bogies_parts_the_leading_from_the_trailing_axle(bodies):

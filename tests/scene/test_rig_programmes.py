@@ -49,7 +49,7 @@ def test_a_rig_and_its_scene_say_how_deep_the_gauge_is_measured_and_what_is_on_t
     scene = load_scene("scene.toml")
     assert scene.counterface.gauge_height_mm == 15.875
     counterface = build(scene).counterface
-    alike = wearsim.rails("60E1", inclination=1 / 40, gauge=1.435, gauge_height=15.875, left="54E1")
+    alike = wearsim.rails("60E1", inclination=1 / 40, gauge=1.435, gauge_height=15.875e-3, left="54E1")
     for own, expected in zip(counterface.profiles, alike.profiles, strict=True):
         np.testing.assert_array_equal(own.y, expected.y)
         np.testing.assert_array_equal(own.z, expected.z)

@@ -26,7 +26,7 @@ from wearsim.operation.left_out import mask_of, shared_weight
 from wearsim.operation.points import OperatingPoints, select
 from wearsim.profile.shape import arc_length, vertex_lengths
 from wearsim.scene.campaign import CounterfaceWear
-from wearsim.scene.damage import BrakeBlock
+from wearsim.scene.damage import BrakeBlockSection
 
 if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
@@ -48,7 +48,7 @@ class Setup:
     threads: int = 1  # of the contact solver; their number does not change the bits of the result
     fallbacks: tuple[ContactModels, ...] = ()  # in order, where `models` have no solution
     reference: ContactModels | None = None  # by which the others are corrected
-    brake: BrakeBlock | None = None
+    brake: BrakeBlockSection | None = None
 
     @property
     def chain(self) -> tuple[ContactModels, ...]:

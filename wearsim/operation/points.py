@@ -38,6 +38,8 @@ class OperatingPoints:
         Block or class of each point; by default its label.
     controlled : Controlled, optional
         Forces from which shifts and wheel loads of points follow; None: all of them are given.
+    of_track : tuple of int
+        Number of the class of a vehicle's track of each point.
     """
 
     conditions: ContactConditions
@@ -47,6 +49,7 @@ class OperatingPoints:
     label: tuple[str, ...]
     class_name: tuple[str, ...] = ()
     controlled: Controlled | None = None
+    of_track: tuple[int, ...] = ()
 
     @property
     def of_class(self) -> IntArray:

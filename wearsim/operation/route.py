@@ -212,11 +212,11 @@ def route(
     bogies = _bogies(vehicle, shares)
     for rail, motion in enumerate(motions):
         on_straight = _motion(vehicle, shares, motion, wheelset)
-        states = [(one, *each) for one in track for each in one.on(rail)]
-        for one, part, words, changes in states:
+        states = [(k, one, *each) for k, one in enumerate(track) for each in one.on(rail)]
+        for k, one, part, words, changes in states:
             common = {
                 "name": one.name, "speed": one.speed, "friction": one.friction, **changes,
-                "environment": one.environment, "share": part * one.share / total,
+                "environment": one.environment, "share": part * one.share / total, "of_track": k,
             }  # fmt: skip
             if isinstance(one, Tangent):
                 runs += [
@@ -245,6 +245,7 @@ def route(
     ]
     label, names = (tuple(str(run[key]) for run in runs) for key in ("label", "name"))
     points = points_of(loaded, {"rotation": rotation, "free_roll": True}, weight / weight.sum(), label, names)
+    points = replace(points, of_track=tuple(run["of_track"] for run in runs))
     first = np.flatnonzero([run.get("axle") == "leading" for run in runs])
     if not first.size:
         return points
@@ -289,19 +290,6 @@ def _motion(
         return found
 
     return positions
-
-
-def points_on(
-    track: Sequence[Track], vehicle: Vehicle, shares: AxleShares, rails: int
-) -> list[tuple[int, int]]:
-    """Give number and operating points of the classes of track, in the order of `route`."""
-    axles, ways = ((one > 0.0) + (one < 1.0) for one in (shares.leading, shares.turned))
-    curve = 2 * ways * len(_bogies(vehicle, shares))
-    return [
-        (k, len(one.on(rail)) * (POSITIONS * axles if isinstance(one, Tangent) else curve))
-        for rail in range(rails)
-        for k, one in enumerate(track)
-    ]
 
 
 def reduced(

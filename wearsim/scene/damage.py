@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Literal, Self
 
-import numpy as np
 from pydantic import (
     Field,
     GetJsonSchemaHandler,
@@ -77,20 +76,6 @@ class _OrName:
         return {"anyOf": [{"type": "string", "enum": names}, handler(schema)]}
 
 
-@dataclass(frozen=True)
-class BrakeBlock:
-    """What brake blocks wear off both wheels."""
-
-    rate: float  # depth per distance run [m/m]
-    low: float  # edges on the wheel profile [m]
-    high: float
-
-    def depth(self, y: FloatArray) -> FloatArray:
-        """Depth per distance at vertices [m/m]."""
-        worn: FloatArray = np.where((y >= self.low) & (y <= self.high), self.rate, 0.0)
-        return worn
-
-
 class BrakeBlockSection(Section):
     """[wear.brake_block]: what brake blocks wear off the tread, counted in the first regime of each law."""
 
@@ -104,6 +89,12 @@ class BrakeBlockSection(Section):
             text = f"to_mm = {self.to_mm:g} must be above from_mm = {self.from_mm:g}; exchange them"
             raise cross_check(text, "to_mm")
         return self
+
+    def depth(self, y: FloatArray) -> FloatArray:
+        """Depth per distance at vertices of a wheel [m/m]."""
+        below = (y >= 1e-3 * self.from_mm) & (y <= 1e-3 * self.to_mm)
+        worn: FloatArray = 1e-12 * self.um_per_1000_km * below
+        return worn
 
 
 class WearSection(Section):

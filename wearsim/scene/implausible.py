@@ -102,11 +102,6 @@ OF_RUN = (
         lambda run: _deficiency_mm(run) > 200.0,
         "with this radius and cant_mm is a cant deficiency above 200 mm, beyond trains that do not tilt",
     ),
-    Implausible(
-        "axle_torque_kN_m",
-        lambda run: getattr(run, "rails", None) is not None and abs(run.axle_torque_kN_m or 0.0) > 15.0,
-        "acts all the way, and locomotives pull with as much for a while only: give axle_torques with shares",
-    ),
 )
 """Tests of blocks and classes, those of a vehicle's track, too."""
 

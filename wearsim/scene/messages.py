@@ -22,7 +22,7 @@ from wearsim.scene.campaign import LIMIT_KEYS, STABILITY, LimitsSection, RollerW
 from wearsim.scene.damage import damage_faults
 from wearsim.scene.implausible import implausible
 from wearsim.scene.models import BlockSection, ClassSection, FieldScene, RigScene
-from wearsim.scene.vehicle import Route, cut_motion, rails_of
+from wearsim.scene.vehicle import cut_motion, rails_of
 from wearsim.toml_faults import KeyPath, shown, suggestion
 
 SHARES_ROUNDED = 0.01
@@ -390,10 +390,9 @@ def shift_ranges(scene: Campaign) -> Iterator[tuple[KeyPath, float, float, int]]
                 shifts.append(getattr(following, "shift_mm", None) or 0.0)
             yield (*path, key), min(shifts), max(shifts), run.positions or 1
     if isinstance(scene, FieldScene) and scene.vehicle is not None:
-        route = scene._route
-        for k, count in route.points_on(scene._track) if isinstance(route, Route) else ():
+        for k in scene._of_track or (0,):
             path = ("vehicle", "class", k) if scene.vehicle.route is None else ("vehicle", "route")
-            yield path, 0.0, 0.0, count  # all within what the flange allows
+            yield path, 0.0, 0.0, 1  # within what the flange allows
     if isinstance(scene, FieldScene) and scene.recorded is not None:
         found = scene._reduction
         yield ("recorded", "file"), 0.0, 0.0, len(found.group) if isinstance(found, Reduction) else 1

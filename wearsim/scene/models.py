@@ -450,6 +450,7 @@ class FieldScene(_Campaign):
     vehicle: VehicleSection | None = None
     _route: object = PrivateAttr(None)  # set once the files of the vehicle were read
     _track: tuple[Curve | Tangent, ...] = PrivateAttr(())  # its classes; once known, those of segments
+    _of_track: tuple[int, ...] = PrivateAttr(())  # the class of each operating point, once they are made
     _error: float = PrivateAttr(0.0)  # of the wear of classes that stand for segments
     _samples: object = PrivateAttr(None)  # set once the record was read
     _reduction: object = PrivateAttr(None)  # set once it is reduced to operating points

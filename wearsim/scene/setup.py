@@ -45,7 +45,7 @@ from wearsim.scene.campaign import (
     RailWearSection,
     ReprofilingRules,
 )
-from wearsim.scene.damage import BrakeBlock, fatigue_settings, wear_settings
+from wearsim.scene.damage import BrakeBlockSection, fatigue_settings, wear_settings
 from wearsim.scene.messages import by_line, scene_warnings, shift_ranges
 from wearsim.scene.models import ContactSection, FieldScene, RigScene, RollerSection
 from wearsim.scene.read import inputs_of
@@ -86,7 +86,7 @@ class CampaignSetup:
     tolerance: float | None = None
     counterface_wear: CounterfaceWear | None = None  # None: rails or rollers stay as they are
     templates: tuple[Profile, Profile] | None = None  # that right and left wheel are reprofiled to
-    brake: BrakeBlock | None = None
+    brake: BrakeBlockSection | None = None
     reduction: Reduction | None = None  # of a record to the operating points
     vehicle: str = ""  # name and source, and how it moves on straight track
     running: Running | None = None  # state of the new wheelset under controlled forces; None: nothing is
@@ -142,10 +142,8 @@ def build(scene: RigScene | FieldScene) -> CampaignSetup:
         fatigue=fatigue_settings(scene.fatigue),
         counterface_wear=_counterface_wear(scene),
         templates=inputs.templates,
-        brake=None if (block := scene.wear.brake_block) is None else BrakeBlock(
-            1e-12 * block.um_per_1000_km, 1e-3 * block.from_mm, 1e-3 * block.to_mm
-        ),
-    )  # fmt: skip
+        brake=scene.wear.brake_block,
+    )
 
 
 def warnings_of(scene: RigScene | FieldScene) -> tuple[Fault, ...]:
@@ -315,7 +313,9 @@ def _on_route(scene: FieldScene, bodies: tuple[Wheelset, Counterface], wear: Wea
         except StateError as error:
             text = next(iter(error.messages.values()))
             raise SceneError([scene.fault(("vehicle", "route"), f"{text}; {OF_BOGIES}")]) from None
-    return on(scene._track)
+    points = on(scene._track)
+    scene._of_track = points.of_track
+    return points
 
 
 def _motion(

@@ -13,7 +13,7 @@ from pydantic_core import PydanticCustomError
 
 from wearsim.errors import SceneError
 from wearsim.operation.bogie import Vehicle
-from wearsim.operation.route import WITHIN, AxleShares, Curve, Tangent, points_on
+from wearsim.operation.route import WITHIN, AxleShares, Curve, Tangent
 from wearsim.profile.placement import slope_of
 from wearsim.profile.standard import shipped_path
 from wearsim.quantities import QUANTITIES
@@ -339,12 +339,7 @@ class Route:
     about: str  # name and source of the vehicle
     track: tuple[Curve | Tangent, ...]  # classes, or segments of a file
     files: tuple[tuple[str, str, Path], ...]  # role, name in the scene and place of each file
-    rails: int  # pairs of them
     shares: AxleShares
-
-    def points_on(self, track: Sequence[Curve | Tangent]) -> list[tuple[int, int]]:
-        """Give number and operating points of the classes of track, in the order of the collective."""
-        return points_on(track, self.vehicle, self.shares, self.rails)
 
 
 def read_vehicle(scene: FieldScene, place: Place) -> Route:
@@ -397,11 +392,10 @@ def read_vehicle(scene: FieldScene, place: Place) -> Route:
     if faults:
         raise SceneError(faults)
     about = f"{file.name} ({file.source})"
-    pairs, shares = rails_of(scene)
-    kinds = list(zip(practice_of(section), shares, strict=True))
+    kinds = list(zip(practice_of(section), rails_of(scene)[1], strict=True))
     classes = tuple(_track(one, scene, *kinds[k % len(kinds)]) for k, one in enumerate(track))
     axle = AxleShares(section.leading_share, section.turned_share, section.axle == "outer")
-    return Route(vehicle, about, classes, tuple(files), len(pairs), axle)
+    return Route(vehicle, about, classes, tuple(files), axle)
 
 
 def _faults(section: VehicleSection) -> list[tuple[KeyPath, str]]:
