@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Literal, Self
 
+import numpy as np
 from pydantic import (
     Field,
     GetJsonSchemaHandler,
@@ -93,7 +94,7 @@ class BrakeBlockSection(Section):
     def depth(self, y: FloatArray) -> FloatArray:
         """Depth per distance at vertices of a wheel [m/m]."""
         below = (y >= 1e-3 * self.from_mm) & (y <= 1e-3 * self.to_mm)
-        worn: FloatArray = 1e-12 * self.um_per_1000_km * below
+        worn: FloatArray = np.where(below, 1e-12 * self.um_per_1000_km, 0.0)
         return worn
 
 
