@@ -7,8 +7,6 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
-from wearsim.operation.bogie import GRAVITY
-from wearsim.operation.route import BASE
 from wearsim.scene.models import FieldScene, RigScene
 from wearsim.toml_faults import KeyPath, shown
 
@@ -54,14 +52,6 @@ OF_SCENE: tuple[tuple[str, Implausible], ...] = (
 """Tests of a scene, by the table of the key."""
 
 
-def _deficiency_mm(run: Any) -> float:
-    """Cant deficiency of a class of a vehicle's track that gives its cant; 0 if it does not."""
-    if getattr(run, "cant_mm", None) is None or run.curve_radius_m is None:
-        return 0.0
-    radius = abs(run.curve_radius_m)
-    return float(1e3 * BASE * (run.speed_km_h / 3.6) ** 2 / (GRAVITY * radius) - run.cant_mm)
-
-
 OF_RUN = (
     Implausible(
         "yaw_mrad",
@@ -96,11 +86,6 @@ OF_RUN = (
         ),
         "is to the inside of the curve of curve_radius_m, and wheelsets run to the outside: both are "
         "positive to the right",
-    ),
-    Implausible(
-        "speed_km_h",
-        lambda run: _deficiency_mm(run) > 200.0,
-        "with this radius and cant_mm is a cant deficiency above 200 mm, beyond trains that do not tilt",
     ),
 )
 """Tests of blocks and classes, those of a vehicle's track, too."""

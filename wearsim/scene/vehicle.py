@@ -381,7 +381,10 @@ def read_vehicle(scene: FieldScene, place: Place) -> Route:
     track = section.track if segments is None else segments
     arm = 1e-3 * scene.wheelset.radius_mm * vehicle.axle_load
     for k, one in enumerate(track):
-        torques = [one.axle_torque_kN_m or 0.0, *(each.axle_torque_kN_m for each in _torques(one))]
+        torques = [
+            one.axle_torque_kN_m or 0.0,
+            *(each.axle_torque_kN_m for each in getattr(one, "axle_torques", ())),
+        ]
         largest, most = max(torques, key=abs), 1e-3 * one.friction * arm
         if abs(largest) > most:
             name = "axle_torques" if one.axle_torque_kN_m is None else "axle_torque_kN_m"
@@ -430,10 +433,6 @@ def cut_motion(section: VehicleSection, clearance: float) -> list[tuple[KeyPath,
     return found
 
 
-def _torques(one: TrackKeys) -> tuple[TorqueShare, ...]:
-    return one.axle_torques if isinstance(one, TrackSection) else ()
-
-
 def _track(
     one: TrackKeys,
     scene: FieldScene,
@@ -447,7 +446,7 @@ def _track(
         "speed": speed, "friction": one.friction, "environment": one.environment,
         "friction_flange": one.friction if one.friction_flange is None else one.friction_flange,
         "torque": scene.contact.torque_Nm if torque is None else 1e3 * torque,
-        "torques": tuple((1e3 * each.axle_torque_kN_m, each.share) for each in _torques(one)),
+        "torques": tuple((1e3 * each.axle_torque_kN_m, each.share) for each in getattr(one, "axle_torques", ())),
         "rails": rails, "lubricated": practice.lubricated_share,
     }  # fmt: skip
     if one.curve_radius_m is None:
