@@ -207,7 +207,7 @@ def test_values_hardly_meant_are_noted_in_classes_of_a_vehicle(folder, changed):
     text = changed(FIELD, ('name = "curve"', 'name = "wet curve"'), ("friction_flange = 0.15", ""))
     Path("scene.toml").write_text(text.replace("friction = 0.35", "friction = 0.5"))
     warnings = "\n".join(str(one) for one in warnings_of(load_scene("scene.toml")))
-    assert 'scene.toml:24: friction = 0.5 in class "wet curve" is that of dry surfaces' in warnings
+    assert 'scene.toml:26: friction = 0.5 in class "wet curve" is that of dry surfaces' in warnings
 
 
 def test_motion_beyond_the_flange_is_noted(folder, changed):

@@ -440,13 +440,13 @@ def _track(
     rails: tuple[tuple[int, float], ...],
 ) -> Curve | Tangent:
     """Return a class or segment of track in SI units; the torque is that of [contact] if it has none."""
-    speed, torque = one.speed_km_h / 3.6, one.axle_torque_kN_m
+    speed, torque, torques = one.speed_km_h / 3.6, one.axle_torque_kN_m, getattr(one, "axle_torques", ())
     values: dict[str, Any] = {
         "name": one.name, "share": getattr(one, "length_km", None) or getattr(one, "share", 0.0),
         "speed": speed, "friction": one.friction, "environment": one.environment,
         "friction_flange": one.friction if one.friction_flange is None else one.friction_flange,
         "torque": scene.contact.torque_Nm if torque is None else 1e3 * torque,
-        "torques": tuple((1e3 * each.axle_torque_kN_m, each.share) for each in getattr(one, "axle_torques", ())),
+        "torques": tuple((1e3 * each.axle_torque_kN_m, each.share) for each in torques),
         "rails": rails, "lubricated": practice.lubricated_share,
     }  # fmt: skip
     if one.curve_radius_m is None:
