@@ -32,7 +32,7 @@ RADII = (250, 300, 400, 500, 600, 800, 1000, 1500, 2000, 3000, 5000)
 DEFICIENCY = 0.05
 VEHICLES = ("regional_multiple_unit", "passenger_coach", "freight_wagon", "locomotive")
 ROLLER = 1.0
-SCENE = "workflows/vehicle.toml"
+SCENE = "workflows/field.toml"
 RULES = ("suspended", "kinematic", "guided", "shifted")
 
 
@@ -174,7 +174,7 @@ def main(arguments=None):
              f"{one['area_mm2'] / base['area_mm2']:.2f}", f"{100 * one['straight']:.0f} %"]
             for one in run
         ],
-        caption="`workflows/vehicle.toml` to its end, right wheel, by the motion on straight track; frozen: "
+        caption="`workflows/field.toml` to its end, right wheel, by the motion on straight track; frozen: "
         "suspended, with the positions in curves that the new wheels have.",
     )  # fmt: skip
     frozen = run[-1]

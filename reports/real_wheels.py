@@ -31,7 +31,7 @@ from wearsim.scene.overrides import Override
 
 TITLE = "Worn and measured wheels"
 WHEELS = HERE.parent / "tests" / "data" / "real_wheels"
-FIELD = HERE.parent / "workflows" / "field.toml"
+FIELD = HERE.parent / "workflows" / "field_given.toml"
 TOLERANCE = 2.0  # target of the difference from a quarter of the error tolerance [% of the deepest]
 REPEATABLE = 0.01  # share by which depths of the same run may differ from machine to machine
 SMOOTHED_MM = 4.0  # wavelength of the smoothing of noisy wheels [mm]

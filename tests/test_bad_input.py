@@ -230,7 +230,7 @@ def half_rail():
 def test_a_class_and_a_watched_shift_without_contact_are_told_once_each(folder, capsys):
     """The right wheel leaves the half rail at shifts to the left, the left wheel at those to the right."""
     half_rail()
-    text = (ROOT / "workflows" / "field.toml").read_text().replace('"60E1"', '"half.csv"')
+    text = (ROOT / "workflows" / "field_given.toml").read_text().replace('"60E1"', '"half.csv"')
     monitor = text.index("[operation.monitor]")
     text = text[:monitor] + text[monitor:].replace("shifts_mm = [", "shifts_mm = [\n", 1)
     Path("field.toml").write_text(text)

@@ -198,6 +198,11 @@ def test_unusable_conditions_are_errors(change, message):
             "radius = 0 must be at least 100 and at most",
         ),
         (lambda: wearsim.wheelset("S1002", back_to_back=1360), "back_to_back = 1.36e.06 must be .* 2000 mm"),
+        (
+            lambda: wearsim.wheelset("S1002", diameter_difference=1.0),
+            "diameter_difference = 1000 must be at least -20",
+        ),
+        (lambda: wearsim.rails("60E1", gauge_height=0.1), "gauge_height = 100 must be .* 25 mm"),
         (lambda: wearsim.rails(wearsim.standard_profile("S1002")), "a rail is needed"),
         (lambda: wearsim.rails(wearsim.standard_profile("60E1"), gauge=1.43), "placed in the track already"),
     ],

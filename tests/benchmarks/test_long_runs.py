@@ -45,7 +45,7 @@ def campaign(tmp_path):
     """Function that runs the field scene with other points, models and steps in a process of its own."""
 
     def run(points, distance, models=FAST, grid=20, step=None, integrator="rkc", threads=0):
-        text = (ROOT / "workflows" / "field.toml").read_text()
+        text = (ROOT / "workflows" / "field_given.toml").read_text()
         head, _, rest = text.partition("[operation.monitor]")
         counts = iter([round(0.4 * points), round(0.3 * points), round(0.3 * points)])
         head = re.sub(r"positions = \d+", lambda _: f"positions = {next(counts)}", head)

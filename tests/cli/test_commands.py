@@ -13,14 +13,14 @@ from wearsim.cli.report import print_warnings
 from wearsim.profile.standard import shipped_path
 from wearsim.report import sections
 
-DISTANCE = {"rig": 5.0, "field": 100.0}  # a few steps at most [km]
+DISTANCE = {"rig": 5.0, "field_given": 100.0}  # a few steps at most [km]
 
 
 @pytest.fixture(scope="module")
 def compared(tmp_path_factory):
     """Run directory of the shipped workflows, cut short and coarse."""
     folder = tmp_path_factory.mktemp("compared")
-    for name in ("rig", "field", "rig_vs_field"):
+    for name in ("rig", "field_given", "rig_vs_field"):
         text = shipped_path("workflows", f"{name}.toml").read_text()
         if name in DISTANCE:
             head, _ = text.split("[campaign]")

@@ -72,7 +72,7 @@ def test_an_unknown_kind_lists_the_known_ones(capsys):
     with pytest.raises(SystemExit) as caught:
         main(["new", "bogie"])
     assert caught.value.code == 2
-    assert "vehicle" in capsys.readouterr().err
+    assert "field_given" in capsys.readouterr().err
 
 
 def test_what_is_named_is_what_the_shipped_scenes_name():

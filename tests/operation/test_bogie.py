@@ -11,9 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from wearsim.contact.solve import ContactConditions, solve
+from wearsim.contact.solve import ContactConditions, Wheelset, solve
 from wearsim.operation.bogie import GRAVITY, Bogies, Vehicle, curved, suspension
 from wearsim.operation.resultants import Resultants, resultants
+from wearsim.operation.route import Motion, resting
 from wearsim.operation.states import MOST_WARM, TOLERANCE, Controlled, Search, StateError, settle
 
 VEHICLE = Vehicle(
@@ -164,6 +165,22 @@ def test_linear_contact_has_the_state_of_its_equations(stiffness, expected):
     assert not curved(search, bogies, False, 1e-9).size
     found = 1e3 * np.stack([search.shift, search.yaw], axis=1).ravel()
     np.testing.assert_allclose(found, expected, atol=1e-4)
+
+
+def test_axles_out_of_parallel_rest_on_straight_track_as_the_bogie_balances():
+    """The mean of the motion on straight track solves the same equations as the balance without curve."""
+    skew = replace(VEHICLE, axle_yaw_offset=2e-3)
+    search, one = Linear(0.0), np.ones(1)
+    assert not curved(search, Bogies(skew, np.array([0]), np.array([1]), 0.0 * one, one), False, 1e-9).size
+    motion = Motion("suspended", 9.0, (Linear.creep, Linear.creep), Linear.conicity, 1.0)
+    state = resting(skew, motion, Wheelset(None, None, Linear.radius, Linear.half))
+    np.testing.assert_allclose(np.stack([search.shift, search.yaw], axis=1), state, atol=1e-9)
+    assert state[0, 1] > 1e-4 > -1e-4 > state[1, 1]
+    # springs without end keep the axles out of parallel by twice the offset
+    stiff = suspension(
+        replace(skew, yaw_stiffness=1e12), np.array([[0.0, 2e-3, 0.0, -2e-3]]), *[0.0 * one] * 3
+    )
+    np.testing.assert_allclose(stiff, 0.0, atol=1e-3)
 
 
 def test_springs_of_a_bogie_exert_no_force_on_it_as_a_whole():

@@ -9,12 +9,14 @@ from wearsim.contact.solve import ContactConditions, Counterface, Wheelset, solv
 from wearsim.operation.bogie import Vehicle
 from wearsim.operation.route import (
     POSITIONS,
+    AxleShares,
     Curve,
     Motion,
     Tangent,
-    creep_coefficient,
+    creep_coefficients,
     klingel,
     reduced,
+    resting,
     route,
     yaw_over_shift,
 )
@@ -27,11 +29,12 @@ VEHICLE = Vehicle(
 COMMON = {"speed": 20.0, "friction": 0.35, "friction_flange": 0.35, "environment": 1.0}
 STRAIGHT = Tangent(name="straight", share=0.5, std=2e-3, **COMMON)
 RIGHT = Curve(name="curve", share=0.5, curvature=1e-3, acceleration=-0.5, **COMMON)
-MOTION = Motion("suspended", 8.7, 8e6, 0.18, 6.6e-3, 0.5, 0.5)
+MOTION = Motion("suspended", 8.7, (8e6, 8e6), 0.18, 6.6e-3)
+HALF = AxleShares(0.5, 0.5)
 
 
 def test_shares_add_up_and_curves_have_both_axles_as_the_train_stands_and_turned(bodies):
-    points = route([STRAIGHT, RIGHT], VEHICLE, MOTION, bodies(0.0)[0])
+    points = route([STRAIGHT, RIGHT], VEHICLE, HALF, [MOTION], bodies(0.0)[0])
     assert points.weight.sum() == pytest.approx(1.0)
     assert points.weight[: 2 * POSITIONS].sum() == pytest.approx(0.5)
     np.testing.assert_allclose(points.weight[2 * POSITIONS :], 0.125)
@@ -42,18 +45,18 @@ def test_shares_add_up_and_curves_have_both_axles_as_the_train_stands_and_turned
     np.testing.assert_allclose(bogies.acceleration, [-0.5, 0.5])
     # centrifugal: the outer, left wheel carries more in a curve to the right, by the height above the axle
     assert points.controlled.box_moment[-4] < 0.0 < points.controlled.box_moment[-1]
-    one_way = route([STRAIGHT, RIGHT], VEHICLE, replace(MOTION, leading=1.0, turned=0.0), bodies(0.0)[0])
+    one_way = route([STRAIGHT, RIGHT], VEHICLE, AxleShares(1.0, 0.0), [MOTION], bodies(0.0)[0])
     np.testing.assert_allclose(one_way.weight[-2:], [0.5, 0.0])
     assert one_way.weight.size == POSITIONS + 2
 
 
 def test_positions_are_those_of_a_normal_process_until_the_flange(bodies):
     free = replace(MOTION, clearance=np.inf)
-    points = route([STRAIGHT], VEHICLE, free, bodies(0.0)[0])
+    points = route([STRAIGHT], VEHICLE, HALF, [free], bodies(0.0)[0])
     shift, weight = points.conditions.shift, points.weight
     for power, moment in ((1, 0.0), (2, 1.0), (4, 3.0)):
         assert weight @ (shift / 2e-3) ** power == pytest.approx(moment, abs=1e-12)
-    cut = route([STRAIGHT], VEHICLE, MOTION, bodies(0.0)[0])
+    cut = route([STRAIGHT], VEHICLE, HALF, [MOTION], bodies(0.0)[0])
     assert np.abs(cut.conditions.shift).max() < 6.6e-3
     np.testing.assert_allclose(cut.weight, weight)
 
@@ -68,8 +71,8 @@ def test_a_free_cone_follows_klingel_and_does_not_creep(models):
     yaws = yaw_over_shift(VEHICLE, free, wheelset)
     np.testing.assert_allclose(yaws, 2.0j * np.pi / wavelength, rtol=1e-9)
     track = [replace(STRAIGHT, std=1e-3)]
-    moving = route(track, VEHICLE, free, wheelset).conditions
-    at_rest = route(track, VEHICLE, replace(free, rule="shifted"), wheelset).conditions
+    moving = route(track, VEHICLE, HALF, [free], wheelset).conditions
+    at_rest = route(track, VEHICLE, HALF, [replace(free, rule="shifted")], wheelset).conditions
     creepage = [np.abs(solve(one, wheelset, rails, models).creepage_x).max() for one in (moving, at_rest)]
     assert creepage[0] < 0.06 * creepage[1]
     assert creepage[1] == pytest.approx(np.abs(at_rest.shift).max() * 0.05 / 0.46, rel=0.06)
@@ -88,7 +91,7 @@ def test_the_yaw_stiffness_goes_from_kinematic_to_guided_motion(bodies):
 def test_a_shifted_wheelset_does_not_move(bodies):
     wheelset = bodies(0.0)[0]
     points = {
-        rule: route([STRAIGHT], VEHICLE, replace(MOTION, rule=rule), wheelset).conditions
+        rule: route([STRAIGHT], VEHICLE, HALF, [replace(MOTION, rule=rule)], wheelset).conditions
         for rule in ("shifted", "guided")
     }
     for name in ("yaw", "track_curvature", "drift"):
@@ -98,14 +101,73 @@ def test_a_shifted_wheelset_does_not_move(bodies):
     np.testing.assert_allclose(np.hypot(shift, slope).reshape(-1, 8).std(axis=1), 0.0, atol=1e-15)
 
 
-def test_the_creep_coefficient_is_that_of_a_small_creepage(bodies, models):
+def test_the_creep_coefficients_are_those_of_a_small_creepage(bodies, models):
     wheelset, rails = bodies(0.0)
-    creep = creep_coefficient(wheelset, rails, models, 8e4)
+    creep, across = creep_coefficients(wheelset, rails, models, 8e4)
     yawed = ContactConditions.of([0.0], wheel_load=8e4, creepage=np.array([[1e-6, 0.0, 0.0]]))
     contact = solve(yawed, wheelset, rails, models, sides=(0,))
     assert contact.force_x[0] == pytest.approx(-1e-6 * creep, rel=1e-3)
     # Kalker's C11 of ellipses, G a b of this area: 3.5 to 6 between a/b = 0.2 and 3
     assert 3.5 < creep * np.pi / (210e9 / 2.6 * contact.area[0]) < 6.0
+    assert 2.5 < across * np.pi / (210e9 / 2.6 * contact.area[0]) < 6.0  # C22
+
+
+def test_each_state_of_a_class_has_its_share_and_set_points(bodies):
+    varied = {"torques": ((3e3, 0.2), (-2e3, 0.8)), "rails": ((0, 0.7), (1, 0.3)), "lubricated": 0.25}
+    track = [replace(STRAIGHT, **varied), replace(RIGHT, friction_flange=0.1, **varied)]
+    points = route(track, VEHICLE, HALF, [MOTION, replace(MOTION, clearance=1e-3)], bodies(0.0)[0])
+    conditions, weight, rail = points.conditions, points.weight, points.conditions.rail
+    assert weight.sum() == pytest.approx(1.0)
+    assert weight[rail == 1].sum() == pytest.approx(0.3)
+    assert weight[conditions.torque == 3e3].sum() == pytest.approx(0.2)
+    curved = conditions.track_curvature == 1e-3
+    assert weight[curved & (conditions.friction_flange == 0.1)].sum() == pytest.approx(0.25 * 0.25)
+    assert weight[curved & (conditions.friction_flange == 0.35)].sum() == pytest.approx(0.25 * 0.75)
+    assert len({label for label in points.label if label.startswith("curve")}) == 2 * 2 * 2 * 4
+    assert set(points.class_name) == {"straight", "curve leading", "curve trailing"}
+    straight = conditions.shift[np.array(points.class_name) == "straight"]
+    assert np.abs(straight[-10:]).max() < 1e-3 < np.abs(straight).max()  # narrow rails cut the motion
+    assert points.of_track == (0,) * 192 + (1,) * 16 + (0,) * 192 + (1,) * 16
+
+
+def test_a_body_that_holds_the_bogies_parts_the_leading_from_the_trailing_axle(bodies):
+    held = replace(VEHICLE, secondary_yaw_stiffness=1e6)
+    for outer, front in ((True, [1.0, -1.0]), (False, [-1.0, 1.0])):
+        points = route([RIGHT], held, AxleShares(0.7, 0.0, outer), [MOTION], bodies(0.0)[0])
+        np.testing.assert_array_equal(points.controlled.bogies.in_front, front)
+        np.testing.assert_allclose(points.weight, [0.7, 0.0, 0.0, 0.3])
+
+
+def test_points_run_on_their_rails(bodies, models):
+    """The solution of points on two pairs of rails is that of each pair by itself, bit by bit."""
+    wheelset, rails = bodies(0.0)
+    wide = Counterface(standard.rail("60E1", 1 / 20, 1.445, 0.75), 0.0)
+    shift, both = np.array([1e-3, 2e-3, 3e-3]), replace(rails, further=(wide,))
+    rail = np.array([0, 1, 0])
+    found = solve(ContactConditions.of(shift, rail=rail), wheelset, both, models)
+    for k, one in ((0, rails), (1, wide)):
+        alone = solve(ContactConditions.of(shift[rail == k]), wheelset, one, models)
+        own = rail[found.point] == k
+        np.testing.assert_array_equal(found.power[own], alone.power)
+        np.testing.assert_array_equal(found.wheel_y[own], alone.wheel_y)
+
+
+def test_unlike_wheels_rest_where_their_rolling_radii_are_alike(models):
+    """A free axle with a right wheel larger by D in diameter runs D/(4 lambda) to the left."""
+    cone = standard.wheel("cone")
+    wheelset = Wheelset(cone, cone, 0.46, 0.75, diameter_difference=0.4e-3)
+    rails = Counterface(standard.rail("60E1", 1 / 20, 1.435, 0.75), 0.0)
+    free = replace(MOTION, rule="kinematic", conicity=0.05)
+    state = resting(VEHICLE, free, wheelset)
+    np.testing.assert_allclose(state, [[-2e-3, 0.0]] * 2, atol=1e-9)
+    points = ContactConditions.of([state[0, 0], 0.0], free_roll=True)
+    creepage = np.abs(solve(points, wheelset, rails, models).creepage_x).reshape(-1, 2).max(axis=1)
+    assert creepage[0] < 0.06 * creepage[1]
+    assert creepage[1] == pytest.approx(0.1e-3 / 0.46, rel=0.06)  # the roll moves the contact
+    held = resting(VEHICLE, replace(MOTION, conicity=0.05), wheelset)
+    np.testing.assert_allclose(held, state, atol=1e-9)  # so does a bogie as a whole
+    moving = route([replace(STRAIGHT, std=1e-3)], VEHICLE, HALF, [free], wheelset).conditions
+    np.testing.assert_allclose(moving.shift.mean(), -2e-3, atol=1e-9)
 
 
 def test_segments_become_classes_by_what_wears_and_the_same_track_cut_finer_the_same_ones():

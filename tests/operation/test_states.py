@@ -96,6 +96,16 @@ def test_a_mirrored_state_is_the_mirror_image(bodies, models):
     np.testing.assert_allclose(running.load[0], running.load[1][::-1], atol=states.TOLERANCE * AXLE)
 
 
+def test_spin_pushes_a_wheelset_off_the_middle(bodies, models):
+    """The creep force of the spin is 1.6 times what centres the wheelset; without friction it is centred."""
+    given = ContactConditions.of([0.0, 0.0], friction=[0.35, 1e-6], speed=20.0, free_roll=True)
+    running = settle(given, under([0.0, 0.0], 2), *bodies(1.0), models)
+    assert running.shift[0] == pytest.approx(0.26e-3, abs=0.02e-3)
+    assert abs(running.shift[1]) < 1e-5
+    either = settle(given, under([-1.0, 0.0], 2), *bodies(1.0), models)
+    assert either.shift[0] == pytest.approx(-0.26e-3, abs=0.02e-3)
+
+
 def test_forces_on_the_boxes_shift_the_load(bodies, models):
     given = ContactConditions.of([0.0], speed=20.0, free_roll=True)
     moment = replace(under(np.nan, 1), box_moment=np.array([7.5e3]))

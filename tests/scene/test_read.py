@@ -63,7 +63,7 @@ def test_the_rig_is_built_in_si_units(folder):
 
 
 def test_the_field_is_built_in_si_units(folder):
-    setup = build(load_scene("field.toml"))
+    setup = build(load_scene("field_given.toml"))
     assert (setup.kind, setup.title) == ("field", "field")
     assert setup.counterface.curvature == 0.0
     assert setup.control.max_step == 20e3
@@ -224,6 +224,7 @@ def test_an_editor_sees_the_faults_of_the_kind_only(folder, changed, name, chang
     [
         "rig.toml",
         "field.toml",
+        "field_given.toml",
         "rig_vs_field.toml",
         "fatigue.toml",
         "limits.toml",

@@ -1,11 +1,15 @@
 """Records in scenes: what they become, and what is refused."""
 
+import html
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from wearsim.campaign.run import run_scene
 from wearsim.errors import SceneError
+from wearsim.report.html import write_report
+from wearsim.results import open_results
 from wearsim.scene import build, load_scene
 from wearsim.scene.setup import warnings_of
 
@@ -53,6 +57,16 @@ def test_a_record_becomes_points_with_the_stated_signs_and_constants(run):
     text = " ".join(map(str, warnings_of(scene)))
     assert "33.3 % of the samples lie beyond the flange clearance" in text
     assert any("recorded.file run.csv" in name for name, _ in setup.input_hashes)
+
+
+def test_the_binning_error_is_taken_again_on_the_worn_wheels(run, changed):
+    Path("scene.toml").write_text(changed(FIELD, ("[campaign]", "[contact]\nstrips = 10\n[campaign]")))
+    run_scene("scene.toml", "out")
+    with open_results("out/field.nc") as result:
+        new, worn = result.attrs["binning_error"], result.attrs["binning_error_worn"]
+    assert 0.0 <= new <= 0.02
+    assert 0.0 <= worn < 0.1
+    assert "12 samples" in html.unescape(write_report("out").read_text())
 
 
 @pytest.mark.parametrize(

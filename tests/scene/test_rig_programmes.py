@@ -5,7 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import wearsim
 from wearsim.errors import SceneError
+from wearsim.profile.standard import shipped_path
 from wearsim.scene import build, load_scene
 
 HEAD = """[scene]
@@ -38,6 +40,19 @@ def test_a_rig_gives_radius_gauge_and_drive_unless_the_scene_does(folder):
     counterface = load_scene("scene.toml").counterface
     assert (counterface.roller_radius_mm, counterface.gauge_mm) == (1000.0, 1440.0)
     assert counterface.drive == "independent"
+
+
+def test_a_rig_and_its_scene_say_how_deep_the_gauge_is_measured_and_what_is_on_the_left(folder):
+    rig = shipped_path("profiles", "rigs", "full_scale.toml").read_text()
+    Path("own.toml").write_text(rig.replace("gauge_mm =", "gauge_height_mm = 15.875\ngauge_mm ="))
+    Path("scene.toml").write_text(RIG.replace('"full_scale"', '"own"\nprofile_left = "54E1"'))
+    scene = load_scene("scene.toml")
+    assert scene.counterface.gauge_height_mm == 15.875
+    counterface = build(scene).counterface
+    alike = wearsim.rails("60E1", inclination=1 / 40, gauge=1.435, gauge_height=15.875e-3, left="54E1")
+    for own, expected in zip(counterface.profiles, alike.profiles, strict=True):
+        np.testing.assert_array_equal(own.y, expected.y)
+        np.testing.assert_array_equal(own.z, expected.z)
 
 
 def test_blocks_become_points_with_found_shifts_and_loads(folder):

@@ -8,7 +8,9 @@ from wearsim.profile.standard import shipped_path
 from wearsim.scene import load_scene
 from wearsim.scene.uncertainty import dimensions_of, draws_of, overrides_of
 
-COMPARE = '[scene]\nkind = "compare"\n[compare]\nrig = "workflows/rig.toml"\nfield = "workflows/field.toml"\n'
+COMPARE = (
+    '[scene]\nkind = "compare"\n[compare]\nrig = "workflows/rig.toml"\nfield = "workflows/field_given.toml"\n'
+)
 
 
 @pytest.fixture
@@ -126,7 +128,7 @@ def test_unknown_distributions_are_faults_of_the_scene(scene_of):
 
 def test_keys_of_a_vehicle_are_uncertain_too(tmp_path):
     """Those of every class of its track under `operation`, as elsewhere; how it moves on straight track."""
-    text = shipped_path("workflows", "vehicle.toml").read_text()
+    text = shipped_path("workflows", "field.toml").read_text()
     text += """
 [[uncertainty.input]]
 key = "operation.environment"
@@ -138,8 +140,8 @@ key = "vehicle.tangent"
 distribution = "values"
 values = ["suspended", "kinematic"]
 """
-    (tmp_path / "vehicle.toml").write_text(text)
-    drawn = [(one, one.drawn(0.75)) for one in dimensions_of(load_scene(tmp_path / "vehicle.toml"))]
+    (tmp_path / "field.toml").write_text(text)
+    drawn = [(one, one.drawn(0.75)) for one in dimensions_of(load_scene(tmp_path / "field.toml"))]
     changes = {one.key: one.value for one in overrides_of(drawn)}
     assert changes.pop("vehicle.tangent") == "kinematic"
     assert changes == {f"vehicle.class.{k}.environment": 0.25 for k in (1, 2, 3, 4)}

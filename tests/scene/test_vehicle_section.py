@@ -8,6 +8,7 @@ import pytest
 
 from wearsim.campaign.run import run_scene
 from wearsim.errors import SceneError
+from wearsim.profile import standard
 from wearsim.profile.standard import shipped_path
 from wearsim.report.html import write_report
 from wearsim.results import open_results
@@ -55,7 +56,7 @@ def test_a_vehicle_gives_points_with_its_loads_and_positions(folder):
     setup = build(scene)
     points, shift = setup.points, setup.points.conditions.shift
     assert points.weight.sum() == pytest.approx(1.0)
-    assert points.class_name[-2:] == ("curve, leading", "curve, trailing")
+    assert points.class_name[-2:] == ("curve leading", "curve trailing")
     # a leading axle runs towards the outer rail, here the right one, and yaws towards it
     assert shift[-4] == pytest.approx(-shift[-2], abs=1e-6)
     assert shift[-4] > 4e-3 > abs(shift[-3])
@@ -65,6 +66,55 @@ def test_a_vehicle_gives_points_with_its_loads_and_positions(folder):
     np.testing.assert_array_equal(points.conditions.friction_flange[-4:], 0.15)
     assert any("vehicle.file" in name for name, _ in setup.input_hashes)
     assert warnings_of(scene) == ()
+
+
+PRACTICE = """rails = [
+  {share = 0.6},
+  {profile = "own.csv", gauge_mm = 1440, inclination = "none", share = 0.4},
+]
+axle_torques = [{axle_torque_kN_m = 2, share = 0.3}, {axle_torque_kN_m = 0, share = 0.7}]
+lubricated_share = 0.25
+"""
+
+
+def test_rails_torques_and_lubrication_are_states_with_shares(folder, changed):
+    rail = standard.rail("60E1", 1 / 20, 1.435, 0.75)
+    np.savetxt("own.csv", 1e3 * np.stack([rail.y, rail.z], axis=1), delimiter=",", fmt="%.4f")
+    Path("scene.toml").write_text(changed(FIELD, ("environment = 0.5\n", PRACTICE)))
+    scene = load_scene("scene.toml")
+    setup = build(scene)
+    points, conditions = setup.points, setup.points.conditions
+    curved = np.char.startswith(np.array(points.class_name), "curve")
+    assert curved.sum() == 4 * 2 * 2 * 2
+    assert not conditions.rail[~curved].any()
+    for mask, share in (
+        (conditions.rail == 1, 0.4),
+        (conditions.torque == 2e3, 0.3),
+        (conditions.friction_flange == 0.15, 0.25),
+    ):
+        assert points.weight[curved & mask].sum() == pytest.approx(0.4 * share)
+    (other,) = setup.counterface.further
+    assert any("own.csv" in name for name, _ in setup.input_hashes)
+    # wider by 5 mm: 2.5 mm more for the leading axle on its way to the outer rail
+    first = np.flatnonzero(np.array([label.endswith("greased leading") for label in points.label]))
+    shift = conditions.shift[first].reshape(2, -1)
+    assert (shift[1] - shift[0] > 1.5e-3).all()
+    assert np.ptp(other.profile.y) > 0.05
+
+
+def test_brake_blocks_wear_what_they_are_said_to(folder, changed):
+    """Their cross-section: depth per distance times width, within a vertex at each edge."""
+    block = "[wear]\n[wear.brake_block]\num_per_1000_km = 40\nfrom_mm = -20\nto_mm = 30\n[vehicle]"
+    areas = []
+    for name, text in (("plain", FIELD), ("braked", changed(FIELD, ("[vehicle]", block)))):
+        Path(f"{name}.toml").write_text(text.replace("distance_km = 500", "distance_km = 50"))
+        run_scene(f"{name}.toml", name)
+        with open_results(f"{name}/field.nc") as result:
+            areas.append(result["worn_area"].values[-1])
+    np.testing.assert_allclose(areas[1] - areas[0], 40e-6 * 0.05 * 50e-3, rtol=0.03)
+    Path("scene.toml").write_text(changed(FIELD, ("[vehicle]", block.replace("to_mm = 30", "to_mm = -30"))))
+    with pytest.raises(SceneError, match="to_mm = -30 must be above from_mm = -20"):
+        load_scene("scene.toml")
 
 
 def test_cant_and_deficiency_of_the_same_curve_are_alike(folder, changed):
@@ -101,6 +151,33 @@ def test_cant_and_deficiency_of_the_same_curve_are_alike(folder, changed):
         ("tangent_wavelength_m = 9", 'tangent = "free"', "suspended, kinematic, guided, shifted"),
         ("[contact]", '[contact]\nmodel = "auto"', "forces are balanced by the fast model alone"),
         ("[contact]", '[contact]\nroll = "given"', "lets no forces of the vehicle be balanced"),
+        (
+            "environment = 0.5",
+            "lubricated_share = 1.5",
+            "lubricated_share = 1.5 must be at least 0 and at most 1",
+        ),
+        (
+            "friction_flange = 0.15",
+            "lubricated_share = 0.5",
+            "lubricated_share = 0.5 needs friction_flange, that of the lubricated flange",
+        ),
+        (
+            "environment = 0.5",
+            "axle_torques = [{axle_torque_kN_m = 30, share = 0.1}, {axle_torque_kN_m = 0, share = 0.9}]",
+            "axle_torque_kN_m = 30 is more than friction can carry",
+        ),
+        (
+            "environment = 0.5",
+            "axle_torque_kN_m = 3\naxle_torques = [{axle_torque_kN_m = 3, share = 1}]",
+            "axle_torques and axle_torque_kN_m exclude each other",
+        ),
+        ("environment = 0.5", "gauge_mm = 1435", "write rails = [{gauge_mm = 1435, share = 0.5}, ...]"),
+        ("environment = 0.5", "rails = [{share = 0.5}]", "the shares must sum to 1 within 1 %, not 0.5"),
+        ("environment = 0.5", 'rails = [{profile = "60E9", share = 1}]', 'profile = "60E9"'),
+        ("environment = 0.5", "rails = [{gauge_mm = 1400, share = 1}]", "gauge_mm = 1400 must be above 14"),
+        ("tangent_wavelength_m = 9", 'axle = "middle"', "outer, inner"),
+        ("tangent_wavelength_m = 9", "axle_yaw_offset_mrad = 50", "must be at least -20 and at most 20 mrad"),
+        ("[vehicle]", "[vehicle]\nwheel_diameter_difference_mm = 1", "write it in [wheelset]"),
     ],
 )
 def test_faults_of_the_vehicle_and_its_track(folder, changed, faults_of, old, new, fault):
@@ -125,6 +202,13 @@ def test_a_curve_without_balance_is_named_by_class_and_radius(folder, changed):
     expected = r"scene.toml:20: curve.*: no equilibrium of the bogie in the curve of -600 m.*curve_radius_m"
     with pytest.raises(SceneError, match=expected):
         build(load_scene("scene.toml"))
+
+
+def test_values_hardly_meant_are_noted_in_classes_of_a_vehicle(folder, changed):
+    text = changed(FIELD, ('name = "curve"', 'name = "wet curve"'), ("friction_flange = 0.15", ""))
+    Path("scene.toml").write_text(text.replace("friction = 0.35", "friction = 0.5"))
+    warnings = "\n".join(str(one) for one in warnings_of(load_scene("scene.toml")))
+    assert 'scene.toml:26: friction = 0.5 in class "wet curve" is that of dry surfaces' in warnings
 
 
 def test_motion_beyond_the_flange_is_noted(folder, changed):

@@ -34,7 +34,7 @@ def overrides_of(scene):
 
 
 def test_what_is_refined_in_the_field():
-    result = overrides_of(load_campaign(shipped_path("workflows", "field.toml")))
+    result = overrides_of(load_campaign(shipped_path("workflows", "field_given.toml")))
     assert list(result) == ROWS
     assert result["step"] == {
         "campaign.max_step_depth_um": 25.0,

@@ -90,6 +90,8 @@ def world_of(setup: CampaignSetup, result: xr.Dataset | None = None, row: int = 
     points, wheelset = setup.points, setup.wheelset
     if not isinstance(points.conditions.rotation, str) or points.conditions.creepage is not None:
         raise NoSplitError("rotation speeds or creepages were given")
+    if setup.brake is not None or points.conditions.rail is not None:
+        raise NoSplitError("brake blocks wear the wheels, or classes run on several rails")
     if result is not None:
         y, z = (result[f"profile_{axis}"].values[row] for axis in "yz")
         right, left = worn_wheels(wheelset, y, z)

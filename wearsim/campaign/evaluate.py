@@ -27,6 +27,7 @@ from wearsim.operation.left_out import mask_of, shared_weight
 from wearsim.operation.points import OperatingPoints
 from wearsim.profile.shape import arc_length, vertex_lengths
 from wearsim.scene.campaign import CounterfaceWear
+from wearsim.scene.damage import BrakeBlockSection
 
 if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
@@ -48,6 +49,7 @@ class Setup:
     threads: int = 1  # of the contact solver; their number does not change the bits of the result
     fallbacks: tuple[ContactModels, ...] = ()  # in order, where `models` have no solution
     reference: ContactModels | None = None  # by which the others are corrected
+    brake: BrakeBlockSection | None = None
 
     @property
     def chain(self) -> tuple[ContactModels, ...]:
@@ -60,7 +62,7 @@ def setup_of(campaign: CampaignSetup, threads: int = 1) -> Setup:
     reference = campaign.fallbacks[-1] if campaign.tolerance is not None else None
     return Setup(
         campaign.wheelset, campaign.counterface, campaign.models, campaign.wear, comparison_laws(campaign),
-        campaign.counterface_wear, threads, campaign.fallbacks, reference,
+        campaign.counterface_wear, threads, campaign.fallbacks, reference, campaign.brake,
     )  # fmt: skip
 
 
@@ -191,7 +193,8 @@ def accumulate(
 
     Notes
     -----
-    The environment factor acts on wear, not on fatigue.
+    The environment factor acts on wear, not on fatigue. What brake blocks wear is in the first regime of
+    each law, whatever the environment.
     Depth per metre is the depth per passage over :math:`2 \pi r(y)`, :math:`r = r_0 + z` (spec 1.0). The
     area each strip removes is shared out over the stretches of arc length the vertices stand for, in
     proportion to the overlap: the sum over the vertices is the sum over the strips.
@@ -208,6 +211,9 @@ def accumulate(
         total, below = _corrected(total, passage, (every, weight), state, laws)
     depth, *comparison = np.split(total, np.cumsum(laws), axis=1)
     work_and_damage = comparison.pop()
+    if setup.brake is not None:
+        for law in (depth, *comparison):
+            law[:, 0] += setup.brake.depth(state.y)
 
     gap = solution.patch.interpenetration
     rim = _RIM * gap.max(axis=1, keepdims=True, initial=0.0)

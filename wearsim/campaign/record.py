@@ -284,15 +284,19 @@ class Writer:
         """Name the limit met by a row that ends the campaign, None if there is none."""
         return first_met(row, ending_limits(self.header.attributes), self._laws)
 
-    def finish(self) -> str:
-        """Write and verify the complete file, mark it finished, remove the records; return why it ended."""
+    def finish(self, closing: Callable[[Mapping[str, np.ndarray]], dict[str, float]]) -> str:
+        """Write and verify the complete file, mark it finished, remove the records; return why it ended.
+
+        `closing` gives attributes by the last row.
+        """
         count, given = len(self._sources), self.header.attributes
-        met = self.limit_met(self.records.row(count - 1))
+        last = self.records.row(count - 1)
+        met = self.limit_met(last)
         ended = f"limit of {QUANTITIES[met].meaning} met" if met else "distance reached"
         known = met_attributes((read() for read in self._readers()), limits_of(given), self._laws)
         used = {"source": _in_order_of_use(self._sources), "finished": ended}
         # written anew: smaller, and independent of readers of the appended file
-        self._rebuild(replace(self.header, attributes={**given, **known, **used}))
+        self._rebuild(replace(self.header, attributes={**given, **closing(last), **known, **used}))
         if verify(self.path, self._readers()) != count:
             raise ResultError(
                 f"{self.path} does not read back as it was written; its steps are safe, "

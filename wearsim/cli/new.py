@@ -10,8 +10,8 @@ EXAMPLES = "wearsim new rig\nwearsim new compare --out study.toml"
 SHIPPED = {
     "rig": ("rig.toml",),
     "field": ("field.toml",),
-    "vehicle": ("vehicle.toml",),
-    "compare": ("rig_vs_field.toml", "rig.toml", "field.toml"),
+    "field_given": ("field_given.toml",),
+    "compare": ("rig_vs_field.toml", "rig.toml", "field_given.toml"),
     "sweep": ("sweep_rig.toml", "rig.toml"),
 }
 """Shipped scene of each kind, and the scenes it names."""
@@ -19,7 +19,9 @@ SHIPPED = {
 
 def add_flags(parser: argparse.ArgumentParser) -> None:
     """Add the flags."""
-    parser.add_argument("kind", choices=SHIPPED, help="vehicle: a field scene in which the bogie decides")
+    parser.add_argument(
+        "kind", choices=SHIPPED, help="field: a vehicle on a route; field_given: given positions"
+    )
     parser.add_argument(
         "--out", metavar="FILE",
         help="scene file (default rig.toml, ... in this folder); scenes that it names are written next to "

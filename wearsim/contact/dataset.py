@@ -41,6 +41,7 @@ def wheelset(
     left: str | Path | Profile | None = None,
     radius: float = 0.460,
     back_to_back: float = 1.360,
+    diameter_difference: float = 0.0,
 ) -> Wheelset:
     """Wheelset of two wheels, by name, file or profile.
 
@@ -54,6 +55,8 @@ def wheelset(
         At the running circle [m].
     back_to_back : float
         Distance between the inner wheel faces [m].
+    diameter_difference : float
+        Diameter of the right wheel less that of the left one [m].
 
     Returns
     -------
@@ -74,7 +77,10 @@ def wheelset(
     """
     right = _wheel(profile)
     other = right if left is None else _wheel(left)
-    return Wheelset(right, other, _radius(radius, "wheel_radius"), half_span(back_to_back))
+    if fault := QUANTITIES["wheel_diameter_difference"].fault(diameter_difference, "diameter_difference"):
+        raise ProfileError(fault)
+    span = half_span(back_to_back)
+    return Wheelset(right, other, _radius(radius, "wheel_radius"), span, diameter_difference)
 
 
 def rails(
@@ -84,6 +90,7 @@ def rails(
     inclination: float | None = None,
     gauge: float | None = None,
     back_to_back: float | None = None,
+    gauge_height: float | None = None,
 ) -> Counterface:
     """Track of two rails, by name, file or profile.
 
@@ -100,6 +107,8 @@ def rails(
     back_to_back : float, optional
         Of the wheelset: it fixes the origin of the wheel profile, which is that of the rail; by default
         1.360 [m].
+    gauge_height : float, optional
+        Depth below the top of the rail at which the gauge is measured, by default 0.014 [m].
 
     Returns
     -------
@@ -118,8 +127,10 @@ def rails(
     >>> wearsim.rails("60E1", inclination=1 / 20, gauge=1.437).curvature
     0.0
     """
-    place = (inclination, gauge, back_to_back)
-    return Counterface(_rail(profile, *place), 0.0, None if left is None else _rail(left, *place))
+    place = {
+        "inclination": inclination, "gauge": gauge, "back_to_back": back_to_back, "gauge_height": gauge_height
+    }  # fmt: skip
+    return Counterface(_rail(profile, place), 0.0, None if left is None else _rail(left, place))
 
 
 def rollers(
@@ -130,12 +141,13 @@ def rollers(
     inclination: float | None = None,
     gauge: float | None = None,
     back_to_back: float | None = None,
+    gauge_height: float | None = None,
 ) -> Counterface:
     """Pair of rollers with a rail's profile, by name, file or profile.
 
     Parameters
     ----------
-    profile, left, inclination, gauge, back_to_back
+    profile, left, inclination, gauge, back_to_back, gauge_height
         As of `rails`.
     radius : float
         At the profile's top [m].
@@ -156,7 +168,10 @@ def rollers(
     >>> wearsim.rollers("60E1", radius=0.5).curvature
     2.0
     """
-    track = rails(profile, left=left, inclination=inclination, gauge=gauge, back_to_back=back_to_back)
+    track = rails(
+        profile, left=left, inclination=inclination, gauge=gauge, back_to_back=back_to_back,
+        gauge_height=gauge_height,
+    )  # fmt: skip
     return Counterface(track.profile, 1.0 / _radius(radius, "roller_radius"), track.left)
 
 
@@ -363,15 +378,12 @@ def _wheel(profile: str | Path | Profile) -> Profile:
     return _of_kind(profile, "wheel") if isinstance(profile, Profile) else load_profile(profile, "wheel")
 
 
-def _rail(
-    profile: str | Path | Profile, inclination: float | None, gauge: float | None, back_to_back: float | None
-) -> Profile:
+def _rail(profile: str | Path | Profile, placed: dict[str, float | None]) -> Profile:
     """Rail profile by name or file, placed in the track, or as it is."""
-    place = {"inclination": inclination, "gauge": gauge, "back_to_back": back_to_back}
-    given: dict[str, Any] = {name: value for name, value in place.items() if value is not None}
+    given: dict[str, Any] = {name: value for name, value in placed.items() if value is not None}
     if not isinstance(profile, Profile):
-        placed: dict[str, Any] = {"inclination": INCLINATION, "gauge": GAUGE, "back_to_back": 1.360} | given
-        return load_profile(profile, "rail", half_span=half_span(placed.pop("back_to_back")), **placed)
+        where: dict[str, Any] = {"inclination": INCLINATION, "gauge": GAUGE, "back_to_back": 1.360} | given
+        return load_profile(profile, "rail", half_span=half_span(where.pop("back_to_back")), **where)
     if given:
         raise ProfileError(
             f"profile {profile.name!r} is placed in the track already; give {next(iter(given))} to "

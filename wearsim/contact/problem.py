@@ -52,6 +52,8 @@ class ContactConditions:
         yaw less the drift, the geometry is that of the yaw [-].
     speed_difference : (n,) array, optional
         Peripheral speed of the left roller less that of the right one, over their mean V [-].
+    rail : (n,) int array, optional
+        Which of the pairs of rails of the counterface each point runs on, by default the first.
     """
 
     shift: FloatArray
@@ -68,6 +70,7 @@ class ContactConditions:
     friction_flange: FloatArray | None = None
     drift: FloatArray | None = None
     speed_difference: FloatArray | None = None
+    rail: IntArray | None = None
 
     def at(self, index: IntArray) -> ContactConditions:
         """Return the conditions of the operating points at `index`, in that order."""
@@ -136,7 +139,7 @@ class ContactConditions:
         names = [field.name for field in fields(cls)]
         if unknown := [name for name in given if name not in names]:
             raise ContactError(f"{unknown[0]} is not a contact condition; known: {', '.join(names)}")
-        whole: dict[str, Any] = {name: given.pop(name) for name in ("free_roll",) if name in given}
+        whole: dict[str, Any] = {name: given.pop(name) for name in ("free_roll", "rail") if name in given}
         if isinstance(rotation, str):
             whole["rotation"] = given.pop("rotation")
             if rotation not in RULES:
@@ -234,17 +237,21 @@ class Wheelset:
         Of the running circle [m].
     half_span : float
         From the track centre to the origin of the wheel profile [m]; 0.750 at back-to-back 1360 mm.
+    diameter_difference : float
+        Diameter of the right wheel less that of the left one; the mean is 2 `radius` [m].
     """
 
     right: Profile
     left: Profile
     radius: float
     half_span: float
+    diameter_difference: float = 0.0
 
     @cached_property
     def surfaces(self) -> tuple[WheelSurface, WheelSurface]:
         """Circles of the right and the left wheel."""
-        return wheel_surface(self.right, self.radius), wheel_surface(self.left, self.radius)
+        more = 0.25 * self.diameter_difference
+        return wheel_surface(self.right, self.radius + more), wheel_surface(self.left, self.radius - more)
 
 
 @dataclass(frozen=True)
@@ -262,12 +269,15 @@ class Counterface:
     rolling_curvature : float, optional
         Curvature as the motion of the surfaces sees it, where creepages shall be those of another roller
         than the gap is; by default `curvature` [1/m].
+    further : tuple of Counterface
+        Other pairs of rails, on which points with a `rail` of 1 and more run.
     """
 
     profile: Profile
     curvature: float
     left: Profile | None = None
     rolling_curvature: float | None = None
+    further: tuple[Counterface, ...] = ()
 
     @property
     def profiles(self) -> tuple[Profile, Profile]:

@@ -135,14 +135,22 @@ def solve_each(
         What `each` returned, in the order of the points.
     """
     count = conditions.shift.size
-    task = Task(
-        wheelset.surfaces, counterface.surfaces, wheelset, counterface.curvature, counterface.seen_in_motion,
-        models, sides, vertical,
-    )  # fmt: skip
-    starts = range(0, max(count, 1), CHUNK)
+    rail = np.zeros(count, dtype=np.int64) if conditions.rail is None else conditions.rail
+    rails = (counterface, *counterface.further)
+    tasks = {
+        k: Task(
+            wheelset.surfaces, rails[k].surfaces, wheelset, rails[k].curvature, rails[k].seen_in_motion,
+            models, sides, vertical,
+        )
+        for k in np.unique(rail).tolist() or [0]
+    }  # fmt: skip
+    # chunks of points on the same rails
+    starts = sorted({*range(0, max(count, 1), CHUNK), *(np.flatnonzero(np.diff(rail)) + 1).tolist()})
+    ends = dict(zip(starts, [*starts[1:], count], strict=True))
 
     def part(start: int) -> Result:
-        index = np.arange(start, min(start + CHUNK, count))
+        index = np.arange(start, ends[start])
+        task = tasks[int(rail[start]) if count else 0]
         while True:
             try:
                 solution = _solve_chunk(task, conditions.at(index), index)

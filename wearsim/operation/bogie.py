@@ -21,7 +21,7 @@ end.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -44,6 +44,7 @@ _MOST = 80
 _KEPT = 0.6  # of the residual before, up to which the slope is kept
 _SMALL = 1e-2  # of the scale: from here on Newton's steps in full
 _ENDLESS = 1e9
+_BACK = 0.25  # product of steps in turn, over the longest ones, from which they go back and forth
 
 
 @dataclass(frozen=True)
@@ -61,6 +62,7 @@ class Vehicle:
     yaw_stiffness: float  # of the primary suspension, per axle [N m/rad]
     secondary_yaw_stiffness: float = 0.0  # of a bogie against the body [N m/rad]
     roll_coefficient: float = 0.0
+    axle_yaw_offset: float = 0.0  # of the leading axle in its bogie, -1 times that of the trailing one [rad]
 
     @property
     def axle_load(self) -> float:
@@ -120,6 +122,7 @@ def suspension(
         vehicle.secondary_yaw_stiffness,
     )  # fmt: skip
     sprung = (vehicle.bogie_mass + vehicle.body_mass / 2.0) * acceleration
+    p1, p2 = p1 - vehicle.axle_yaw_offset, p2 + vehicle.axle_yaw_offset  # as the springs see them
     frame_y = 0.5 * (sprung / ky + curvature * a * a + y1 + y2)
     turned = a * ky * (y1 - y2) + kp * (p1 + p2) - ks * in_front * curvature * vehicle.half_pivot_distance
     frame_yaw = turned / (2.0 * a * a * ky + 2.0 * kp + ks)
@@ -162,10 +165,11 @@ def curved(search: Search, bogies: Bogies, warm: bool, tolerance: float) -> IntA
         lean = np.minimum(np.abs(curvature) * search.wheelset.radius * search.wheelset.half_span / 0.2, 5e-3)
         search.shift[axles] = -np.sign(curvature)[:, None] * lean[:, None]
         search.yaw[axles] = 0.0
-    weight, springs = vehicle.axle_load, _spring_slope(vehicle)
+    weight, springs = vehicle.axle_load, spring_slope(vehicle)
     pace, growth = np.full(count, _ENDLESS if warm else 1.0), np.full(count, 4.0)
     last, before = np.full(count, np.inf), np.full((count, 4), np.nan)
     slope, known = np.zeros((count, 4, 4)), np.zeros(count, dtype=bool)
+    taken, turned = np.zeros((count, 4)), np.zeros(count, dtype=bool)  # the steps before
     rest = np.arange(count)
     for _ in range(_MOST):
         rows = axles[rest].ravel()
@@ -186,7 +190,7 @@ def curved(search: Search, bogies: Bogies, warm: bool, tolerance: float) -> IntA
         if asked.size:
             slope[rest[asked]], known[rest[asked]] = _slope(search, axles[rest[asked]], found[asked])
         whole &= known[rest] | done
-        worse = np.asarray(norm > last[rest])
+        worse = np.asarray((norm > last[rest]) | turned[rest])
         paced = np.clip(pace[rest] * np.where(worse, 0.25, growth[rest]), 0.02, _ENDLESS)
         pace[rest] = np.where(norm < _SMALL, _ENDLESS, paced)
         growth[rest] = np.where(worse, np.maximum(1.3, 0.7 * growth[rest]), growth[rest])
@@ -201,6 +205,10 @@ def curved(search: Search, bogies: Bogies, warm: bool, tolerance: float) -> IntA
         pace[rest] = np.where(whole, pace[rest], 0.25 * pace[rest])
         before[rest] = np.where(whole[:, None], state, before[rest])
         step[done] = 0.0
+        # back and forth by long steps, as at the kink of a second patch: shorter ones
+        scaled = step / _LONGEST
+        turned[rest] = ((scaled * taken[rest]).sum(axis=1) < -_BACK) & whole
+        taken[rest] = scaled
         search.shift[rows], search.yaw[rows] = (state + step).reshape(-1, 2).T
         on_way = np.repeat(whole & ~done, 2)[:, None]
         search.load[rows] = np.where(on_way, np.maximum(balanced, 0.02 * weight), load)
@@ -210,11 +218,11 @@ def curved(search: Search, bogies: Bogies, warm: bool, tolerance: float) -> IntA
     return rest
 
 
-def _spring_slope(vehicle: Vehicle) -> FloatArray:
+def spring_slope(vehicle: Vehicle) -> FloatArray:
     """Differentiate the forces of `suspension`, which are linear, by the state (4, 4)."""
     step = 1e-3
     state = np.concatenate([step * np.eye(4), np.zeros((1, 4))])
-    force = suspension(vehicle, state, *[np.zeros(5)] * 3)
+    force = suspension(replace(vehicle, axle_yaw_offset=0.0), state, *[np.zeros(5)] * 3)
     return np.asarray((force[:4] - force[4]).T / step)
 
 

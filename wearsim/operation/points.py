@@ -38,6 +38,8 @@ class OperatingPoints:
         Block or class of each point; by default its label.
     controlled : Controlled, optional
         Forces from which shifts and wheel loads of points follow; None: all of them are given.
+    of_track : tuple of int
+        Number of the class of a vehicle's track of each point.
     """
 
     conditions: ContactConditions
@@ -47,6 +49,7 @@ class OperatingPoints:
     label: tuple[str, ...]
     class_name: tuple[str, ...] = ()
     controlled: Controlled | None = None
+    of_track: tuple[int, ...] = ()
 
     @property
     def of_class(self) -> IntArray:
@@ -114,11 +117,11 @@ def with_monitors(
         raise ValueError("monitoring points need a rotation rule, not given rotation speeds")
 
     def appended(values: FloatArray, value: float) -> FloatArray:
-        return np.concatenate([values, np.full((shift.size, *values.shape[1:]), value)])
+        return np.concatenate([values, np.full((shift.size, *values.shape[1:]), value, values.dtype)])
 
     values = {"yaw": yaw, "wheel_load": wheel_load, "speed": speed, "friction": friction}
     values |= {"roll": 0.0, "track_curvature": 0.0}
-    own = {"friction_flange": friction, "torque": 0.0, "drift": 0.0, "speed_difference": 0.0}
+    own = {"friction_flange": friction, "torque": 0.0, "drift": 0.0, "speed_difference": 0.0, "rail": 0}
     values |= {name: value for name, value in own.items() if isinstance(getattr(old, name), np.ndarray)}
     new: dict[str, Any] = {name: appended(getattr(old, name), value) for name, value in values.items()}
     controlled = points.controlled
@@ -250,6 +253,8 @@ def points_of(
     if given("friction_flange"):
         flange = column("friction_flange", np.nan)
         values["friction_flange"] = np.where(np.isfinite(flange), flange, values["friction"])
+    if any(run.get("rail") for run in runs):
+        values["rail"] = column("rail").astype(np.int64)
     if given("axle_torque"):
         values["torque"] = column("axle_torque", float(rules.get("torque", 0.0)))
     controlled = Controlled(force, axle_load, column("box_moment"))

@@ -170,8 +170,15 @@ class Reduction:
     points: Samples
     group: tuple[str, ...]  # of each point: tread, right or left flange
     error: float  # binning error [-]
-    increments: FloatArray  # (2, 2, g) of samples and of points, right and left wheel, over the deepest [-]
     samples: int  # of the record
+    kept: Samples  # of them, that stand for all
+    reducer: Reducer
+
+    def error_on(self, wheelset: Wheelset) -> float:
+        """Binning error of the same points with other wheels, such as worn ones [-]."""
+        reducer = replace(self.reducer, wheelset=wheelset)
+        whole, part = (reducer.increment(one) for one in (self.kept, self.points))
+        return _binning_error(part, whole)
 
 
 @dataclass(frozen=True)
@@ -199,6 +206,10 @@ class Reducer:
         if "axle_torque" in value:
             given["torque"] = value["axle_torque"]
         return ContactConditions(wheel_load=load, free_roll=True, **given)
+
+    def increment(self, samples: Samples) -> FloatArray:
+        """Smoothed wear increment (2, g) of both wheels by all samples."""
+        return _mean_of(samples, self.worn(self.conditions(samples))[0])
 
     def worn(self, conditions: ContactConditions) -> tuple[FloatArray, IntArray]:
         """Wear of both wheels per distance of each sample or point (n,), and the flange it touches.
@@ -239,6 +250,11 @@ class Reducer:
         return depth, flange
 
 
+def _binning_error(part: FloatArray, whole: FloatArray) -> float:
+    """Largest difference of increments over the largest depth of the whole [-]."""
+    return float(np.abs(part - whole).max() / max(float(whole.max()), 1e-300))
+
+
 def _half(wavelength: float) -> FloatArray:
     """Weights over the grid whose smoothing halves a wavelength: a normal distribution."""
     if wavelength <= 0.0:
@@ -274,21 +290,23 @@ def reduce_samples(samples: Samples, reducer: Reducer, tolerance: float) -> Redu
         values = {name: value[kept] for name, value in samples.values.items()}
         samples = replace(samples, values=values, distance=samples.distance[kept])
     depth, flange = reducer.worn(reducer.conditions(samples))
-    share = samples.distance / samples.distance.sum()
-    whole = np.tensordot(share, depth, axes=1)
-    features, work = _features(samples, depth), share * depth.sum(axis=(1, 2))
+    whole = _mean_of(samples, depth)
+    features, work = _features(samples, depth), samples.distance * depth.sum(axis=(1, 2))
     for count in _COUNTS:
         group = bisected(features, work, count, flange)
         points = merged(samples, group)
-        worn, _ = reducer.worn(reducer.conditions(points))
-        part = np.tensordot(points.distance / points.distance.sum(), worn, axes=1)
-        deepest = max(float(whole.max()), 1e-300)
         names = tuple(_GROUPS[k] for k in flange[np.unique(group, return_index=True)[1]])
-        error = float(np.abs(part - whole).max()) / deepest
-        found = Reduction(points, names, error, np.stack([whole, part]) / deepest, total)
+        error = _binning_error(reducer.increment(points), whole)
+        found = Reduction(points, names, error, total, samples, reducer)
         if error <= tolerance or points.distance.size < count:  # nothing is left to divide
             break
     return found
+
+
+def _mean_of(samples: Samples, depth: FloatArray) -> FloatArray:
+    """Mean (2, g) of depths (n, 2, g), weighted with the distance of the samples."""
+    mean: FloatArray = np.tensordot(samples.distance / samples.distance.sum(), depth, axes=1)
+    return mean
 
 
 def _features(samples: Samples, depth: FloatArray) -> FloatArray:

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
 from wearsim.contact.solve import solve
-from wearsim.operation.bogie import GRAVITY, Bogies, Vehicle
+from wearsim.operation.bogie import GRAVITY, Bogies, Vehicle, spring_slope, suspension
 from wearsim.operation.points import OperatingPoints, points_of
 from wearsim.operation.recorded import bisected
 from wearsim.operation.states import Controlled
@@ -56,6 +56,28 @@ class Track:
     friction_flange: float
     environment: float
     torque: float = 0.0  # on the axle, driving forward [N m]
+    torques: tuple[tuple[float, float], ...] = ()  # in its place, with shares
+    rails: tuple[tuple[int, float], ...] = ((0, 1.0),)  # pairs of rails of the counterface, with shares
+    lubricated: float = 1.0  # share on which the flange has its own friction, else that of the tread
+
+    def on(self, rail: int) -> list[tuple[float, str, dict[str, float]]]:
+        """Share, name and set-points of each state of the track on one of the pairs of rails."""
+        torques = self.torques or ((self.torque, 1.0),)
+        flanges = (self.friction_flange, self.lubricated), (self.friction, 1.0 - self.lubricated)
+        return [
+            (
+                of_rail * of_torque * of_flange,
+                (f" rail {rail + 1}" if len(self.rails) > 1 else "")
+                + (f" {1e-3 * torque:g} kN m" if len(torques) > 1 else "")
+                + ("" if self.lubricated in (0.0, 1.0) else (" greased", " dry")[k]),
+                {"rail": rail, "axle_torque": torque, "friction_flange": flange},
+            )
+            for one, of_rail in self.rails
+            if one == rail
+            for torque, of_torque in torques
+            for k, (flange, of_flange) in enumerate(flanges)
+            if of_flange > 0.0
+        ]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,16 +106,23 @@ class Tangent(Track):
 
 
 @dataclass(frozen=True)
+class AxleShares:
+    """Which axle of a vehicle the wheelset is, by shares of the distance."""
+
+    leading: float  # that it is the leading one of its bogie
+    turned: float  # that right wheels run on left rails
+    outer: bool = True  # whether its bogie is the front one while it is leading
+
+
+@dataclass(frozen=True)
 class Motion:
-    """How the wheelsets of a vehicle move on straight track, and which of its axles is looked at."""
+    """How the wheelsets of a vehicle move on straight track."""
 
     rule: str  # suspended, kinematic, guided or shifted
     wavelength: float  # [m]
-    creep: float  # f11 of a wheel: longitudinal creep force over creepage [N]
+    creep: tuple[float, float]  # f11, f22 of a wheel: longitudinal, lateral creep force over creepage [N]
     conicity: float
     clearance: float  # of the flange to either side [m]
-    leading: float  # share of the distance that the wheelset is the leading one
-    turned: float  # share that right wheels run on left rails
 
 
 def klingel(wheelset: Wheelset, conicity: float) -> float:
@@ -101,14 +130,35 @@ def klingel(wheelset: Wheelset, conicity: float) -> float:
     return float(2.0 * np.pi * np.sqrt(wheelset.radius * wheelset.half_span / max(conicity, LEAST_CONICITY)))
 
 
-def creep_coefficient(
+def creep_coefficients(
     wheelset: Wheelset, counterface: Counterface, models: ContactModels, load: float
-) -> float:
-    """Longitudinal creep force over creepage of a wheel in the middle of the track, f11 [N]."""
-    creepage = np.array([[1e-5, 0.0, 0.0], [-1e-5, 0.0, 0.0]])
-    conditions = ContactConditions.of([0.0, 0.0], wheel_load=load, creepage=creepage)
-    force = solve(conditions, wheelset, counterface, models, sides=(0,)).force_x
-    return float((force[1] - force[0]) / 2e-5)
+) -> tuple[float, float]:
+    """Longitudinal and lateral creep force over creepage of a wheel in the middle of the track [N]."""
+    creepage = 1e-5 * np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0]])
+    conditions = ContactConditions.of(np.zeros(4), wheel_load=load, creepage=creepage)
+    found = solve(conditions, wheelset, counterface, models, sides=(0,))
+    along, across = found.force_x, found.force_y
+    return float((along[1] - along[0]) / 2e-5), float((across[3] - across[2]) / 2e-5)
+
+
+_YAW_STIFFNESS = {"kinematic": 0.0, "guided": 1e12}
+"""Of the primary suspension by the rule of the motion, in place of that of the vehicle [N m/rad]."""
+
+
+def resting(vehicle: Vehicle, motion: Motion, wheelset: Wheelset) -> FloatArray:
+    """Lateral position and yaw (2, 2) of leading and trailing axle at rest on straight track [m, rad].
+
+    Not 0 where the wheels differ in diameter, D, or the axles are not parallel: the springs balance the
+    lateral force 2 f22 psi and the moment -2 f11 l (lambda y + D/4)/r0 of each axle.
+    """
+    held = replace(vehicle, yaw_stiffness=_YAW_STIFFNESS.get(motion.rule, vehicle.yaw_stiffness))
+    turning = -2.0 * motion.creep[0] * wheelset.half_span / wheelset.radius
+    contact = np.kron(np.eye(2), [[0.0, 2.0 * motion.creep[1]], [turning * motion.conicity, 0.0]])
+    still = np.zeros(1)
+    force = suspension(held, np.zeros((1, 4)), still, still, still)[0]
+    force[1::2] += turning * wheelset.diameter_difference / 4.0
+    state: FloatArray = np.linalg.solve(contact + spring_slope(held), -force)
+    return state.reshape(2, 2)
 
 
 def yaw_over_shift(
@@ -121,8 +171,8 @@ def yaw_over_shift(
     frequency, half, radius = 2.0 * np.pi / motion.wavelength, wheelset.half_span, wheelset.radius
     if motion.rule in ("guided", "shifted"):
         return np.complex128(0.0), np.complex128(0.0)
-    stiffness = 0.0 if motion.rule == "kinematic" else vehicle.yaw_stiffness
-    a, ky, creep = vehicle.half_wheelbase, vehicle.lateral_stiffness, 2.0 * motion.creep
+    stiffness = _YAW_STIFFNESS.get(motion.rule, vehicle.yaw_stiffness)
+    a, ky, creep = vehicle.half_wheelbase, vehicle.lateral_stiffness, 2.0 * motion.creep[0]
     path = np.exp(1j * frequency * a * np.array([1.0, -1.0]))
     frame = 2.0 * a * a * ky + 2.0 * stiffness
     own = 1j * frequency * creep * half**2 + stiffness
@@ -143,69 +193,103 @@ def _positions(one: Tangent, motion: Motion) -> tuple[NDArray[np.complex128], Fl
 
 
 def route(
-    track: Sequence[Track], vehicle: Vehicle, motion: Motion, wheelset: Wheelset, rotation: str = "free"
+    track: Sequence[Track],
+    vehicle: Vehicle,
+    shares: AxleShares,
+    motions: Sequence[Motion],
+    wheelset: Wheelset,
+    rotation: str = "free",
 ) -> OperatingPoints:
-    """Operating points of one wheelset of a vehicle on all classes of track.
+    """Operating points of one wheelset of a vehicle on all classes of track, by the pairs of rails.
 
     Of a curve those of the leading and of the trailing axle of a bogie, as the train stands and turned; their
-    positions follow from its balance (`wearsim.operation.bogie`). Shares of 0 are solved and do not wear.
-    `rotation` is the rule of `ContactConditions`.
+    positions follow from its balance (`wearsim.operation.bogie`). Where the body holds the bogies, the
+    leading and the trailing axle are those of two of them. Shares of 0 are solved and do not wear. `motions`
+    are those on each pair of rails; `rotation` is the rule of `ContactConditions`.
     """
     total = sum(one.share for one in track)
-    runs: list[dict[str, object]] = []
-    leading: list[int] = []
-    shares = motion.leading, 1.0 - motion.leading
-    axles = list(zip(shares, yaw_over_shift(vehicle, motion, wheelset), strict=True))
-    frequency = 0.0 if motion.rule == "shifted" else 2.0 * np.pi / motion.wavelength
-    for one in track:
-        common = {
-            "name": one.name, "speed": one.speed, "friction": one.friction,
-            "friction_flange": one.friction_flange, "environment": one.environment,
-            "axle_torque": one.torque,
-        }  # fmt: skip
-        share = one.share / total
-        if isinstance(one, Tangent):
-            path, weight = _positions(one, motion)
-            for part, ratio in axles:
-                if part == 0.0:
-                    continue
-                yaw = ratio * path
-                slope, turning = (1j * frequency * each for each in (path, yaw))
-                for k in range(path.size):
-                    runs.append({
-                        **common, "label": f"{one.name} {1e3 * path[k].real:+.2f} mm",
-                        "weight": share * part * weight[k], "shift": path[k].real, "yaw": yaw[k].real,
-                        "drift": slope[k].real, "track_curvature": turning[k].real,
-                    })  # fmt: skip
-            continue
-        assert isinstance(one, Curve)
-        for turned, part in ((1.0, 1.0 - motion.turned), (-1.0, motion.turned)):
-            if part == 0.0:
+    runs: list[dict[str, Any]] = []
+    bogies = _bogies(vehicle, shares)
+    for rail, motion in enumerate(motions):
+        on_straight = _motion(vehicle, shares, motion, wheelset)
+        states = [(k, one, *each) for k, one in enumerate(track) for each in one.on(rail)]
+        for k, one, part, words, changes in states:
+            common = {
+                "name": one.name, "speed": one.speed, "friction": one.friction, **changes,
+                "environment": one.environment, "share": part * one.share / total, "of_track": k,
+            }  # fmt: skip
+            if isinstance(one, Tangent):
+                runs += [
+                    {**common, "label": f"{one.name}{words} {1e3 * each['shift']:+.2f} mm", **each}
+                    for each in on_straight(one)
+                ]
                 continue
-            leading.append(len(runs))
-            for axle, own in zip(("leading", "trailing"), shares, strict=True):
-                runs.append({
-                    **common, "label": f"{one.name}{'' if turned > 0.0 else ' turned'}, {axle}",
-                    "name": f"{one.name}, {axle}",
-                    "weight": share * part * own, "track_curvature": turned * one.curvature,
-                    "acceleration": turned * one.acceleration,
-                })  # fmt: skip
-    weight = np.array([run["weight"] for run in runs], dtype=float)
-    label = tuple(str(run["label"]) for run in runs)
-    names = tuple(str(run["name"]) for run in runs)
-    acceleration = np.array([run.get("acceleration", 0.0) for run in runs], dtype=float)
+            assert isinstance(one, Curve)
+            for turned, of_turned in ((1.0, 1.0 - shares.turned), (-1.0, shares.turned)):
+                for front, of_axles in bogies if of_turned > 0.0 else ():
+                    for axle, own in zip(("leading", "trailing"), of_axles, strict=True):
+                        runs.append({
+                            **common, "label": f"{one.name}{words}{'' if turned > 0.0 else ' turned'} {axle}",
+                            "name": f"{one.name} {axle}", "part": of_turned * own, "in_front": front,
+                            "track_curvature": turned * one.curvature,
+                            "acceleration": turned * one.acceleration, "axle": axle,
+                        })  # fmt: skip
+    weight = np.array([run["share"] * run["part"] for run in runs], dtype=float)
+    acceleration, in_front = (  # of all runs
+        np.array([run.get(name, 0.0) for run in runs], dtype=float) for name in ("acceleration", "in_front")
+    )
     moments = vehicle.box_moment(acceleration, wheelset.radius)
     loaded = [
         {**run, "axle_load": vehicle.axle_load, "box_moment": float(moment)}
         for run, moment in zip(runs, moments, strict=True)
     ]
+    label, names = (tuple(str(run[key]) for run in runs) for key in ("label", "name"))
     points = points_of(loaded, {"rotation": rotation, "free_roll": True}, weight / weight.sum(), label, names)
-    first = np.array(leading, dtype=np.int64)
+    points = replace(points, of_track=tuple(run["of_track"] for run in runs))
+    first = np.flatnonzero([run.get("axle") == "leading" for run in runs])
     if not first.size:
         return points
     assert isinstance(points.controlled, Controlled)
-    bogies = Bogies(vehicle, first, first + 1, acceleration[first], np.ones(first.size))
-    return replace(points, controlled=replace(points.controlled, bogies=bogies))
+    pairs = Bogies(vehicle, first, first + 1, acceleration[first], in_front[first])
+    return replace(points, controlled=replace(points.controlled, bogies=pairs))
+
+
+def _bogies(vehicle: Vehicle, shares: AxleShares) -> list[tuple[float, tuple[float, float]]]:
+    """Bogies in a curve: whether each is in front, and the shares of its leading and its trailing axle."""
+    front, leading, trailing = 1.0 if shares.outer else -1.0, shares.leading, 1.0 - shares.leading
+    if vehicle.secondary_yaw_stiffness == 0.0:
+        return [(front, (leading, trailing))]
+    apart = [(front, (leading, 0.0)), (-front, (0.0, trailing))]
+    return [one for one in apart if sum(one[1]) > 0.0]
+
+
+def _motion(
+    vehicle: Vehicle, shares: AxleShares, motion: Motion, wheelset: Wheelset
+) -> Callable[[Tangent], list[dict[str, Any]]]:
+    """Give what makes the set-points of a wheelset on a class of straight track."""
+    frequency = 0.0 if motion.rule == "shifted" else 2.0 * np.pi / motion.wavelength
+    axles = zip(
+        (shares.leading, 1.0 - shares.leading), yaw_over_shift(vehicle, motion, wheelset),
+        resting(vehicle, motion, wheelset), strict=True,
+    )  # fmt: skip
+    acting = [axle for axle in axles if axle[0] > 0.0]
+    furthest = WITHIN * motion.clearance
+
+    def positions(one: Tangent) -> list[dict[str, Any]]:
+        path, weight = _positions(one, motion)
+        found = []
+        for part, ratio, (place, turned) in acting:
+            yaw = ratio * path
+            slope, turning = (1j * frequency * each for each in (path, yaw))
+            shift = np.clip(place + path.real, -furthest, furthest)
+            columns = {
+                "part": part * weight, "shift": shift, "yaw": turned + yaw.real, "drift": slope.real,
+                "track_curvature": turning.real,
+            }  # fmt: skip
+            found += [{name: float(column[k]) for name, column in columns.items()} for k in range(path.size)]
+        return found
+
+    return positions
 
 
 def reduced(
@@ -233,7 +317,8 @@ def reduced(
         has segments of one kind alone.
     """
     kind = np.array([1 + (one.curvature > 0.0) if isinstance(one, Curve) else 0 for one in segments])
-    names = sorted({field.name for one in segments for field in fields(one)} - {"name", "share"})
+    common = {"name", "share", "torques", "rails", "lubricated"}
+    names = sorted({field.name for one in segments for field in fields(one)} - common)
     table = np.array([[getattr(one, name, 0.0) for name in names] for one in segments])
     length = np.array([one.share for one in segments])
     spread = np.sqrt(np.average((table - np.average(table, axis=0, weights=length)) ** 2, 0, length))

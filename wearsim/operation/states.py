@@ -53,11 +53,6 @@ class Controlled:
     box_moment: FloatArray  # (n,) of the axle boxes, right side down positive [N m]
     bogies: Bogies | None = None  # points whose shift and yaw follow from the balance of a bogie
 
-    @classmethod
-    def nothing(cls, count: int) -> Controlled:
-        """Points with given shifts and wheel loads."""
-        return cls(np.full(count, np.nan), np.full(count, np.nan), np.zeros(count))
-
     @property
     def any(self) -> NDArray[np.bool_]:
         """Points (n,) whose shift or wheel loads follow from forces."""

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal, Self
 
+import numpy as np
 from pydantic import (
     Field,
     GetJsonSchemaHandler,
@@ -14,6 +15,7 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema
 
+from wearsim.contact.patch import FloatArray
 from wearsim.damage import fatigue, wear
 from wearsim.damage.coefficients import COEFFICIENT_SETS, CoefficientSet, coefficient_set
 from wearsim.damage.fatigue import FATIGUE_LAWS, FatigueSettings
@@ -23,6 +25,7 @@ from wearsim.damage.wear.table import WearTable
 from wearsim.errors import SceneError
 from wearsim.scene.section import Registered, Section, Text, entries, number, words
 from wearsim.scene.wear_table import PathFaults, WearTableSection, wear_table
+from wearsim.toml_faults import cross_check
 
 
 def _sets(laws: Mapping[str, Any]) -> list[str]:
@@ -67,6 +70,27 @@ class _OrName:
         return {"anyOf": [{"type": "string", "enum": sorted(WEAR_LAWS)}, handler(schema)]}
 
 
+class BrakeBlockSection(Section):
+    """[wear.brake_block]: what brake blocks wear off the tread, counted in the first regime of each law."""
+
+    um_per_1000_km: float = number("brake_wear", "the depth worn by the blocks in 1000 km")
+    from_mm: float = number("block_edge", "the edge of the block towards the flange, from the running circle")
+    to_mm: float = number("block_edge", "its edge towards the field side, from the running circle")
+
+    @model_validator(mode="after")
+    def _rises(self) -> Self:
+        if self.to_mm <= self.from_mm:
+            text = f"to_mm = {self.to_mm:g} must be above from_mm = {self.from_mm:g}; exchange them"
+            raise cross_check(text, "to_mm")
+        return self
+
+    def depth(self, y: FloatArray) -> FloatArray:
+        """Depth per distance at vertices of a wheel [m/m]."""
+        below = (y >= 1e-3 * self.from_mm) & (y <= 1e-3 * self.to_mm)
+        worn: FloatArray = np.where(below, 1e-12 * self.um_per_1000_km, 0.0)
+        return worn
+
+
 class WearSection(Section):
     """[wear]: the law of the wear depth by frictional work."""
 
@@ -102,6 +126,7 @@ class WearSection(Section):
         description="what keeps elastic pressures out of the seizure regime "
         f"(law = {wear.laws_that_take('seizure_cap')})",
     )
+    brake_block: BrakeBlockSection | None = None
     table: WearTableSection | None = None
     table_file: Text | None = words(
         f"a CSV or TOML file with the table of law = {wear.laws_that_take('table')}", None

@@ -14,7 +14,7 @@ from wearsim.toml_faults import KeyPath, shown
 class Implausible(NamedTuple):
     """A key of a table, the test of its scene or run that its value is hardly meant, and what to look at."""
 
-    table: str  # in the scene, or "" of all blocks and classes
+    table: str  # in the scene, or "" of all blocks and classes that have the key
     key: str
     test: Callable[[Any], bool]
     text: str
@@ -36,15 +36,14 @@ TESTS = (
         "is beyond the angles of attack of the tightest curves, about 20: it is in milliradians"),
     Implausible("", "friction", lambda run: run.friction > 0.4 and LUBRICATED.search(run.name) is not None,
         "is that of dry surfaces, and the name says otherwise: wet or lubricated ones have less than 0.3"),
-    Implausible("", "load_kN", lambda run: (run.load_kN or 0.0) > 200.0,
+    Implausible("", "load_kN", lambda run: run.load_kN > 200.0,
         "is the load of one wheel, and the heaviest axles carry 400 kN: half the axle load is meant"),
-    Implausible("", "axle_load_kN", lambda run: (run.axle_load_kN or 0.0) > 400.0,
+    Implausible("", "axle_load_kN", lambda run: run.axle_load_kN > 400.0,
         "is beyond the heaviest axles, which carry 400 kN"),
     Implausible("", "environment", lambda run: run.environment > 2.0,
         "multiplies the wear of the dry laboratory, and service wears less: factors are 1 and below"),
     Implausible("", "shift_mean_mm",
-        lambda run: abs(shift := getattr(run, "shift_mean_mm", 0.0)) >= 1.0
-        and (run.curve_radius_m or 0.0) * shift > 0.0,
+        lambda run: abs(run.shift_mean_mm) >= 1.0 and (run.curve_radius_m or 0.0) * run.shift_mean_mm > 0.0,
         "is to the inside of the curve of curve_radius_m, and wheelsets run to the outside: both are positive"
         " to the right"),
 )  # fmt: skip
@@ -52,13 +51,15 @@ TESTS = (
 
 def implausible(scene: RigScene | FieldScene) -> Iterator[tuple[KeyPath, str]]:
     """Give path and text of each value of a scene that is hardly meant."""
-    runs = scene.operation.runs
+    runs: dict[KeyPath, Any] = dict(scene.operation.runs)
+    if scene.vehicle is not None:
+        runs |= {("vehicle", "class", k): one for k, one in enumerate(scene.vehicle.track)}
     for one in TESTS:
         if one.table and one.test(scene):
             value = getattr(getattr(scene, one.table), one.key)
             yield (one.table, one.key), f"{one.key} = {value:g} {one.text}"
         for path, run in () if one.table else runs.items():
-            if one.test(run):
+            if getattr(run, one.key, None) is not None and one.test(run):
                 value = f"{one.key} = {getattr(run, one.key):g}"
                 yield (*path, one.key), f"{value} in {path[1]} {shown(run.name)} {one.text}"
     names = Counter(run.name for run in runs.values())

@@ -21,7 +21,7 @@ from wearsim.scene.campaign import LIMIT_KEYS, STABILITY, RollerWearSection
 from wearsim.scene.damage import damage_faults
 from wearsim.scene.implausible import implausible
 from wearsim.scene.models import BlockSection, ClassSection, FieldScene, RigScene
-from wearsim.scene.vehicle import cut_motion, points_of_track
+from wearsim.scene.vehicle import cut_motion, rails_of
 from wearsim.toml_faults import KeyPath, shown, suggestion
 
 SHARES_ROUNDED = 0.01
@@ -65,6 +65,11 @@ def cross_faults(scene: Campaign) -> list[Fault]:
     if scene.counterface.wear is not None and not WEAR_LAWS[law].wears:
         text = f'[counterface.wear] wears where the law of [wear] does, and law = "{law}" wears nowhere'
         messages.append((("counterface", "wear"), f"{text}; write another law, or delete the table"))
+    places = [*rails_of(scene)[0].values()]
+    if scene.counterface.wear is not None and (scene.counterface.profile_left or places[1:]):
+        path = places[1] if places[1:] else ("counterface", "profile_left")
+        text = "[counterface.wear] wears one pair of alike rails; delete it, or rails and profile_left"
+        messages.append((path, text))
     return [scene.fault(*message) for message in messages]
 
 
@@ -340,9 +345,9 @@ def shift_ranges(scene: Campaign) -> Iterator[tuple[KeyPath, float, float, int]]
             key = "shift_mm" if run.shift_mm is not None else "lateral_force_kN"
             yield (*path, key), min(shifts), max(shifts), run.positions or 1
     if scene.vehicle is not None:
-        for k, count in enumerate(points_of_track(scene.vehicle, scene._track)):
+        for k in scene._of_track or (0,):
             path = ("vehicle", "class", k) if scene.vehicle.route is None else ("vehicle", "route")
-            yield path, 0.0, 0.0, count  # all within what the flange allows
+            yield path, 0.0, 0.0, 1  # within what the flange allows
     if scene.recorded is not None:
         yield ("recorded", "file"), 0.0, 0.0, 1 if scene._reduction is None else len(scene._reduction.group)
     if scene.operation.monitor is not None:
@@ -355,21 +360,23 @@ def key_of(path: KeyPath) -> str:
     return str(path[-1] if isinstance(path[-1], str) else path[-2])
 
 
-def fit_faults(scene: Campaign, wheels: Wheels, counterface: Profile) -> list[Fault]:
-    """Fault of a wheelset that does not stand on its rails, if there is any."""
+def fit_faults(
+    scene: Campaign, wheels: Wheels, counterface: Profile, gauges: Mapping[float, KeyPath]
+) -> list[Fault]:
+    """Fault of a wheelset that does not stand on its rails, if there is any; gauges [mm] with their keys."""
     gauge, back_to_back = scene.counterface.gauge_mm, scene.wheelset.back_to_back_mm
     try:
         right, left = (1e3 * measures.flange_thickness(wheel.y, wheel.z) for wheel in wheels)
     except ProfileError as error:
         return [scene.fault(("wheelset", "profile"), f"no flange can be measured: {error}")]
-    over_flanges = back_to_back + right + left
-    if over_flanges >= gauge:
+    over_flanges, narrowest = back_to_back + right + left, min(gauges)
+    if over_flanges >= narrowest:
         text = (
-            f"gauge_mm = {gauge:g} must be above {over_flanges:.4g} mm, the width over both flanges "
+            f"gauge_mm = {narrowest:g} must be above {over_flanges:.4g} mm, the width over both flanges "
             f"(back_to_back_mm = {back_to_back:g} + {right:.4g} + {left:.4g}); "
             "give the gauge of the track or the back-to-back distance of the wheelset"
         )
-        return [scene.fault(("counterface", "gauge_mm"), text)]
+        return [scene.fault(gauges[narrowest], text)]
     top = float(counterface.y[np.argmin(counterface.z)])
     for path, low, high, _ in shift_ranges(scene):
         for shift in (low, high):

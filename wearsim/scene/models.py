@@ -7,20 +7,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from pydantic import AfterValidator, ConfigDict, Field, PrivateAttr
-from pydantic_core import PydanticCustomError
+from pydantic import ConfigDict, Field, PrivateAttr
 
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.errors import Fault
-from wearsim.profile.placement import slope_of
 from wearsim.profile.standard import shipped_path
-from wearsim.quantities import QUANTITIES
 from wearsim.scene.campaign import CampaignSection, RailWearSection, RollerWearSection
 from wearsim.scene.damage import FatigueSection, WearSection
 from wearsim.scene.section import Registered, Section, SetPoints, Text, entries, number, range_of, words
 from wearsim.scene.uncertainty import UncertaintySection
-from wearsim.scene.vehicle import CurveRadius, VehicleSection
+from wearsim.scene.vehicle import CurveRadius, Inclination, VehicleSection
 from wearsim.toml_faults import KeyPath, Lines, line_of
 
 if TYPE_CHECKING:
@@ -29,18 +26,6 @@ if TYPE_CHECKING:
     from wearsim.operation.route import Curve, Tangent
     from wearsim.scene.vehicle import Route
 
-
-def _inclination(text: str) -> str:
-    try:
-        slope_of(text)
-    except ValueError:
-        low, high = QUANTITIES["inclination_ratio"].span
-        allowed = f'"1:{low:g}" to "1:{high:g}", or "none"'
-        raise PydanticCustomError("out_of_range", "inclination", {"allowed": allowed}) from None
-    return text
-
-
-Inclination = Annotated[str, AfterValidator(_inclination)]
 Shift = Annotated[float, Field(**range_of("shift"))]
 
 
@@ -92,6 +77,11 @@ class WheelsetSection(Section):
     }
     profile: Text = words("the name of a shipped wheel profile, such as S1002, or a file of points")
     profile_left: Text | None = words("the profile of the left wheel, if it differs", None)
+    wheel_diameter_difference_mm: float = number(
+        "wheel_diameter_difference",
+        "the diameter of the right wheel less that of the left one, about that of radius_mm",
+        0.0,
+    )
     radius_mm: float = number(
         "wheel_radius",
         "the wheel radius at the running circle; without it half the diameter that the file of the profile "
@@ -108,6 +98,7 @@ class CounterfaceSection(Section):
     """[counterface]: what rails and rollers with a rail's profile have in common."""
 
     profile: Text = words("the name of a shipped rail profile, such as 60E1, or a file of points")
+    profile_left: Text | None = words("the profile of the left side, if it differs", None)
     inclination: Inclination = words('the inclination of the rail, such as "1:40", or "none"')
     gauge_mm: float = number("gauge", "the track gauge", 1435.0)
     gauge_height_mm: float = number("gauge_height", default=14.0)
@@ -440,6 +431,7 @@ class _Campaign(SceneModel):
     _reduction: Reduction | None = PrivateAttr(None)  # of a record to operating points
     _route: Route = PrivateAttr()  # of a vehicle
     _track: tuple[Curve | Tangent, ...] = PrivateAttr(())  # its classes; once known, those of segments
+    _of_track: tuple[int, ...] = PrivateAttr(())  # number of the class of each operating point
     _error: float = PrivateAttr(0.0)  # of the wear of classes that stand for segments
 
 

@@ -30,11 +30,12 @@ from wearsim.scene.overrides import Override, at_its_source, merge, overridden_t
 from wearsim.scene.recorded import read_record
 from wearsim.scene.rig import with_programme, with_rig
 from wearsim.scene.sweep import SweepScene, read_sweep
-from wearsim.scene.vehicle import read_vehicle
+from wearsim.scene.vehicle import Rails, rails_of, read_vehicle
 from wearsim.scene.wear_table import read_wear_table
 from wearsim.toml_faults import (
     LARGEST_FILE,
     LARGEST_TABLE,
+    KeyPath,
     Lines,
     content_of,
     is_key,
@@ -59,7 +60,7 @@ _DICT = Path("scene.toml")  # name of a scene from a dict in results and run dir
 _INPUTS = "inputs.json"
 _RESERVED = (_INPUTS, "manifest.json")
 _RIGHT, _LEFT = ("wheelset", "profile"), ("wheelset", "profile_left")
-_COUNTERFACE, _TEMPLATE = ("counterface", "profile"), ("campaign", "reprofiling", "profile")
+_TEMPLATE = ("campaign", "reprofiling", "profile")
 
 
 @dataclass(frozen=True)
@@ -97,13 +98,18 @@ class Inputs:
 
     right: Profile
     left: Profile
-    counterface: Profile  # placed in the track
+    rails: tuple[tuple[Profile, Profile | None], ...]  # placed; the left one if it differs
     half_span: float  # from the track centre to the origin of the wheel profile [m]
-    clearance: tuple[float | None, float | None]  # [m]
+    clearances: tuple[tuple[float | None, float | None], ...]  # on each pair of rails [m]
     files: tuple[InputFile, ...]  # the scene file first
     wear_table: WearTable | None = None  # of the file that `table_file` names
     templates: tuple[Profile, Profile] | None = None
     warnings: tuple[Fault, ...] = ()  # of what the files say
+
+    @property
+    def counterface(self) -> Profile:
+        """The right one of the first pair of rails."""
+        return self.rails[0][0]
 
 
 def load_scene(
@@ -361,20 +367,22 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
     wheelset, section, rules = scene.wheelset, scene.counterface, scene.campaign.reprofiling
     half_span = 0.5e-3 * wheelset.back_to_back_mm + placement.RUNNING_CIRCLE
     spacing = 1e-3 * scene.campaign.point_spacing_mm
-    names: dict[tuple[str, ...], str | None] = {
+    pairs, sides = rails_of(scene)[0], ("profile", "profile_left")
+    placed: dict[KeyPath, Rails] = {(*path, side): pair for pair, path in pairs.items() for side in sides}
+    names: dict[KeyPath, str | None] = {
         _RIGHT: wheelset.profile,
         _LEFT: wheelset.profile_left,
-        _COUNTERFACE: section.profile,
+        **{key: getattr(pair, str(key[-1])) for key, pair in placed.items()},
         _TEMPLATE: None if rules is None else rules.profile,
     }
     diameters: dict[str, float] = {}
-    shapes: dict[tuple[str, ...], Profile] = {}
+    shapes: dict[KeyPath, Profile] = {}
     for key, name in names.items():
         if name is None:
             continue
         try:
-            shape, reading = _read_profile(scene, key, name, half_span, files)
-            if key != _COUNTERFACE or section.wear is not None:
+            shape, reading = _read_profile(scene, key, name, half_span, files, placed.get(key))
+            if key not in placed or section.wear is not None:
                 shape = resample(shape, spacing)
         except ProfileError as error:
             lines = str(error).splitlines()
@@ -383,13 +391,14 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
         shapes[key] = shape
         if reading is not None and reading.diameter is not None and key[0] == "wheelset":
             diameters[name] = 1e3 * reading.diameter
-        slope, lean = placement.slope_of(section.inclination), None if reading is None else reading.lean
-        if key == _COUNTERFACE and placement.tilt_to_add(lean, slope) != slope:
-            text = f"inclination = {shown(section.inclination)} is without effect: the head in {name} "
+        inclination = (placed.get(key) or section).inclination
+        slope, lean = placement.slope_of(inclination), None if reading is None else reading.lean
+        if key in placed and placement.tilt_to_add(lean, slope) != slope:
+            text = f"inclination = {shown(inclination)} is without effect: the head in {name} "
             text += f'{placement.lean_words(lean or 0.0)} already; write inclination = "none"'
-            leaning.append(scene.fault(("counterface", "inclination"), text))
+            leaning.append(scene.fault((*key[:-1], "inclination"), text))
 
-    def matched(key: tuple[str, ...], count: int) -> Profile:
+    def matched(key: KeyPath, count: int) -> Profile:
         """Profile with as many points as the right wheel, by a spacing that differs by up to 3 %."""
         shape = shapes[key]
         if len(shape.y) == count:
@@ -413,17 +422,22 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
     faults += messages.cross_faults(scene)
     if any(name is not None and key not in shapes for key, name in names.items()):
         raise SceneError(by_line(faults))
-    right, counterface = shapes[_RIGHT], shapes[_COUNTERFACE]
+    rails = [(shapes[*path, "profile"], shapes.get((*path, "profile_left"))) for path in pairs.values()]
+    right, counterface = shapes[_RIGHT], rails[0][0]
     wheels = right, matched(_LEFT, len(right.y)) if _LEFT in shapes else right
-    if unfit := messages.fit_faults(scene, wheels, counterface):
+    gauges: dict[float, KeyPath] = {one.gauge_mm: (*pairs[one], "gauge_mm") for one in reversed(pairs)}
+    if unfit := messages.fit_faults(scene, wheels, counterface, gauges):
         raise SceneError(by_line(faults + unfit))
     templates = None if rules is None else wheels
     if _TEMPLATE in shapes:
         templates = (matched(_TEMPLATE, len(right.y)),) * 2
     if templates is not None:
         faults += messages.template_faults(scene, templates, counterface)
-    free = flange_clearance(right, counterface)
-    clearance = (free, flange_clearance(wheels[1], counterface) if _LEFT in shapes else free)
+    clearances = []
+    for rail, other in rails:
+        free, unlike = flange_clearance(right, rail), other is not None or _LEFT in shapes
+        clearances.append((free, flange_clearance(wheels[1], other or rail) if unlike else free))
+    clearance = clearances[0]
     faults += messages.limit_faults(scene, wheels, counterface, end=True)
     with _gathered(faults):
         noted += _operated(scene, clearance, files) if isinstance(scene, FieldScene) else []
@@ -431,18 +445,21 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
     faults += [fault for fault in messages.beyond_clearance(scene, clearance)[0] if fault.line not in known]
     if faults:
         raise SceneError(by_line(faults))
-    if placement.is_partial(counterface.y):
-        text = f"profile = {shown(section.profile)} is {1e3 * np.ptp(counterface.y):.3g} mm wide: without"
-        text += " gauge point its y counts from the running circle, and gauge_mm is without effect"
-        noted.append(scene.fault(_COUNTERFACE, text))
-    for body in ("wheelset", "counterface"):
-        shipped = all(file.shipped for file in files.read if file.role.startswith(f"{body}."))
+    for key in placed:
+        if key in shapes and placement.is_partial(shapes[key].y):
+            text = f"{key[-1]} = {shown(names[key])} is {1e3 * np.ptp(shapes[key].y):.3g} mm wide: without"
+            text += " gauge point its y counts from the running circle, and gauge_mm is without effect"
+            noted.append(scene.fault(key, text))
+    of_rails = ("counterface.", "vehicle.class.", "vehicle.each.")
+    for body, roles in (("wheelset", ("wheelset.",)), ("counterface", of_rails)):
+        shipped = all(file.shipped for file in files.read if file.role.startswith(roles))
         if getattr(scene, body).smooth_mm is not None and shipped:
             text = f"smooth_mm is without effect: no profile of [{body}] was read from a file of points"
             noted.append(scene.fault((body, "smooth_mm"), f"{text}; delete it"))
     scene._inputs = Inputs(
-        *wheels, counterface, half_span, clearance, tuple(files.read), table, templates, tuple(noted)
-    )
+        *wheels, tuple(rails), half_span, tuple(clearances), tuple(files.read), table, templates,
+        tuple(noted),
+    )  # fmt: skip
     return scene
 
 
@@ -495,12 +512,18 @@ def _wear_table(scene: RigScene | FieldScene, files: _Files) -> WearTable | None
 
 
 def _read_profile(
-    scene: RigScene | FieldScene, key: tuple[str, ...], name: str, half_span: float, files: _Files
+    scene: RigScene | FieldScene,
+    key: KeyPath,
+    name: str,
+    half_span: float,
+    files: _Files,
+    pair: Rails | None,
 ) -> tuple[Profile, ProfileReading | None]:
-    """Profile of a key, smoothed and placed in the track, and what its file says besides."""
-    section, role, is_rail = scene.counterface, ".".join(key), key == _COUNTERFACE
-    slope, depth = placement.slope_of(section.inclination), 1e-3 * section.gauge_height_mm
-    placing, path = (1e-3 * section.gauge_mm, half_span), files.place(role, name)
+    """Profile of a key, smoothed and, of a pair of rails, placed, and what its file says besides."""
+    section, role, is_rail = scene.counterface, ".".join(map(str, key)), pair is not None
+    track = pair or section
+    slope, depth = placement.slope_of(track.inclination), 1e-3 * section.gauge_height_mm
+    placing, path = (1e-3 * track.gauge_mm, half_span), files.place(role, name)
     if path is None or path.suffix == ".toml":
         looks_like_file = any(mark in name for mark in "/\\") or Path(name).suffix not in ("", ".toml")
         if looks_like_file and not standard.is_designation(name):
@@ -514,7 +537,7 @@ def _read_profile(
         path = standard.find_shipped(short)
     else:
         reading = read_profile(path, "rail" if is_rail else "wheel")
-        smooth = {"wheelset": scene.wheelset.smooth_mm, "counterface": section.smooth_mm}.get(key[0])
+        smooth = {_RIGHT[0]: scene.wheelset.smooth_mm, _TEMPLATE[0]: None}.get(str(key[0]), section.smooth_mm)
         shape = smoothed(reading.profile, 1e-3 * (smooth or 0.0))
         shape = (
             placement.place_rail(shape, placement.tilt_to_add(reading.lean, slope), *placing, depth)

@@ -39,6 +39,7 @@ class RigFile(Section):
     source: Text = words("where its data are from")
     roller_radius_mm: float = number("roller_radius", "the radius of the rollers at the profile's top")
     gauge_mm: float = number("gauge", "the track gauge", 1435.0)
+    gauge_height_mm: float = number("gauge_height", "the depth below the top at which it is measured", 14.0)
     drive: Literal["coupled", "independent"] = Field(description="whether both rollers turn alike")
     controlled: tuple[str, ...] = Field(description="the set-points of its blocks that it can control")
     limits: RigLimits = Field(default_factory=lambda: RigLimits.model_validate({}))
@@ -66,7 +67,9 @@ def with_rig(scene: RigScene, place: Place) -> tuple[RigScene, Path | None]:
     if rig is None:
         raise SceneError(faults)
     given = section.model_fields_set
-    names = [name for name in ("roller_radius_mm", "gauge_mm", "drive") if name not in given]
+    names = [
+        name for name in ("roller_radius_mm", "gauge_mm", "gauge_height_mm", "drive") if name not in given
+    ]
     update = {name: getattr(rig, name) for name in names}
     scene = scene.model_copy(update={"counterface": section.model_copy(update=update)})
     faults = [fault for k in range(len(scene.operation.blocks)) for fault in _beyond(scene, rig, k)]

@@ -28,7 +28,7 @@ from wearsim.operation.route import (
     Curve,
     Motion,
     Tangent,
-    creep_coefficient,
+    creep_coefficients,
     klingel,
     reduced,
     route,
@@ -45,7 +45,7 @@ from wearsim.scene.campaign import (
     RailWearSection,
     ReprofilingRules,
 )
-from wearsim.scene.damage import fatigue_settings, wear_settings
+from wearsim.scene.damage import BrakeBlockSection, fatigue_settings, wear_settings
 from wearsim.scene.messages import by_line, scene_warnings, shift_ranges
 from wearsim.scene.models import ContactSection, FieldScene, RecordedSection, RigScene, RollerSection
 from wearsim.scene.read import inputs_of
@@ -89,6 +89,7 @@ class CampaignSetup:
     tolerance: float | None = None
     counterface_wear: CounterfaceWear | None = None  # None: rails or rollers stay as they are
     templates: tuple[Profile, Profile] | None = None  # that right and left wheel are reprofiled to
+    brake: BrakeBlockSection | None = None
     reduction: Reduction | None = None  # of a record to the operating points
     vehicle: str = ""  # name and source, and how it moves on straight track
     running: Running | None = None  # state of the new wheelset under controlled forces; None: nothing is
@@ -102,8 +103,12 @@ def build(scene: RigScene | FieldScene) -> CampaignSetup:
     inputs, contact, section = inputs_of(scene), scene.contact, scene.vehicle
     wear, *comparison = wear_settings(scene.wear, inputs.wear_table)
     models, *fallbacks = contact_models(contact)
-    wheelset = Wheelset(inputs.right, inputs.left, 1e-3 * scene.wheelset.radius_mm, inputs.half_span)
-    bodies = wheelset, Counterface(inputs.counterface, scene.counterface.curvature)
+    wheelset = Wheelset(
+        inputs.right, inputs.left, 1e-3 * scene.wheelset.radius_mm, inputs.half_span,
+        1e-3 * scene.wheelset.wheel_diameter_difference_mm,
+    )  # fmt: skip
+    first, *further = (Counterface(right, scene.counterface.curvature, left) for right, left in inputs.rails)
+    bodies = wheelset, replace(first, further=tuple(further))
     if scene.recorded is not None and scene._reduction is None:
         tolerance = scene.recorded.binning_tolerance
         scene._reduction = reduce_samples(scene._samples, _reducer(scene, bodies, wear), tolerance)
@@ -135,13 +140,14 @@ def build(scene: RigScene | FieldScene) -> CampaignSetup:
         fatigue=fatigue_settings(scene.fatigue),
         counterface_wear=_counterface_wear(scene),
         templates=inputs.templates,
+        brake=scene.wear.brake_block,
     )
 
 
 def warnings_of(scene: RigScene | FieldScene) -> tuple[Fault, ...]:
     """Warnings of a loaded scene, in the order of the file, without those of `check_contact`."""
     inputs = inputs_of(scene)
-    own = scene_warnings(scene, (inputs.right, inputs.left), inputs.counterface, inputs.clearance)
+    own = scene_warnings(scene, (inputs.right, inputs.left), inputs.counterface, inputs.clearances[0])
     # table, what stands for all samples or segments, and the error of that
     reduced_to: list[tuple[str, RecordedSection | VehicleSection, str, float]] = []
     if scene.recorded is not None and scene._reduction is not None:
@@ -261,26 +267,29 @@ def _on_route(
     """Operating points of a vehicle on its route; on straight track it moves as with new wheels."""
     given, inputs, (wheelset, counterface) = scene._route, inputs_of(scene), bodies
     spread = max((one.std for one in given.track if isinstance(one, Tangent)), default=0.0)
-    clearance = min((one for one in inputs.clearance if one is not None), default=math.inf)
-    amplitude = min(max(math.sqrt(2.0) * spread, 1e-3), clearance)
-    try:
-        profiles = wheelset.right, wheelset.left, counterface.profile
-        conicity = equivalent_conicity(*profiles, amplitude=amplitude) or LEAST_CONICITY
-    except ProfileError as error:
-        raise SceneError([scene.fault(("vehicle", "tangent"), f"no equivalent conicity: {error}")]) from None
     models, *_ = contact_models(scene.contact)
-    motion = Motion(
-        rule=section.tangent,
-        wavelength=section.tangent_wavelength_m or klingel(wheelset, conicity),
-        creep=creep_coefficient(wheelset, counterface, models, 0.5 * given.vehicle.axle_load),
-        conicity=conicity,
-        clearance=clearance,
-        leading=section.leading_share,
-        turned=section.turned_share,
-    )
+    motions = []
+    for rails, clearances in zip((counterface, *counterface.further), inputs.clearances, strict=True):
+        clearance = min((one for one in clearances if one is not None), default=math.inf)
+        amplitude = min(max(math.sqrt(2.0) * spread, 1e-3), clearance)
+        try:
+            profiles = wheelset.right, wheelset.left, rails.profile
+            conicity = equivalent_conicity(*profiles, amplitude=amplitude) or LEAST_CONICITY
+        except ProfileError as error:
+            text = f"no equivalent conicity: {error}"
+            raise SceneError([scene.fault(("vehicle", "tangent"), text)]) from None
+        motions.append(
+            Motion(
+                rule=section.tangent,
+                wavelength=section.tangent_wavelength_m or klingel(wheelset, conicity),
+                creep=creep_coefficients(wheelset, rails, models, 0.5 * given.vehicle.axle_load),
+                conicity=conicity,
+                clearance=clearance,
+            )
+        )
 
     def on(track: Sequence[Curve | Tangent]) -> OperatingPoints:
-        return route(track, given.vehicle, motion, wheelset, scene.contact.rotation)
+        return route(track, given.vehicle, given.shares, motions, wheelset, scene.contact.rotation)
 
     def worn(track: Sequence[Curve | Tangent]) -> np.ndarray:
         points = on(track)
@@ -298,7 +307,9 @@ def _on_route(
         except StateError as error:
             text = next(iter(error.messages.values()))
             raise SceneError([scene.fault(("vehicle", "route"), f"{text}; {OF_BOGIES}")]) from None
-    return on(scene._track)
+    points = on(scene._track)
+    scene._of_track = points.of_track
+    return points
 
 
 def _monitored(scene: RigScene | FieldScene, points: OperatingPoints) -> OperatingPoints:

@@ -4,24 +4,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple, Self
 
-from pydantic import AfterValidator, Field, Strict, WithJsonSchema, model_validator
+from pydantic import AfterValidator, Field, WithJsonSchema, model_validator
 from pydantic_core import PydanticCustomError
 
 from wearsim.errors import SceneError
 from wearsim.operation.bogie import Vehicle
-from wearsim.operation.route import POSITIONS, WITHIN, Curve, Tangent
+from wearsim.operation.route import WITHIN, AxleShares, Curve, Tangent
+from wearsim.profile.placement import slope_of
 from wearsim.profile.standard import shipped_path
 from wearsim.quantities import QUANTITIES
 from wearsim.scene.rows import read_rows
-from wearsim.scene.section import Section, SetPoints, Text, number, words
+from wearsim.scene.section import Section, SetPoints, Text, entries, number, words
 from wearsim.toml_faults import KeyPath, cross_check, read_toml, shown, suggestion
 
 if TYPE_CHECKING:
-    from wearsim.scene.models import FieldScene
+    from wearsim.scene.models import FieldScene, RigScene
 
 SHARES_ROUNDED = 0.01
 CUT_UNNOTED = 0.01
@@ -44,6 +45,19 @@ _EITHER = [
     {"type": "number", "minimum": low, "maximum": high} for low, high in ((-_MOST, -_LEAST), (_LEAST, _MOST))
 ]
 CurveRadius = Annotated[float, AfterValidator(curve_radius), WithJsonSchema({"anyOf": _EITHER})]
+
+
+def _inclination(text: str) -> str:
+    try:
+        slope_of(text)
+    except ValueError:
+        low, high = QUANTITIES["inclination_ratio"].span
+        allowed = f'"1:{low:g}" to "1:{high:g}", or "none"'
+        raise PydanticCustomError("out_of_range", "inclination", {"allowed": allowed}) from None
+    return text
+
+
+Inclination = Annotated[str, AfterValidator(_inclination)]
 
 
 def shipped_or_own(folder: str, place: Place, role: str, name: str) -> tuple[Path | None, str]:
@@ -132,10 +146,77 @@ class TrackKeys(SetPoints):
         return self
 
 
-class TrackSection(TrackKeys):
+class RailShare(Section):
+    """An entry of rails: a pair of rails, and the share of the distance it is run on."""
+
+    share: float = number("weight", "the share of the distance of the class")
+    profile: Text | None = words("the rail profile, by default that of [counterface]", None)
+    profile_left: Text | None = words("the profile of the left rail, if it differs", None)
+    inclination: Inclination | None = words(
+        'the inclination of the rails, such as "1:40", or "none"; by default that of [counterface]', None
+    )
+    gauge_mm: float | None = number("gauge", "the track gauge, by default that of [counterface]", None)
+
+
+class TorqueShare(Section):
+    """An entry of axle_torques: a torque, and the share of the distance it acts on."""
+
+    axle_torque_kN_m: float = Field(
+        description="the torque on the axle, driving forward",
+        ge=-50.0,
+        le=50.0,
+        json_schema_extra={"unit": "kN m"},
+    )
+    share: float = number("weight", "the share of the distance of the class")
+
+
+def _whole(entries: tuple[Any, ...]) -> tuple[Any, ...]:
+    total = sum(one.share for one in entries)
+    if entries and abs(total - 1.0) > SHARES_ROUNDED:
+        raise cross_check(f"share: the shares must sum to 1 within 1 %, not {total:.7g}; change them")
+    return entries
+
+
+class PracticeKeys(Section):
+    """What varies within a class of track: each combination is a state of its own, with its share."""
+
+    not_here: ClassVar[dict[str, str]] = {
+        "gauge_mm": "write rails = [{gauge_mm = 1435, share = 0.5}, ...], or gauge_mm in [counterface]"
+    }
+    rails: Annotated[tuple[RailShare, ...], AfterValidator(_whole)] = entries(
+        "pairs of rails in place of those of [counterface], such as new, worn, of other inclination or "
+        "gauge, each with its share of the distance",
+        20,
+    )
+    lubricated_share: float = number(
+        "axle_share",
+        "the share of the distance on which friction_flange acts; on the rest the flange has the friction of "
+        "the tread",
+        1.0,
+    )
+
+
+class TrackSection(PracticeKeys, TrackKeys):
     """[[vehicle.class]]: one class of track, a curve or straight."""
 
     share: float = number("weight", "the share of the distance")
+    axle_torques: Annotated[tuple[TorqueShare, ...], AfterValidator(_whole)] = entries(
+        "torques on the axle in place of axle_torque_kN_m, such as traction, coasting and braking, each with "
+        "its share of the distance",
+        20,
+    )
+
+    @model_validator(mode="after")
+    def _practice_fits(self) -> Self:
+        if self.axle_torques and self.axle_torque_kN_m is not None:
+            text = "axle_torques and axle_torque_kN_m exclude each other; delete one of them"
+            raise cross_check(f"{shown(self.name)}: {text}", "axle_torques")
+        if self.lubricated_share < 1.0 and self.friction_flange is None:
+            text = (
+                f"lubricated_share = {self.lubricated_share:g} needs friction_flange, that of the lubricated"
+            )
+            raise cross_check(f"{shown(self.name)}: {text} flange; give it", "lubricated_share")
+        return self
 
 
 class SegmentSection(TrackKeys):
@@ -146,7 +227,7 @@ class SegmentSection(TrackKeys):
     length_km: float = number("block_length", "the length of the segment")
 
 
-class SegmentDefaults(Section):
+class SegmentDefaults(PracticeKeys):
     """[vehicle.each]: keys of all segments of a route whose file does not give them."""
 
     speed_km_h: float | None = number("speed", "the speed", None)
@@ -163,12 +244,27 @@ class SegmentDefaults(Section):
 class VehicleSection(Section):
     """[vehicle]: the vehicle whose bogies decide where the wheelset runs."""
 
+    not_here: ClassVar[dict[str, str]] = {
+        "wheel_diameter_difference_mm": "the key belongs to the wheelset; write it in [wheelset]"
+    }
+
     file: Text = words("the name of a shipped vehicle, or the file of one")
     leading_share: float = number(
         "axle_share", "the share of the distance that the wheelset is the leading one of its bogie", 0.5
     )
     turned_share: float = number(
         "axle_share", "the share of the distance that the train is turned, right wheels on left rails", 0.5
+    )
+    axle: Literal["outer", "inner"] = Field(
+        "outer",
+        description="which axle of its bogie the wheelset is: the outer one is in the front bogie while it "
+        "leads, the inner one in the rear bogie; it matters where the body holds the bogies",
+    )
+    axle_yaw_offset_mrad: float = number(
+        "axle_yaw_offset",
+        "the yaw of the wheelset in its bogie without forces, positive to the right while it is leading; "
+        "the other axle has the opposite one, so that both are out of parallel by twice as much",
+        0.0,
     )
     tangent: Literal["suspended", "kinematic", "guided", "shifted"] = Field(
         "suspended",
@@ -190,15 +286,45 @@ class VehicleSection(Section):
     binning_tolerance: float = number(
         "binning_error", "the largest error of the wear of the classes that stand for all segments", 0.05
     )
-    track: Annotated[tuple[TrackSection, ...], Strict(False)] = Field(
-        (), alias="class", max_length=200, description="the classes of track"
-    )
+    track: tuple[TrackSection, ...] = entries("the classes of track", 200, alias="class")
 
 
-def points_of_track(section: VehicleSection, track: Sequence[Curve | Tangent]) -> list[int]:
-    """Operating points of each class of track, as `wearsim.operation.route.route` makes them."""
-    axles, ways = ((one > 0.0) + (one < 1.0) for one in (section.leading_share, section.turned_share))
-    return [POSITIONS * axles if isinstance(one, Tangent) else 2 * ways for one in track]
+def practice_of(section: VehicleSection) -> Sequence[PracticeKeys]:
+    """Return what varies within each class of track, or within all segments of a route."""
+    return section.track or [section.each or PracticeKeys.model_validate({})]
+
+
+class Rails(NamedTuple):
+    """What a pair of rails is made of."""
+
+    profile: str
+    profile_left: str | None
+    inclination: str
+    gauge_mm: float
+
+
+def rails_of(
+    scene: RigScene | FieldScene,
+) -> tuple[dict[Rails, KeyPath], list[tuple[tuple[int, float], ...]]]:
+    """Pairs of rails of a scene with where they are named, and for each class their numbers and shares.
+
+    The first one is that of [counterface]. Segments of a route have one class.
+    """
+    base, section = scene.counterface, getattr(scene, "vehicle", None)
+    own = Rails(base.profile, base.profile_left, base.inclination, base.gauge_mm)
+    found, shares = dict[Rails, KeyPath]({own: ("counterface",)}), []
+    for j, one in enumerate([] if section is None else practice_of(section)):
+        assert section is not None
+        path, numbers = (("vehicle", "class", j) if section.track else ("vehicle", "each")), []
+        for k, rail in enumerate(one.rails):
+            given = rail.model_dump(exclude_none=True, exclude={"share"})
+            if "profile" in given:
+                given.setdefault("profile_left", None)
+            pair = own._replace(**given)
+            found.setdefault(pair, (*path, "rails", k))
+            numbers.append((list(found).index(pair), rail.share))
+        shares.append(tuple(numbers) or ((0, 1.0),))
+    return found, shares
 
 
 @dataclass(frozen=True)
@@ -209,6 +335,7 @@ class Route:
     about: str  # name and source of the vehicle
     track: tuple[Curve | Tangent, ...]  # classes, or segments of a file
     files: tuple[tuple[str, str, Path], ...]  # role, name in the scene and place of each file
+    shares: AxleShares
 
 
 def read_vehicle(scene: FieldScene, place: Place) -> Route:
@@ -236,27 +363,38 @@ def read_vehicle(scene: FieldScene, place: Place) -> Route:
                 [*faults, *of_file, scene.fault(("vehicle", "route"), f"{text}; give a CSV file")]
             )
         try:
-            given = {} if section.each is None else section.each.model_dump(exclude_none=True)
+            practice = set(PracticeKeys.model_fields)
+            given = (
+                {} if section.each is None else section.each.model_dump(exclude_none=True, exclude=practice)
+            )
             segments = read_rows(where, SegmentSection, "segment", given)
             files.append(("vehicle.route", section.route, where))
         except SceneError as error:
             faults += error.faults
     if file is None or faults:
         raise SceneError([*faults, *of_file])
-    vehicle, torque = file.vehicle, scene.contact.torque_Nm
+    vehicle = replace(file.vehicle, axle_yaw_offset=1e-3 * section.axle_yaw_offset_mrad)
     track = section.track if segments is None else segments
     arm = 1e-3 * scene.wheelset.radius_mm * vehicle.axle_load
     for k, one in enumerate(track):
-        given_torque, most = one.axle_torque_kN_m or 0.0, 1e-3 * one.friction * arm
-        if abs(given_torque) > most:
-            key = ("vehicle", "class", k, "axle_torque_kN_m") if segments is None else ("vehicle", "route")
-            text = f"axle_torque_kN_m = {given_torque:g} is more than friction can carry in {shown(one.name)}"
+        torques = [
+            one.axle_torque_kN_m or 0.0,
+            *(each.axle_torque_kN_m for each in getattr(one, "axle_torques", ())),
+        ]
+        largest, most = max(torques, key=abs), 1e-3 * one.friction * arm
+        if abs(largest) > most:
+            name = "axle_torques" if one.axle_torque_kN_m is None else "axle_torque_kN_m"
+            key = ("vehicle", "class", k, name) if segments is None else ("vehicle", "route")
+            text = f"axle_torque_kN_m = {largest:g} is more than friction can carry in {shown(one.name)}"
             text += f": friction x axle load x radius_mm = {most:.3g} kN m; lower it"
             faults.append(scene.fault(key, text))
     if faults:
         raise SceneError(faults)
     about = f"{file.name} ({file.source})"
-    return Route(vehicle, about, tuple(_track(one, torque) for one in track), tuple(files))
+    kinds = list(zip(practice_of(section), rails_of(scene)[1], strict=True))
+    classes = tuple(_track(one, scene, *kinds[k % len(kinds)]) for k, one in enumerate(track))
+    axle = AxleShares(section.leading_share, section.turned_share, section.axle == "outer")
+    return Route(vehicle, about, classes, tuple(files), axle)
 
 
 def _faults(section: VehicleSection) -> list[tuple[KeyPath, str]]:
@@ -291,20 +429,27 @@ def cut_motion(section: VehicleSection, clearance: float) -> list[tuple[KeyPath,
     return found
 
 
-def _track(one: TrackSection | SegmentSection, torque: float) -> Curve | Tangent:
-    """Return a class or segment of track in SI units; `torque` [N m] if it has none."""
-    speed = one.speed_km_h / 3.6
-    values = {
-        "name": one.name, "share": one.share if isinstance(one, TrackSection) else one.length_km,
+def _track(
+    one: TrackKeys,
+    scene: FieldScene,
+    practice: PracticeKeys,
+    rails: tuple[tuple[int, float], ...],
+) -> Curve | Tangent:
+    """Return a class or segment of track in SI units; the torque is that of [contact] if it has none."""
+    speed, torque, torques = one.speed_km_h / 3.6, one.axle_torque_kN_m, getattr(one, "axle_torques", ())
+    values: dict[str, Any] = {
+        "name": one.name, "share": getattr(one, "length_km", None) or getattr(one, "share", 0.0),
         "speed": speed, "friction": one.friction, "environment": one.environment,
         "friction_flange": one.friction if one.friction_flange is None else one.friction_flange,
-        "torque": torque if one.axle_torque_kN_m is None else 1e3 * one.axle_torque_kN_m,
+        "torque": scene.contact.torque_Nm if torque is None else 1e3 * torque,
+        "torques": tuple((1e3 * each.axle_torque_kN_m, each.share) for each in torques),
+        "rails": rails, "lubricated": practice.lubricated_share,
     }  # fmt: skip
     if one.curve_radius_m is None:
-        return Tangent(**values, std=1e-3 * (one.shift_std_mm or 0.0))  # type: ignore[arg-type]
+        return Tangent(**values, std=1e-3 * (one.shift_std_mm or 0.0))
     curvature = 1.0 / one.curve_radius_m
     if one.cant_deficiency_mm is not None:
         acceleration = Curve.of_deficiency(curvature, 1e-3 * one.cant_deficiency_mm)
     else:
         acceleration = Curve.of_cant(curvature, speed, 1e-3 * (one.cant_mm or 0.0))
-    return Curve(**values, curvature=curvature, acceleration=acceleration)  # type: ignore[arg-type]
+    return Curve(**values, curvature=curvature, acceleration=acceleration)
