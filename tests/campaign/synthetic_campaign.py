@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -94,6 +94,9 @@ class SyntheticEvolution:
         time.sleep(self.pause)
         memory = state.point_error[1] + 1e-12 * state.point_length[1]
         return 1e-9 * (1.0 + np.sin(1e3 * state.z + state.step) ** 2) + 1e-3 * memory
+
+    def closing(self, row: Mapping[str, np.ndarray]) -> dict[str, float]:
+        return {}
 
     def row(self, state: State, evaluation: np.ndarray, taken: StepTaken) -> dict[str, np.ndarray]:
         sizes = self.header.sizes

@@ -63,7 +63,7 @@ def test_the_rig_is_built_in_si_units(folder):
 
 
 def test_the_field_is_built_in_si_units(folder):
-    setup = build(load_scene("field_given.toml"))
+    setup = build(load_scene("field.toml"))
     assert (setup.kind, setup.title) == ("field", "field")
     assert setup.counterface.curvature == 0.0
     assert setup.control.max_step == 20e3

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -18,7 +19,7 @@ from wearsim.campaign.left_out import Failed, new_history, with_failed
 from wearsim.campaign.reprofiling import reprofile, reprofiling_due, to_next_reprofiling
 from wearsim.campaign.row import NO_STEP, StepTaken, build_row, header_of, recorded_measures
 from wearsim.campaign.running import new_running, settled_state
-from wearsim.campaign.state import State, WearRate
+from wearsim.campaign.state import State, WearRate, worn_wheels
 from wearsim.contact.patch import FloatArray
 from wearsim.damage.wear import WEAR_LAWS
 from wearsim.errors import ContactError, NumericalError
@@ -146,6 +147,14 @@ class WheelsetEvolution:
     def row(self, state: State, evaluation: Evaluation, taken: StepTaken) -> dict[str, np.ndarray]:
         """Return the row of the result file for a state."""
         return build_row(state, evaluation, taken, self._where(state))
+
+    def closing(self, row: Mapping[str, np.ndarray]) -> dict[str, float]:
+        """Return the attributes of a result that its last row decides."""
+        reduction, wheelset = self.setup.reduction, self.setup.wheelset
+        if reduction is None:
+            return {}
+        right, left = worn_wheels(wheelset, row["profile_y"], row["profile_z"])
+        return {"binning_error_worn": reduction.error_on(replace(wheelset, right=right, left=left))}
 
     def advance(self, state: State, evaluation: Evaluation) -> tuple[State, StepTaken]:
         """Take the next wear step, or reprofile the wheels where that is due."""

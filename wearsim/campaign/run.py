@@ -14,7 +14,6 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from functools import partial
 from pathlib import Path
 from types import FrameType
 from typing import Any, Literal
@@ -34,7 +33,6 @@ from wearsim.campaign.directory import (
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.record import Writer
 from wearsim.campaign.row import StepTaken
-from wearsim.campaign.running import closing_attributes
 from wearsim.campaign.state import State
 from wearsim.contact.solve import available_cores
 from wearsim.errors import (
@@ -250,7 +248,7 @@ def run_evolution(
                 progress.report("complete", **writer.outcome())
                 return writer.path
             _loop(evolution, writer, progress, interrupts)
-            progress.report("finished", ended=writer.finish(partial(closing_attributes, evolution.setup)))
+            progress.report("finished", ended=writer.finish(evolution.closing))
         except KeyboardInterrupt:
             with interrupts.deferred(), contextlib.suppress(WearsimError):
                 writer.flush()

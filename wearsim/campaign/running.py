@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from wearsim.campaign.evaluate import Passage, Setup, worn_bodies
-from wearsim.campaign.state import PatchWear, State, worn_wheels
+from wearsim.campaign.state import PatchWear, State
 from wearsim.contact.patch import FloatArray
 from wearsim.errors import NumericalError
 from wearsim.operation.points import OperatingPoints
@@ -85,11 +84,3 @@ def row_running(
         "axle_wear_number": np.where(known, forces.power / conditions.speed, FILL_FLOAT),
         "wear_share": area / total if total > 0.0 else np.zeros(count),
     }
-
-
-def closing_attributes(setup: CampaignSetup, row: Mapping[str, np.ndarray]) -> dict[str, float]:
-    """Return the attributes of a result that its last row decides."""
-    if setup.reduction is None:
-        return {}
-    right, left = worn_wheels(setup.wheelset, row["profile_y"], row["profile_z"])
-    return {"binning_error_worn": setup.reduction.error_on(replace(setup.wheelset, right=right, left=left))}

@@ -211,7 +211,6 @@ def route(
     runs: list[dict[str, Any]] = []
     bogies = _bogies(vehicle, shares)
     for rail, motion in enumerate(motions):
-        on_straight = _motion(vehicle, shares, motion, wheelset)
         states = [(k, one, *each) for k, one in enumerate(track) for each in one.on(rail)]
         for k, one, part, words, changes in states:
             common = {
@@ -221,7 +220,7 @@ def route(
             if isinstance(one, Tangent):
                 runs += [
                     {**common, "label": f"{one.name}{words} {1e3 * each['shift']:+.2f} mm", **each}
-                    for each in on_straight(one)
+                    for each in _on_straight(one, vehicle, shares, motion, wheelset)
                 ]
                 continue
             assert isinstance(one, Curve)
@@ -263,33 +262,23 @@ def _bogies(vehicle: Vehicle, shares: AxleShares) -> list[tuple[float, tuple[flo
     return [one for one in apart if sum(one[1]) > 0.0]
 
 
-def _motion(
-    vehicle: Vehicle, shares: AxleShares, motion: Motion, wheelset: Wheelset
-) -> Callable[[Tangent], list[dict[str, Any]]]:
-    """Give what makes the set-points of a wheelset on a class of straight track."""
+def _on_straight(
+    one: Tangent, vehicle: Vehicle, shares: AxleShares, motion: Motion, wheelset: Wheelset
+) -> list[dict[str, Any]]:
+    """Set-points of a wheelset on a class of straight track, of both axles in turn."""
     frequency = 0.0 if motion.rule == "shifted" else 2.0 * np.pi / motion.wavelength
-    axles = zip(
-        (shares.leading, 1.0 - shares.leading), yaw_over_shift(vehicle, motion, wheelset),
-        resting(vehicle, motion, wheelset), strict=True,
-    )  # fmt: skip
-    acting = [axle for axle in axles if axle[0] > 0.0]
-    furthest = WITHIN * motion.clearance
-
-    def positions(one: Tangent) -> list[dict[str, Any]]:
-        path, weight = _positions(one, motion)
-        found = []
-        for part, ratio, (place, turned) in acting:
-            yaw = ratio * path
-            slope, turning = (1j * frequency * each for each in (path, yaw))
-            shift = np.clip(place + path.real, -furthest, furthest)
-            columns = {
-                "part": part * weight, "shift": shift, "yaw": turned + yaw.real, "drift": slope.real,
-                "track_curvature": turning.real,
-            }  # fmt: skip
-            found += [{name: float(column[k]) for name, column in columns.items()} for k in range(path.size)]
-        return found
-
-    return positions
+    furthest, (path, weight), found = WITHIN * motion.clearance, _positions(one, motion), []
+    parts, ratios = (shares.leading, 1.0 - shares.leading), yaw_over_shift(vehicle, motion, wheelset)
+    for part, ratio, (place, turned) in zip(parts, ratios, resting(vehicle, motion, wheelset), strict=True):
+        yaw = ratio * path
+        columns = {
+            "part": part * weight, "shift": np.clip(place + path.real, -furthest, furthest),
+            "yaw": turned + yaw.real, "drift": (1j * frequency * path).real,
+            "track_curvature": (1j * frequency * yaw).real,
+        }  # fmt: skip
+        if part > 0.0:
+            found += [{name: each[k] for name, each in columns.items()} for k in range(path.size)]
+    return found
 
 
 def reduced(
