@@ -55,7 +55,9 @@ def swept(tmp_path_factory):
     write_rig(folder)
     reported = []
     sweep = sweep_of_flags(str(folder / "rig.toml"), VARY, None)
-    outcomes = run_sweep(sweep, folder / "out", jobs=1, command="a command", report=reported.append)
+    outcomes = run_sweep(
+        sweep, folder / "out", jobs=1, command="a command", report=lambda _, outcome: reported.append(outcome)
+    )
     return folder / "out", outcomes, reported
 
 
@@ -271,7 +273,7 @@ def test_a_run_directory_is_no_directory_for_a_sweep(sweep, folder, cases):
 
 @pytest.mark.slow
 def test_ctrl_c_stops_after_the_running_case_and_the_rest_follows(sweep, folder, monkeypatch, cases):
-    def obey(event):
+    def obey(stop, event):
         if event.kind == "step" and event.step == 1:
             raise KeyboardInterrupt
 

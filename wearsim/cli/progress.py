@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 import sys
+import threading
 import time
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, nullcontext
 from shutil import get_terminal_size
 from typing import TYPE_CHECKING, TextIO
 
 from wearsim.quantities import duration
 
 if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
     from wearsim.campaign.run import Event, Observer
+    from wearsim.studies.ensemble import Outcome
 
 PLAIN_INTERVAL = 10.0
 """Without a terminal a line at most every so many seconds [s]."""
+
+RUNNING_INTERVAL = 30.0
+"""Between lines on the cases that run [s]."""
 
 
 @contextmanager
@@ -84,3 +91,47 @@ def held_by(limits: Mapping[str, int]) -> str:
 
 def _km(distance: float) -> str:
     return f"{distance / 1e3:.6g} km"
+
+
+@contextmanager
+def workers(address: str | None, running: Callable[[], str]) -> Iterator[Executor | None]:
+    """Give the executor of a cluster, None without address; meanwhile write now and then what runs."""
+    from wearsim.studies.cluster import cluster
+
+    over = threading.Event()
+
+    def show() -> None:
+        while not over.wait(RUNNING_INTERVAL):
+            if text := running():
+                print(text, file=sys.stderr, flush=True)
+
+    thread = threading.Thread(target=show, daemon=True)
+    with nullcontext() if address is None else cluster(address) as executor:
+        thread.start()
+        try:
+            yield executor
+        finally:
+            over.set()
+            thread.join()
+
+
+def case_lines(what: str, labels: Mapping[int, str] = {}) -> Callable[[int, Outcome], None]:
+    """Give the report of many cases: lines when a labelled one begins, and when one ends, of how many."""
+    ended: set[int] = set()
+
+    def report(count: int, outcome: Outcome) -> None:
+        begun = outcome.state == "running"
+        if not begun:
+            ended.add(outcome.number)
+            text = f"{outcome.state} ({len(ended)} of {count})"
+            print(with_fault(f"{what} {outcome.number}: {text}", outcome.fault), file=sys.stderr, flush=True)
+        elif outcome.number in labels:
+            text = f"{what} {outcome.number}: begun, {labels[outcome.number]}"
+            print(text, file=sys.stderr, flush=True)
+
+    return report
+
+
+def with_fault(line: str, fault: str) -> str:
+    """Line with its fault, if there is one."""
+    return f"{line}; {fault}" if fault else line

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from wearsim.cli import print_json
-from wearsim.cli.progress import held_by
+from wearsim.cli.progress import held_by, with_fault
 from wearsim.quantities import duration
 
 SUMMARY = "show how far the campaigns of a run directory or a sweep are"
@@ -44,7 +44,6 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _sweep(out: Path, as_json: bool) -> int:
     from wearsim.campaign.directory import read_status
-    from wearsim.cli.sweep_run import with_fault
     from wearsim.studies.sweep import counted, outcomes_of, read_plan
 
     plan, outcomes = read_plan(out), outcomes_of(out)

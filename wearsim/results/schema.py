@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SCHEMA = 5
-CONVERGENCE = "convergence.json"
-"""Table of `wearsim run --converge` in a run directory."""
 PATCH_SLOTS = 8
 REGIME_FLAGS = ("wear_regime", "wear_regime_highest")
 

@@ -1,0 +1,104 @@
+"""A sweep on a Dask cluster: two worker processes here, one of which is killed."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from contextlib import ExitStack
+from pathlib import Path
+
+import netCDF4
+import numpy as np
+import pytest
+
+from wearsim import cli
+from wearsim.results import ROW
+
+pytestmark = [
+    # threads and sockets of Dask's client that end after the last reference is gone
+    pytest.mark.filterwarnings("ignore::ResourceWarning"),
+    pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning"),
+]
+DATA = Path(__file__).parents[1] / "data"
+COARSE = '[contact]\nstrips = 8\ncells = 8\n[wear]\nlaw = "usfd"\ncoefficients = "lewis_dwyer_joyce_2004"\n'
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """Working directory with a coarse rig of some twenty steps."""
+    text = (DATA / "scene_rig.toml").read_text().replace("distance_km = 100", "distance_km = 2")
+    head, operation = text.split("[[operation.block]]", 1)
+    text = f"{head}{COARSE}[[operation.block]]{operation}"
+    text += "\nintegrator = 'euler'\npoint_spacing_mm = 0.5\nmax_step_km = 0.1\n"
+    (tmp_path / "rig.toml").write_text(text)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def cluster(tmp_path):
+    """Scheduler file, and the processes of two workers that nobody restarts."""
+    file, log = tmp_path / "scheduler.json", (tmp_path / "dask.log").open("w")
+    environment = {**os.environ, "OMP_NUM_THREADS": "1", "DASK_DISTRIBUTED__DASHBOARD__LINK": ""}
+
+    def start(module, *flags):
+        command = [
+            sys.executable,
+            "-m",
+            f"distributed.cli.{module}",
+            "--no-dashboard",
+            "--scheduler-file",
+            file,
+        ]
+        return stack.enter_context(
+            subprocess.Popen([*command, *flags], stderr=log, stdout=log, cwd="/", env=environment)
+        )
+
+    with log, ExitStack() as stack:
+        processes = [start("dask_scheduler", "--host", "127.0.0.1", "--port", "0")]
+        flags = ("--no-nanny", "--nthreads", "1", "--local-directory", tmp_path / "dask")
+        processes += [start("dask_worker", *flags) for _ in range(2)]
+        try:
+            yield file, processes[1:]
+        finally:
+            for process in processes:
+                process.kill()
+
+
+def steps(case):
+    status = Path("out") / case / "status.json"
+    return json.loads(status.read_text())["campaigns"]["rig"]["step"] if status.is_file() else 0
+
+
+@pytest.mark.slow
+def test_a_killed_worker_loses_no_step_and_the_bits_are_those_of_one_process(folder, cluster, capsys):
+    file, workers = cluster
+    words = ["sweep", "rig.toml", "--vary", "wheelset.radius_mm=420,440,460"]
+    written = {"case_0001": set(), "case_0002": set()}  # when the first step of each was recorded
+
+    def kill_one():
+        killed = False
+        while max(map(steps, written)) < 15:
+            if not killed and min(map(steps, written)) >= 3:
+                os.kill(workers[0].pid, signal.SIGKILL)
+                killed = True
+            for case in written if killed else ():
+                written[case].add(Path("out", case, ".rig.records", "00000001.npz").stat().st_mtime_ns)
+            time.sleep(0.01)
+
+    killer = threading.Thread(target=kill_one, daemon=True)
+    killer.start()
+    assert cli.main([*words, "--out", "out", "--cluster", str(file)]) == 0
+    message = capsys.readouterr()
+    assert [len(moments) for moments in written.values()] == [1, 1]  # never computed again
+    assert workers[0].wait(1.0) == -signal.SIGKILL
+    assert "3 cases: 3 finished" in message.out
+    assert "(3 of 3)" in message.err
+    assert cli.main([*words, "--out", "whole", "--jobs", "1"]) == 0
+    for case in ("case_0001", "case_0002", "case_0003"):
+        with netCDF4.Dataset(f"out/{case}/rig.nc") as one, netCDF4.Dataset(f"whole/{case}/rig.nc") as other:
+            assert one.dimensions["step"].size > 15
+            assert all(np.array_equal(one[name][:], other[name][:]) for name in ROW)
