@@ -26,11 +26,11 @@ import numpy as np
 from wearsim.errors import ResultError
 from wearsim.quantities import QUANTITIES
 from wearsim.results import (
-    ROW,
     Header,
     append,
     attribute_of,
     create,
+    layout_of,
     open_results,
     row_count,
     row_names,
@@ -40,6 +40,8 @@ from wearsim.results.checks import step_limits
 from wearsim.results.limits import ending_limits, first_met, limits_of, met_attributes
 from wearsim.results.schema import CHANGES, RENAMED
 from wearsim.whole_files import write_whole
+
+_LARGEST_RECORD = 200_000_000  # bytes
 
 MEMORY = "memory: "
 """Beginning of the names of what a record holds besides the row of the result file."""
@@ -66,7 +68,7 @@ class Records:
 
     folder: Path
     campaign: str  # digest of all its input
-    names: tuple[str, ...] = ROW  # variables of a row
+    shapes: Mapping[str, tuple[int, ...]]  # of the variables of a row
 
     def path(self, index: int) -> Path:
         """Return the file of step `index`."""
@@ -79,7 +81,7 @@ class Records:
 
         Row and `memory`, of which the result file has nothing, hold the full state.
         """
-        arrays = {name: np.asarray(row[name]) for name in self.names}
+        arrays = {name: np.asarray(row[name]) for name in self.shapes}
         arrays |= {f"{MEMORY}{name}": np.asarray(value) for name, value in memory.items()}
         layout = {name: (value.dtype.str, value.shape) for name, value in arrays.items()}
         payload = b"".join(arrays[name].tobytes() for name in layout)
@@ -111,7 +113,8 @@ class Records:
             arrays[RENAMED.get(name, name)] = np.frombuffer(payload[:size], dtype).reshape(shape)
             payload = payload[size:]
         of_row = {name for name in arrays if not name.startswith(MEMORY)}
-        return (arrays, str(label["source"])) if of_row == set(self.names) else None
+        sound = {name: arrays[name].shape for name in of_row} == self.shapes
+        return (arrays, str(label["source"])) if sound else None
 
     def row(self, index: int) -> dict[str, np.ndarray]:
         """Read the row of a step whose record must exist."""
@@ -153,6 +156,8 @@ class Records:
         """Label and values of a record with the right digest."""
         try:
             with open(self.path(index), "rb") as record, np.load(record, allow_pickle=False) as file:
+                if sum(part.file_size for part in file.zip.infolist()) > _LARGEST_RECORD:
+                    return None
                 label, digest, payload = str(file["label"]), str(file["digest"]), file["payload"]
         except (OSError, KeyError, ValueError, EOFError, zipfile.BadZipFile):
             return None
@@ -176,7 +181,12 @@ class Writer:
     def __init__(self, header: Header, directory: Path, name: str, digest: str) -> None:
         self.header = header
         self.path = directory / f"{name}.nc"
-        self.records = Records(directory / f".{name}.records", digest, row_names(header.static))
+        layout, sizes = layout_of(header.static), header.sizes
+        shapes = {
+            name: tuple(sizes[each] for each in layout[name].dimensions if each != "step")
+            for name in row_names(header.static)
+        }
+        self.records = Records(directory / f".{name}.records", digest, shapes)
         self.rebuilt = False
         self._mark = directory / f".{name}.finished.json"
         self._rows_in_file = 0

@@ -43,6 +43,7 @@ from wearsim.scene.models import AnyScene, CompareScene, FieldScene, Origin, Rig
 from wearsim.scene.overrides import Override, at_its_source, merge, overridden_text, toml_text
 from wearsim.scene.recorded import read_record
 from wearsim.scene.rig import with_programme, with_rig
+from wearsim.scene.sides import side_warnings
 from wearsim.scene.sweep import SweepScene, read_sweep
 from wearsim.scene.vehicle import read_vehicle
 from wearsim.scene.wear_table import read_wear_table
@@ -349,10 +350,13 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
     faults: list[Fault] = []
     leaning: list[Fault] = []
     diameters: dict[str, float] = {}
+    headers: dict[str, tuple[str, Mapping[str, str]]] = {}
 
     def profile(name: str, *path: str) -> Profile | None:
         try:
             shape, file, reading = _read_profile(scene, ".".join(path), name, half_span, kept)
+            if path[0] == "wheelset":
+                headers[path[-1]] = name, {} if reading is None else reading.header
             if reading is not None and reading.diameter is not None and path[0] == "wheelset":
                 diameters[name] = 1e3 * reading.diameter
             if path[0] == "counterface" and reading is not None:
@@ -393,7 +397,7 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
     place = ("campaign", "reprofiling", "profile")
     template = None if shape_name is None else profile(shape_name, *place)
     table = _wear_table(scene, kept, files, faults)
-    noted = [*header_warnings(scene, diameters), *leaning]
+    noted = [*header_warnings(scene, diameters), *side_warnings(scene, headers), *leaning]
     if diameters and "radius_mm" not in wheelset.model_fields_set:
         radius = 0.5 * sum(diameters.values()) / len(diameters)
         scene = scene.model_copy(update={"wheelset": wheelset.model_copy(update={"radius_mm": radius})})

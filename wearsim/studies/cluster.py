@@ -36,7 +36,9 @@ def cluster(address: str) -> Iterator[Executor]:
     try:
         if by_file and not Path(address).is_file():
             raise FileNotFoundError("there is no such scheduler file")
-        client = Client(scheduler_file=address) if by_file else Client(address)
+        # not the default, or xarray would ask it for its locks
+        where = {"scheduler_file": address} if by_file else {"address": address}
+        client = Client(**where, set_as_default=False)
     except (OSError, ValueError) as error:
         message = f"{address}: no Dask scheduler answers ({str(error).splitlines()[0]})"
         raise ResultError(f"{message}; start one with `dask scheduler`, and give its address") from error

@@ -51,6 +51,7 @@ from wearsim.scene.sweep import Case
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 _MOST_LOSSES = 2
 _LOST = "its process died, killed or out of memory; its finished steps are safe, run the same command again"
+_GONE = "its workers or their scheduler are gone; its finished steps are safe, run the same command again"
 _STOP = ".stop"
 """File beside the run directories after Ctrl-C: where workers find it, they stop after a step."""
 _PATIENCE = 60.0  # of workers of other machines for the lock of a case [s]
@@ -178,7 +179,7 @@ def run_cases(
         waiting[:0] = [case for case in lost if losses[case.number] < most]
         for case in lost:
             if losses[case.number] >= most:
-                ended(Outcome(case.number, "failed", _LOST, 3))
+                ended(Outcome(case.number, "failed", _LOST if executor is None else _GONE, 3))
     return tuple(outcomes[case.number] for case in cases)
 
 

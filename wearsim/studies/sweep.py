@@ -26,7 +26,7 @@ from wearsim.scene import load_campaign
 from wearsim.scene.sweep import Case, Sweep, SweepScene
 from wearsim.studies.ensemble import Outcome, campaigns_of, check_cases, outcome_in, run_case, run_cases
 from wearsim.studies.plan import plan, steps_text
-from wearsim.whole_files import replacing, utf8
+from wearsim.whole_files import read_json, replacing, utf8
 
 SWEEP_FILE = "sweep.json"
 _LOCK = ".sweep.lock"
@@ -130,7 +130,7 @@ def plan_of(sweep: Sweep) -> dict[str, Any]:
 def read_plan(out: Path) -> dict[str, Any]:
     """Read `sweep.json` of the directory of a sweep; empty where there is none."""
     try:
-        content = json.loads((out / SWEEP_FILE).read_text(encoding="utf-8"))
+        content = read_json(out / SWEEP_FILE)
     except FileNotFoundError:
         return {}
     except (OSError, ValueError) as error:
