@@ -27,20 +27,19 @@ def cluster(address: str) -> Iterator[Executor]:
     ResultError
         If Dask is not installed, or no scheduler answers.
     """
+    by_file, fix = address.endswith(".json"), "start one with `dask scheduler`, and give its address"
+    if by_file and not Path(address).is_file():
+        raise ResultError(f"{address}: there is no such file of a Dask scheduler; {fix}")
     try:
         from distributed import Client
     except ImportError as error:
         message = f"a cluster needs Dask, and {error.name} is not installed: pip install 'wearsim[cluster]'"
         raise ResultError(message) from error
-    by_file = address.endswith(".json")
     try:
-        if by_file and not Path(address).is_file():
-            raise FileNotFoundError("there is no such scheduler file")
-        # not the default, or xarray would ask it for its locks
-        where = {"scheduler_file": address} if by_file else {"address": address}
-        client = Client(**where, set_as_default=False)
+        # not the default client, or xarray would ask it for its locks
+        client = Client(**{"scheduler_file" if by_file else "address": address}, set_as_default=False)
     except (OSError, ValueError) as error:
-        message = f"{address}: no Dask scheduler answers ({str(error).splitlines()[0]})"
-        raise ResultError(f"{message}; start one with `dask scheduler`, and give its address") from error
+        reason = str(error).partition("\n")[0]
+        raise ResultError(f"{address}: no Dask scheduler answers ({reason}); {fix}") from error
     with client:
         yield client.get_executor(pure=False)
