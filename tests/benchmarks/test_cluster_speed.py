@@ -27,10 +27,11 @@ def rate(sweep, out, workers, file):
     """Cases per second on so many workers, with everything compiled and imported in each."""
     flags = ["--no-dashboard", "--no-nanny", "--nthreads", "1", "--scheduler-file", file]
     command = [sys.executable, "-m", "distributed.cli.dask_worker", *map(str, flags)]
+    alone = {**os.environ, "OMP_NUM_THREADS": "1"}  # as Dask's nannies set it
     with ExitStack() as stack:
         processes = [
             stack.enter_context(
-                subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+                subprocess.Popen(command, env=alone, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
             )
             for _ in range(workers)
         ]

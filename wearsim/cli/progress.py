@@ -59,27 +59,22 @@ def observer(stream: TextIO | None = None, interval: float = PLAIN_INTERVAL) -> 
 
 def line(event: Event) -> str:
     """Put an event of a running campaign into one line."""
-    if event.kind == "started":
-        return f"{event.name}: started, {_km(event.target)} to run"
-    if event.kind == "resumed":
-        return f"{event.name}: continued at step {event.step}, {_km(event.distance)} of {_km(event.target)}"
-    if event.kind == "rebuilt":
-        return f"{event.name}: {event.name}.nc was incomplete and is rebuilt from the records of its steps"
-    if event.kind == "deferred":
-        return (
-            f"{event.name}: another program holds {event.name}.nc open; "
-            f"the campaign goes on, the file follows when it is free"
-        )
+    at, target = (f"{distance / 1e3:.6g} km" for distance in (event.distance, event.target))
     state = f"worst depth {1e3 * event.worst_depth:.3f} mm, step {event.step}"
-    held = held_by(event.step_limits)
     why = "" if event.ended in ("", "distance reached") else f": {event.ended}"
-    if event.kind == "complete":
-        return f"{event.name}: finished before, {_km(event.distance)}, {state}{held}{why}"
-    if event.kind == "finished":
-        took = f"in {duration(event.elapsed)}"
-        return f"{event.name}: finished, {_km(event.distance)}, {state}, {took}{held}{why}"
+    held = held_by(event.step_limits) + why
     left = "" if event.time_left is None else f", {duration(event.time_left)} left"
-    return f"{event.name}: {_km(event.distance)} of {_km(event.target)}, {state}{left}"
+    texts = {
+        "started": f"started, {target} to run",
+        "resumed": f"continued at step {event.step}, {at} of {target}",
+        "rebuilt": f"{event.name}.nc was incomplete and is rebuilt from the records of its steps",
+        "deferred": f"another program holds {event.name}.nc open; the campaign goes on, the file follows "
+        "when it is free",
+        "complete": f"finished before, {at}, {state}{held}",
+        "finished": f"finished, {at}, {state}, in {duration(event.elapsed)}{held}",
+        "step": f"{at} of {target}, {state}{left}",
+    }
+    return f"{event.name}: {texts[event.kind]}"
 
 
 def held_by(limits: Mapping[str, int]) -> str:
@@ -87,10 +82,6 @@ def held_by(limits: Mapping[str, int]) -> str:
     held = sorted(limits.items(), key=lambda item: -item[1])[:2]
     parts = " and ".join(f"by {name} in {count}" for name, count in held)
     return f", steps held {parts} of {sum(limits.values())}" if held else ""
-
-
-def _km(distance: float) -> str:
-    return f"{distance / 1e3:.6g} km"
 
 
 @contextmanager
