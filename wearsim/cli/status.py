@@ -67,10 +67,10 @@ def _sweep(out: Path, as_json: bool) -> int:
 def status_line(name: str, item: dict[str, Any]) -> str:
     """Line on one campaign from its entry in `status.json`."""
     distance, target = float(item.get("distance", 0.0)), float(item.get("target", 0.0))
-    share = f" ({100.0 * distance / target:.0f} %)" if target > 0 else ""
+    part = f" ({100.0 * distance / target:.0f} %)" if target > 0 else ""
     text = (
         f"{name}: {item.get('state', 'unknown')}, step {item.get('step', 0)}, "
-        f"{distance / 1e3:.6g} of {target / 1e3:.6g} km{share}, "
+        f"{distance / 1e3:.6g} of {target / 1e3:.6g} km{part}, "
         f"deepest wear {1e3 * float(item.get('worst_depth', 0.0)):.4g} mm"
     )
     text += held_by(item.get("step_limits") or {})
