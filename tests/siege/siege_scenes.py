@@ -6,6 +6,7 @@ import shutil
 
 from siege import ACCEPTED, ROOT, chosen, command, damaged, judged, require, strict_json
 
+from wearsim.errors import WearsimError
 from wearsim.studies import estimate, plan
 
 SCENES = {
@@ -149,15 +150,20 @@ def attack(way, random, folder):
     return checked(scene, random, "own.toml")
 
 
+def untried(setup, threads):
+    """Take the place of the trial steps."""
+    raise WearsimError("not tried")
+
+
 def checked(scene, random, *names):
     """Judge what `wearsim check` says of a scene."""
-    effort, foreseen = estimate._EFFORT, plan._foreseen
+    effort, evolution = estimate._EFFORT, plan.WheelsetEvolution
     estimate._EFFORT = 0.0
-    plan._foreseen = foreseen if random.integers(WHOLE) == 0 else lambda setup, threads: {}
+    plan.WheelsetEvolution = untried if random.integers(WHOLE) else evolution
     try:
         code, out, told = command("check", scene, "--json")
     finally:
-        estimate._EFFORT, plan._foreseen = effort, foreseen
+        estimate._EFFORT, plan.WheelsetEvolution = effort, evolution
     outcome = judged(code, out, told, scene, "rig.toml", "field.toml", *names)
     if outcome == ACCEPTED:
         require(strict_json(out)["scene"] == scene, out[:300])

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import netCDF4
 import numpy as np
 
-from wearsim.errors import NumericalError, ResultError
+from wearsim.errors import NumericalError, ResultError, brief
 from wearsim.quantities import QUANTITIES, Quantity
 
 if TYPE_CHECKING:
@@ -152,6 +152,9 @@ NUMBERS = ("stability_limit", "error_tolerance", "target_distance")
 def structure_fault(file: netCDF4.Dataset, size: int) -> str:
     """Say what of a file of `size` [B] with all variables is not as the table of quantities has it, or ""."""
     names = {RENAMED.get(name, name): name for name in file.variables}
+    for name, variable in file.variables.items():
+        if len(set(variable.dimensions)) < len(variable.dimensions):
+            return f"{name} has a dimension twice"
     unpacked = 0
     for name, quantity in layout_of(names).items():
         if name not in names:  # added since the schema of the file
@@ -170,7 +173,7 @@ def structure_fault(file: netCDF4.Dataset, size: int) -> str:
             return f"{name} has {variable.shape} values, more than a file of {size} bytes holds"
         units = getattr(variable, "units", "")
         if not isinstance(units, str) or units != quantity.unit:
-            return f"{name} has units {units!s:.40} where {quantity.unit or 'none'} are needed"
+            return f"{name} has units {brief(str(units))} where {quantity.unit or 'none'} are needed"
         decoded = {"scale_factor", "add_offset", "missing_value", "_Unsigned", "dtype"} & {
             *variable.ncattrs()
         }
@@ -181,9 +184,9 @@ def structure_fault(file: netCDF4.Dataset, size: int) -> str:
         known = QUANTITIES.get(key)
         number = key in NUMBERS or key.startswith("limit_") or (known is not None and known.unit != "")
         if np.size(value) != 1 or (number and (isinstance(value, str) or not np.isfinite(value))):
-            return f"attribute {name} = {value!s:.40} must be {'a number' if number else 'one value'}"
+            return f"attribute {name} = {brief(str(value))} must be {'a number' if number else 'one value'}"
         if key in TEXTS and not isinstance(value, str):
-            return f"attribute {name} = {value!s:.40} must be a text"
+            return f"attribute {name} = {brief(str(value))} must be a text"
     return ""
 
 
