@@ -102,27 +102,6 @@ def test_stopped_after_each_step_resumes_to_the_same_bits(
     assert_tidy(tmp_path)
 
 
-@pytest.mark.slow
-def test_sigkill_at_random_moments_loses_no_finished_step(synthetic, tmp_path, uninterrupted, forked):
-    """One process after the other is killed until one gets through; each must at least keep its steps."""
-    random = np.random.default_rng(7)
-    reached = 0
-    for _ in range(4):
-        process, printed = forked(program(tmp_path, pause=0.02))
-        with printed:
-            lines = [printed.readline()]  # started or resumed
-            time.sleep(random.uniform(0.0, 0.15))
-            process.kill()
-            lines += printed.read().splitlines()
-        process.join()
-        output = [int(line.split()[1]) for line in lines if line.startswith(("resumed", "step", "complete"))]
-        assert not output or output[0] >= reached
-        reached = max([reached, *output])
-    path = run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig")
-    assert_same_bits(path, uninterrupted)
-    assert_tidy(tmp_path)
-
-
 KILL_INSIDE = """
 import os, signal, sys
 sys.path.insert(0, {folder!r})

@@ -1,8 +1,8 @@
 """What every kind of attack shares: counts, seeds, limits of one case, outcomes and what breaks the rules.
 
-A kind is a module `siege_<kind>` with WAYS, what is attacked by name, and `attack(way, random, folder)`, which
-attacks once in an empty folder, returns the outcome in a word or two and raises `Broken` where wearsim breaks its
-rules.  Case `seed` of a kind has its way, its random numbers and its folder from the seed alone.
+A kind is a module `siege_<kind>` with WAYS, what is attacked by name, and `attack(way, random, folder)`,
+which attacks once in an empty folder, returns the outcome in a word or two and raises `Broken` where wearsim breaks
+its rules.  Case `seed` of a kind has its way, its random numbers and its folder from the seed alone.
 """
 
 import contextlib
@@ -38,6 +38,9 @@ COUNTS = {
 SECONDS, MEMORY = 20.0, 1000
 """Processor time [s] and growth of memory [MB] that one case in process may cost."""
 
+ADDRESSES = 8 * 2**30
+"""Memory that the process may ask for [B]: what takes too much fails here, not the machine."""
+
 REFUSED, ACCEPTED = "refused", "accepted"
 ROOT = Path(__file__).parents[2]
 
@@ -69,7 +72,9 @@ def attack(kind, seed):
     """Attack once, in a folder of its own; return way and outcome."""
     module, way = way_of(kind, seed)
     random = np.random.default_rng([seed, *kind.encode()])
+    limits = resource.getrlimit(resource.RLIMIT_AS)
     folder, before = Path(tempfile.mkdtemp(prefix="siege")), Path.cwd()
+    resource.setrlimit(resource.RLIMIT_AS, (ADDRESSES, limits[1]))
     began, memory = time.process_time(), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     try:
         os.chdir(folder)
@@ -77,6 +82,7 @@ def attack(kind, seed):
             warnings.simplefilter("error")
             outcome = module.attack(way, random, folder)
     finally:
+        resource.setrlimit(resource.RLIMIT_AS, limits)
         os.chdir(before)
         shutil.rmtree(folder, ignore_errors=True)
     spent = time.process_time() - began
@@ -96,7 +102,9 @@ def besiege(kind, seeds):
             counts[way_of(kind, seed)[1], "fault"] += 1
             place = traceback.extract_tb(error.__traceback__)[-1]
             text = f"{type(error).__name__} at {Path(place.filename).name}:{place.lineno}: {error}"
-            faults.append(f"{text[:1500]}\n    again: python reports/reliability.py --kind {kind} --seed {seed}")
+            faults.append(
+                f"{text[:1500]}\n    again: python reports/reliability.py --kind {kind} --seed {seed}"
+            )
     return counts, faults
 
 
@@ -161,7 +169,7 @@ BYTES = (
 
 
 def damaged(content, random, lines=True):
-    """Cut, overwrite, zero or double bytes at a random place, or swap two lines; return what was done, too."""
+    """Cut, overwrite, zero or double bytes at a random place, or swap two lines."""
     at = int(random.integers(len(content) + 1))
     end = min(len(content), at + int(random.integers(200)))
     how = chosen(random, DAMAGES if lines else DAMAGES[:-1])

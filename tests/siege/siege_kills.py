@@ -22,11 +22,16 @@ from wearsim.errors import ResultError
 from wearsim.results import load_results
 
 FIELD = (
-    RIG.replace('"rig"', '"field"').replace("roller_radius_mm = 1000\n", "").replace("[[operation.block]]", "[[operation.class]]")
-    .replace("shift_mm = 3", "shift_mean_mm = 0\nshift_std_mm = 2\npositions = 10").replace("distance_km = 1\n", "share = 1.0\n", 1)
-)  # fmt: skip
+    RIG.replace('"rig"', '"field"')
+    .replace("roller_radius_mm = 1000\n", "")
+    .replace("[[operation.block]]", "[[operation.class]]")
+    .replace("shift_mm = 3", "shift_mean_mm = 0\nshift_std_mm = 2\npositions = 10")
+    .replace("distance_km = 1\n", "share = 1.0\n", 1)
+)
 COMPARE = '[scene]\nkind = "compare"\n[compare]\nrig = "rig.toml"\nfield = "field.toml"\n'
-BANDS = RIG.replace("distance_km = 4", "distance_km = 2") + """
+BANDS = (
+    RIG.replace("distance_km = 4", "distance_km = 2")
+    + """
 [uncertainty]
 draws = 16
 [[uncertainty.input]]
@@ -37,6 +42,7 @@ distribution = "normal"
 mean = 1.0
 std = 0.03
 """
+)
 FILES = {"rig.toml": RIG, "field.toml": FIELD, "compare.toml": COMPARE, "bands.toml": BANDS}
 RESUME = "resume out"
 WAYS = {

@@ -82,7 +82,12 @@ def change_values(array, random):
     if array.dtype.kind == "i":
         flat[some] = {"zero": 0, "negative": -1, "huge": 2**31 - 1}.get(how, int(random.integers(-5, 20)))
     elif how in ("scaled", "negative", "tiny", "huge"):
-        factors = {"scaled": chosen(random, (1.1, 0.5, 1e3, 1e6)), "negative": -1.0, "tiny": 1e-300, "huge": 1e300}
+        factors = {
+            "scaled": chosen(random, (1.1, 0.5, 1e3, 1e6)),
+            "negative": -1.0,
+            "tiny": 1e-300,
+            "huge": 1e300,
+        }
         with np.errstate(all="ignore"):
             flat[some] = flat[some] * factors[how]
     else:
@@ -90,7 +95,21 @@ def change_values(array, random):
     return flat.reshape(array.shape)
 
 
-ATTRIBUTES = (np.nan, np.inf, 0.0, -1.0, 1e300, "", "x", "µ" * 300, "9" * 400, np.arange(3.0), np.int32(7), "a\nb", "nan")
+ATTRIBUTES = (
+    np.nan,
+    np.inf,
+    0.0,
+    -1.0,
+    1e300,
+    "",
+    "x",
+    "µ" * 300,
+    "9" * 400,
+    np.arange(3.0),
+    np.int32(7),
+    "a\nb",
+    "nan",
+)
 
 
 def change_attribute(path, random):
@@ -142,7 +161,7 @@ def attack(way, random, folder):
     results_file.RETRY_SECONDS, html.to_svg = 0.02, lambda figure, name: "<svg></svg>"
     try:
         for words in READERS:
-            if words[0] == "report" and random.integers(30) or words[0] == "translate" and random.integers(3):
+            if random.integers({"report": 30, "translate": 3}.get(words[0], 1)):
                 continue
             if words[0] == "inspect" and name != "rig.nc":
                 words = ("inspect", name, "--json")
@@ -150,7 +169,9 @@ def attack(way, random, folder):
             outcomes.add(judged(code, out, told, name, *(["."] if words[0] == "report" else [])))
             if code == 0 and "--json" in words:
                 strict_json(out)
-            require((folder / "report.html").exists() == (words[0] == "report" and code == 0), "half a report")
+            require(
+                (folder / "report.html").exists() == (words[0] == "report" and code == 0), "half a report"
+            )
     finally:
         results_file.RETRY_SECONDS, html.to_svg = patience, drawn
     return REFUSED if outcomes == {REFUSED} else ACCEPTED if outcomes == {ACCEPTED} else "refused by some"

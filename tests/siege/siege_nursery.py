@@ -1,6 +1,6 @@
 """Where the processes that are attacked come from: a server that holds all imports and kernels, and forks.
 
-A new interpreter takes seconds to load them.  What is forked runs a command line as a terminal would start it.
+A new interpreter takes seconds to load them.
 """
 
 import multiprocessing
@@ -60,7 +60,7 @@ def die_at(operation):
     return lambda: count
 
 
-def start(words, folder, end, how, where):
+def start(words, folder, end, how, where, surround):
     """Run a command line in a forked process; `end` is told the number of operations on files."""
     os.setsid()
     os.chdir(folder)
@@ -76,17 +76,24 @@ def start(words, folder, end, how, where):
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     counted = die_at(where if how == "operation" else -1)
     record.APPEND_INTERVAL = 0.0  # each step grows the result file
+    if surround is not None:
+        surround()
     code = main(words)
     end.send(counted())
     sys.exit(code)
 
 
-def forked(words, folder, how="", where=0):
-    """Start a command line; return its process, and a pipe for the number of its operations on files."""
+def forked(words, folder, how="", where=0, surround=None):
+    """Start a command line; return its process, and a pipe for the number of its operations on files.
+
+    It dies at an operation on files ("operation") or where a file grows beyond a size ("size"), or runs after
+    a function has changed its surroundings.
+    """
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(["siege_nursery"])
     ours, theirs = context.Pipe(duplex=False)
-    process = context.Process(target=start, args=([str(word) for word in words], folder, theirs, how, where))
+    words = [str(word) for word in words]
+    process = context.Process(target=start, args=(words, folder, theirs, how, where, surround))
     process.start()
     theirs.close()
     return process, ours

@@ -23,9 +23,10 @@ WHOLE = 20
 """In one of so many scenes the trial steps that foresee the length of a campaign are made, one per block."""
 
 VALUES = (
-    "nan", "-nan", "inf", "-inf", "0", "-0.0", "-1", "1e-300", "1e300", "1e308", "9" * 400, "0x7fffffffffffffff",
-    "true", '""', '"x"', "'S1002'", '"\\u0000"', '"µ ≤ ½"', '"\\u202e"', f'"{"a" * 500}"', "[]", "[[]]", "[1, 2]",
-    "[nan]", '["x"]', "{}", "{a = 1}", "1979-05-27", "07:32:00", "1979-05-27T07:32:00Z", '"/dev/zero"',
+    "nan", "-nan", "inf", "-inf", "0", "-0.0", "-1", "1e-300", "1e300", "1e308", "9" * 400,
+    "0x7fffffffffffffff", "true", '""', '"x"', "'S1002'", '"\\u0000"', '"µ ≤ ½"', '"\\u202e"', f'"{"a" * 500}"',
+    "[]", "[[]]", "[1, 2]", "[nan]", '["x"]', "{}", "{a = 1}",
+    "1979-05-27", "07:32:00", "1979-05-27T07:32:00Z", '"/dev/zero"',
     '"/dev/null"', '"/"', '"."', '".."', '"~"', '"nan"', '"0.35"', "1e-3", "1", "2", "3.5", "100", "1e6",
 )  # fmt: skip
 NAMES = ("x", "µ", '"a b"', "a.b", '""', "scene", "kind", "a" * 500, "=", "é", "__class__", "0", '"\\u0000"')
@@ -46,7 +47,9 @@ def change_value(lines, random):
     how = chosen(random, ("other", "scaled", "scaled", "scaled", "stolen", "quoted", "listed"))
     if how == "scaled" and numbers:
         number = chosen(random, numbers)
-        factor = chosen(random, (-1, 0, 0.1, 0.3, 0.5, 0.7, 0.9, 1.1, 1.5, 2, 5, 10, 1e3, 1e-3, 1e6, 1e-6, 10**400))
+        factor = chosen(
+            random, (-1, 0, 0.1, 0.3, 0.5, 0.7, 0.9, 1.1, 1.5, 2, 5, 10, 1e3, 1e-3, 1e6, 1e-6, 10**400)
+        )
         scaled = f"{float(number[0]) * factor:.10g}" if abs(factor) < 1e300 else "1e400"
         value = value[: number.start()] + scaled + value[number.end() :]
     elif how == "stolen":
@@ -71,7 +74,10 @@ def change_key(lines, random):
         lines[at] = f"{indent}{chosen(random, NAMES)}{equals}{value}"
     elif how == "misspelt":
         k = int(random.integers(len(key)))
-        lines[at] = f"{indent}{key[:k]}{chosen(random, ('', 'x', key[k] * 2, key[k].swapcase()))}{key[k + 1 :]}{equals}{value}"
+        lines[at] = (
+            f"{indent}{key[:k]}{chosen(random, ('', 'x', key[k] * 2, key[k].swapcase()))}{key[k + 1 :]}"
+            f"{equals}{value}"
+        )
     elif how == "doubled":
         lines.insert(at, lines[at])
     elif how == "moved":
@@ -85,7 +91,9 @@ def change_table(lines, random):
     heads = [*places(lines, r"\s*\["), len(lines)]
     k = int(random.integers(len(heads) - 1))
     at, end = heads[k], heads[k + 1]
-    how = chosen(random, ("removed", "head removed", "renamed", "doubled", "emptied", "list", "many", "moved"))
+    how = chosen(
+        random, ("removed", "head removed", "renamed", "doubled", "emptied", "list", "many", "moved")
+    )
     if how == "removed":
         del lines[at:end]
     elif how == "head removed":

@@ -10,7 +10,10 @@ from siege_scenes import SCENES, checked
 HEAD = SCENES["rig"].partition("[wear]")[0]
 END = "[campaign]\ndistance_km = 1\n"
 FIELD = HEAD.replace('"rig"', '"field"').replace("roller_radius_mm = 1000", "")
-PROGRAMME = "name,shift_mm,load_kN,speed_km_h,friction,distance_km,positions\nup,0,80,72,0.3,2,3\nhold,3,80,72,0.3,4,\n"
+PROGRAMME = (
+    "name,shift_mm,load_kN,speed_km_h,friction,distance_km,positions\nup,0,80,72,0.3,2,3\n"
+    "hold,3,80,72,0.3,4,\n"
+)
 ROUTE = (
     "name,length_km,curve_radius_m,cant_mm,speed_km_h,friction\n,3,,,120,\na,0.5,600,100,90,0.3\n"
     ",0.5,610,100,90,0.3\n,0.7,-600,100,90,\n"
@@ -53,8 +56,8 @@ WAYS = {
 }
 """What is attacked, and its valid text."""
 CELLS = (
-    "", " ", "nan", "inf", "-1", "0", "1e400", "1e300", "1e-300", "x", "=1+1", "µ", "true", "1;2", '"', '"a', "1,5", "'1", "9" * 400,
-    "\u202e", "a\x00", "0x10", "1_000", "١", "None", "1979-05-27", "a" * 500,
+    "", " ", "nan", "inf", "-1", "0", "1e400", "1e300", "1e-300", "x", "=1+1", "µ", "true", "1;2", '"', '"a',
+    "1,5", "'1", "9" * 400, "\u202e", "a\x00", "0x10", "1_000", "١", "None", "1979-05-27", "a" * 500,
 )  # fmt: skip
 
 
@@ -63,7 +66,9 @@ def change_cell(content, random):
     rows = [line.split(b",") for line in content.split(b"\n")]
     row = int(random.integers(len(rows)))
     column = int(random.integers(len(rows[row])))
-    how = chosen(random, ("put", "put", "put", "column removed", "column doubled", "column moved", "name", "swapped"))
+    how = chosen(
+        random, ("put", "put", "put", "column removed", "column doubled", "column moved", "name", "swapped")
+    )
     if how in ("put", "name"):
         row, column = (0, column % len(rows[0])) if how == "name" else (row, column)
         rows[row][column] = chosen(random, CELLS).encode()
@@ -93,7 +98,9 @@ def attack(way, random, folder):
         shutil.copy(ROOT / "workflows/rig.toml", folder)
         code, out, told = command("sweep", "rig.toml", "--table", "table.csv", "--list")
         # the list has a line for each case, a possible one or not
-        return judged(code, out if code == 0 else "", told if code == 0 else out + told, "rig.toml", "table.csv")
+        return judged(
+            code, out if code == 0 else "", told if code == 0 else out + told, "rig.toml", "table.csv"
+        )
     if way == "record":
         scene = SCENES["recorded"].replace("recorded.csv", "table.csv")
     elif way == "programme":

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import errno
 import itertools
+import math
 import os
 import shutil
 import time
@@ -27,6 +28,7 @@ from wearsim.results.schema import (
     FILL_INT,
     LABELS,
     OLDER_SCHEMAS,
+    PACKED,
     REGIME_FLAGS,
     RENAMED,
     SCHEMA,
@@ -267,6 +269,18 @@ def load_results(path: str | Path) -> xr.Dataset:
             if fault := value_fault(str(name), variable.values, dataset.sizes):
                 raise _damaged(path, fault)
     return dataset
+
+
+def load_beside(path: Path) -> xr.Dataset:
+    """Load what stands beside results, factors or bands; ValueError if it holds more than its size [B] can."""
+    import xarray as xr
+
+    with netCDF4.Dataset(path) as file:
+        unpacked = 8 * sum(math.prod(variable.shape) for variable in file.variables.values())
+        if unpacked > PACKED * path.stat().st_size:
+            raise ValueError("it states more values than a file of its size holds")
+    with xr.open_dataset(path, engine="netcdf4") as opened:
+        return opened.load()
 
 
 def _open(path: Path, *, older: bool = False) -> netCDF4.Dataset:

@@ -21,7 +21,7 @@ import xarray as xr
 from scipy import stats
 
 from wearsim.errors import ResultError
-from wearsim.results.file import UNREADABLE
+from wearsim.results.file import UNREADABLE, load_beside
 from wearsim.results.limits import LIMITED, limits_met
 from wearsim.translation import factors
 from wearsim.translation.axes import FloatArray, IntArray, at_distances
@@ -377,8 +377,7 @@ def known_bands(directory: Path, hashes: Mapping[str, str]) -> tuple[xr.Dataset 
     if not path.is_file():
         return None, pd.DataFrame()
     try:
-        with xr.open_dataset(path, engine="netcdf4") as opened:
-            made = opened.load()
+        made = load_beside(path)
         ranked = pd.read_csv(table) if table.is_file() else pd.DataFrame()
     except UNREADABLE as error:
         raise ResultError(f"{path} cannot be read ({error}); delete it, or run with --bands again") from error
