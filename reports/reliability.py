@@ -2,9 +2,9 @@
 
     python reports/reliability.py [--kind KIND] [--seed SEED] [--jobs N] [--out DIR] [--from-csv]
 
-attacks with every seed of every kind, or of one, and writes the counts into reliability.csv as they come in and
-reliability.md at the end; hours on two cores.  The environment variable WEARSIM_SIEGE is a share of the counts
-(default: 1.0).  With --seed one attack of --kind is made again and nothing is written.
+attacks with every seed of every kind, or of one, and writes the counts into reliability.csv as they come in
+and reliability.md at the end; hours on two cores.  The environment variable WEARSIM_SIEGE is a share of the
+counts (default: 1.0).  With --seed one attack of --kind is made again and nothing is written.
 """
 
 import importlib
@@ -25,15 +25,20 @@ CHUNK = 10
 """Seeds that a process attacks with before their counts are written."""
 COLUMNS = ["kind", "way", "outcome", "count"]
 MENDED = (
-    "Control characters and marks of direction of a file (U+202E, NUL) came to the terminal as they were, in "
-    "messages on scenes, wear tables, programmes, routes, records, points and cases of sweeps: they are escaped "
+    "Control characters and marks of direction of a file (U+202E, NUL) came to the terminal as they "
+    "were, in messages on scenes, tables of all kinds and cases of sweeps: they are escaped "
     "(`tests/test_hostile_files.py`).",
-    "The message on the shares of classes that do not sum to 1 listed every share, thousands of characters: it "
-    "lists ten (`tests/test_hostile_files.py`).",
-    "A variable with the same dimension twice made the report of a fault begin with a warning of the library that "
-    "reads it: it is a fault of its own (`tests/results/test_damaged.py`).",
-    "An attribute of a result file with a line break in it made its message two lines: one, with an escape "
+    "The message on shares of classes that do not sum to 1 listed every share, thousands of characters: "
+    "it lists ten (`tests/test_hostile_files.py`).",
+    "A variable of a result file with the same dimension twice made a warning of a library precede the "
+    "fault: it is a fault of its own (`tests/results/test_damaged.py`).",
+    "A text with a line break in place of a number in a result file made its message two lines: one, "
+    "with an escape (`tests/results/test_damaged.py`).",
+    "A `translation.nc` of kilobytes beside the results that states a dimension of 5e8 filled 18 GB of "
+    "memory in `translate` and `report`: it is not loaded, nor is such a `bands.nc` "
     "(`tests/results/test_damaged.py`).",
+    "`nan` or `inf` as positions in the table of a programme or route was an internal error, exit code "
+    "3: a fault with file and line (`tests/scene/test_rig_programmes.py`).",
 )
 """Faults found, and how they are mended."""
 
@@ -73,11 +78,12 @@ def blocks_of(rows):
             Table(["What", "attacks", *by_way.columns], body, caption=f"{kind.capitalize()}: {title}")
         )
     return [
-        "Each attack is made from its seed (`tests/siege`). In process: an exit code of 0 or 2, every fault one short "
-        "printable line with its file, no traceback, no number that is not finite, within 20 s and 1 GB. Of "
-        "processes that are killed: nothing half written under a final name, and after they are continued every "
-        "variable of every result bit-equal to that of an uninterrupted run. An attack that breaks a rule counts as "
-        "a fault and is printed with the command that repeats it.",
+        "Each attack is made from its seed (`tests/siege`). In process: an exit code of 0 or 2, every "
+        "fault one short printable line with its file, no traceback, no number that is not finite, "
+        "within 20 s and 1 GB. Of processes that are killed: nothing half written under a final name, "
+        "and after they are continued every variable of every result bit-equal to that of an "
+        "uninterrupted run. An attack that breaks a rule counts as a fault and is printed with the "
+        "command that repeats it.",
         Table(["Kind", "in full", "made", "missing"], totals, caption="Attacks of the whole siege."),
         *tables,
         "## Faults found",

@@ -113,7 +113,7 @@ def test_a_whole_file_is_read_into_memory(results):
 
 
 def test_factors_beside_results_that_state_too_much_are_left_out(folder, capsys):
-    """4 GB of texts in a file of kilobytes: what translate finds beside its results is the causes it keeps."""
+    """4 GB of texts in a file of kilobytes, in place of the causes and bands of a comparison."""
     with netCDF4.Dataset(folder / "translation.nc", "w") as file:
         file.createDimension("matched_point", 500_000_000)
         file.createVariable("rig_label", str, ("matched_point",))

@@ -1,8 +1,8 @@
 """What every kind of attack shares: counts, seeds, limits of one case, outcomes and what breaks the rules.
 
 A kind is a module `siege_<kind>` with WAYS, what is attacked by name, and `attack(way, random, folder)`,
-which attacks once in an empty folder, returns the outcome in a word or two and raises `Broken` where wearsim breaks
-its rules.  Case `seed` of a kind has its way, its random numbers and its folder from the seed alone.
+which attacks once in an empty folder, returns the outcome in a word or two and raises `Broken` where wearsim
+breaks its rules.  Case `seed` of a kind has its way, its random numbers and its folder from the seed alone.
 """
 
 import contextlib

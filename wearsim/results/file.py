@@ -272,7 +272,7 @@ def load_results(path: str | Path) -> xr.Dataset:
 
 
 def load_beside(path: Path) -> xr.Dataset:
-    """Load what stands beside results, factors or bands; ValueError if it holds more than its size [B] can."""
+    """Load what stands beside results, factors or bands; ValueError if it states more than its size holds."""
     import xarray as xr
 
     with netCDF4.Dataset(path) as file:
