@@ -137,7 +137,8 @@ def judged(code, out, told, *names, codes=(0, 2)):
         require(line.isprintable() and len(line) < 2000, repr(line))
         require(not re.search(rf"(\S)\1{{{LONGEST_ECHO + 3}}}", line), line)
     if code == 0:
-        require(all(line.startswith(("warning: ", "note: ")) for line in lines), told)
+        # those of `wearsim contact --table` begin with the name of the table
+        require(all(line.startswith(("warning: ", "note: ", *names)) for line in lines), told)
         if out.startswith(("{", "[")):
             strict_json(out)
         else:
@@ -148,7 +149,7 @@ def judged(code, out, told, *names, codes=(0, 2)):
     require(0 < len(faults) <= MOST_FAULTS + 1, told)
     for line in faults[:MOST_FAULTS]:
         require(any(name in line for name in names), "names no file", line)
-        require(not re.search(r"(?<![\w=.\"'\[] )(?<![\w\"'/.-])nan\b(?! must| is not)", line), "nan", line)
+        require(not re.search(r"(?<![\w=.\"'\[] )(?<![\w\"'/.\[-])nan\b(?! must| is not)", line), "nan", line)
     return REFUSED
 
 

@@ -9,6 +9,8 @@ import resource
 import signal
 import sys
 import tempfile
+from functools import cache
+from multiprocessing import forkserver
 from pathlib import Path
 
 from wearsim.campaign import record
@@ -83,6 +85,20 @@ def start(words, folder, end, how, where, surround):
     sys.exit(code)
 
 
+@cache
+def serve():
+    """Start the server, which takes no search path from its parent but by the environment."""
+    forkserver.set_forkserver_preload(["siege_nursery"])
+    kept = os.environ.get("PYTHONPATH")
+    os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, sys.path))
+    try:
+        forkserver.ensure_running()
+    finally:
+        os.environ.pop("PYTHONPATH")
+        if kept is not None:
+            os.environ["PYTHONPATH"] = kept
+
+
 def forked(words, folder, how="", where=0, surround=None):
     """Start a command line; return its process, and a pipe for the number of its operations on files.
 
@@ -90,7 +106,7 @@ def forked(words, folder, how="", where=0, surround=None):
     a function has changed its surroundings.
     """
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["siege_nursery"])
+    serve()
     ours, theirs = context.Pipe(duplex=False)
     words = [str(word) for word in words]
     process = context.Process(target=start, args=(words, folder, theirs, how, where, surround))

@@ -279,6 +279,8 @@ def load_beside(path: Path) -> xr.Dataset:
         unpacked = 8 * sum(math.prod(variable.shape) for variable in file.variables.values())
         if unpacked > PACKED * path.stat().st_size:
             raise ValueError("it states more values than a file of its size holds")
+        if any(len(set(one.dimensions)) < len(one.dimensions) for one in file.variables.values()):
+            raise ValueError("a variable has a dimension twice")
     with xr.open_dataset(path, engine="netcdf4") as opened:
         return opened.load()
 
