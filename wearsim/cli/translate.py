@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
@@ -77,9 +78,10 @@ def execute(arguments: argparse.Namespace) -> int:
         }
         tables |= {"bands": sure, "materials": steels}
         tables |= {f"{of}_distance": answer for of, answer in found.items()}
-        known = {  # NaN equals nothing
+        known = {  # JSON has neither NaN nor infinity
             name: [
-                {k: v if v == v else None for k, v in row.items()} for row in part.to_dict(orient="records")
+                {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in row.items()}
+                for row in part.to_dict(orient="records")
             ]
             for name, part in tables.items()
         }

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -65,11 +64,10 @@ def _checks(dataset: xr.Dataset) -> dict[str, Any]:
     rows[text] = 100.0 * scaling.distance_share if scaling else "none"
     if "contact_model_name" in dataset:
         rows |= _correction(dataset)
-    if "faint_load" in dataset:
-        for name in ("load", "power", "wear"):
-            shares = [100.0 * float(dataset[f"faint_{name}{of}"].values.max()) for of in ("", "_max")]
-            text = f"Largest share of the {name} that faint patches lost, in all and of a wheel [%]"
-            rows[text] = ", ".join(f"{share:.2g}" for share in shares) if max(shares) > 0.0 else "none"
+    for name in ("load", "power", "wear"):
+        shares = [100.0 * float(dataset[f"faint_{name}{of}"].values.max()) for of in ("", "_max")]
+        text = f"Largest share of the {name} that faint patches lost, in all and of a wheel [%]"
+        rows[text] = ", ".join(f"{share:.2g}" for share in shares) if max(shares) > 0.0 else "none"
     tread = checks.tread_wear(dataset)
     if tread is not None:
         rows["Largest wear depth on the tread per 100 000 km [mm]"] = 1e3 * tread
@@ -91,14 +89,13 @@ def models_in_use(dataset: xr.Dataset) -> dict[str, int]:
 def _correction(dataset: xr.Dataset) -> dict[str, Any]:
     points = ", ".join(f"{name} at {count} points" for name, count in models_in_use(dataset).items())
     reference = str(dataset["contact_model_name"].values[-1])
-    error = 100.0 * float(dataset["correction_error"].values[-1])
-    tolerance = 100.0 * float(dataset.attrs["contact_tolerance"])
+    error, tolerance = dataset["correction_error"].values[-1], float(dataset.attrs["contact_tolerance"])
+    solved = "Operating points solved by the reference, each as often as it was"
+    estimate = f"Estimated error of the wear depth by the correction [%], tolerance {100.0 * tolerance:g} %"
     return {
         "Contact models": f"{points}; corrected by {reference}",
-        "Operating points solved by the reference, each as often as it was": int(
-            dataset["reference_solved"].values[-1]
-        ),
-        f"Estimated error of the wear depth by the correction [%], tolerance {tolerance:g} %": error,
+        solved: int(dataset["reference_solved"].values[-1]),
+        estimate: 100.0 * float(error),
     }
 
 
@@ -124,23 +121,19 @@ def _convergence(content: dict[str, Any], role: str) -> Table:
     rows: list[list[Any]] = [["what wear changed, as given", given["steps"], *first, ""]]
     for row in content["rows"]:
         if "ends" not in row:
-            reason = row.get("reason", row.get("told")) or "not run"
-            rows.append([row["text"], reason, *[""] * (len(names) + 1)])
+            rows.append([row["text"], row.get("reason") or "not run", *[""] * (len(names) + 1)])
             continue
-        end = row["ends"][role]
-        cells = []
+        end, cells = row["ends"][role], []
         for name in names:
             apart = np.subtract(*(np.array(one["end"][name], dtype=np.float64) for one in (end, given)))
             cells.append(_largest(COLUMNS[name][1] * apart, apart, moved[name]))
-        apart, deepest = (
-            np.array(one) for one in (end["profile_difference"], given["end"]["max_wear_depth"])
-        )
-        rows.append([row["text"], end["steps"], *cells, _largest(1e6 * apart, apart, deepest)])
+        apart = np.array(end["profile_difference"])
+        anywhere = _largest(1e6 * apart, apart, np.array(given["end"]["max_wear_depth"]))
+        rows.append([row["text"], end["steps"], *cells, anywhere])
     short = ", shortened for this comparison" if content["shortened"] else ""
     title = f"Convergence, {role}: {given['distance'] / 1e3:.6g} km{short}"
     heads = [*(COLUMNS[name][0] for name in names), ANYWHERE]
-    made = table("convergence", rows, *heads, look="numbers", title=title)
-    return replace(made, name=f"convergence-{role}")
+    return table("convergence", rows, *heads, look="numbers", title=title, key=f"convergence-{role}")
 
 
 def _largest(values: np.ndarray, part: Any = 0.0, whole: Any = 0.0) -> str:

@@ -108,7 +108,9 @@ def test_two_files_joined_name_the_line_of_the_second_header(tmp_path):
         second = content.count("\n") + 1
         output = fault(path, (content * 2).encode())
         wrong = (
-            "number of columns = 1 must be at least 2" if name == "miniprof" else "y = 'y' is not a number"
+            "number of columns (separated by blanks) = 1 must be at least 2"
+            if name == "miniprof"
+            else "y = 'y' is not a number"
         )
         assert output.startswith(f"{path.name}:{second}: {wrong}")
 
@@ -184,7 +186,7 @@ def test_a_file_that_ends_within_a_line_is_cut_off(tmp_path):
     rows = text()
     keys = ["ProgramVer=2.4", "MPTypeNo=101"]
     lines = [*keys, "", *rows[:100], "12.3"]
-    short = "number of columns = 1 must be at least 2 to hold X and Y"
+    short = "number of columns (separated by blanks) = 1 must be at least 2 to hold X and Y"
     expected = f"w.whl:104: {short}: the file is cut off; copy it again"
     assert fault(tmp_path / "w.whl", "\n".join(lines).encode()) == expected
     lines = [*keys, f"XYPoints={len(rows)}", "", *rows[:100], "12.3", ""]
