@@ -32,6 +32,8 @@ ELSEWHERE = {
     "load_scene": "function of wearsim",
     "roll_rule": "attribute of a result file",
     "no_wear": "value of a result file",
+    "running_circle": "value of --origin",
+    "flange_back": "value of --origin",
     "flange_back_mm": "old name of back_to_back_mm, in the message that names the new one",
 }
 """Names in messages on other things than scenes, flags, tables of operating points and result files."""

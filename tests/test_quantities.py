@@ -1,4 +1,3 @@
-import re
 from collections import Counter
 
 import numpy as np
@@ -9,7 +8,6 @@ from wearsim import quantities
 from wearsim.contact.problem import ContactConditions, ContactSolution
 from wearsim.quantities import QUANTITIES, duration
 from wearsim.results import GROUPS, LAYOUT
-from wearsim.results.schema import RENAMED
 from wearsim.scene.models import ContactSection, Running, WheelsetSection
 from wearsim.studies.contact_flags import COLUMNS
 
@@ -65,19 +63,11 @@ def test_no_name_stands_twice_in_the_table():
 
 
 def test_every_variable_of_a_result_file_has_a_meaning_and_numbers_have_a_unit():
-    flags = ("side", "wear_regime", "wear_regime_highest", "life_limited_by", "step_limit")
+    flags = ("side", "wear_regime", "wear_regime_highest", "step_limit")
     for name, variable in [*LAYOUT.items(), *(item for group in GROUPS.values() for item in group.items())]:
         assert bool(variable.unit) == (variable.kind != "str" and name not in flags), name
         assert variable.kind in ("f8", "i4", "str")
         assert "step" not in variable.dimensions[1:]
-
-
-def test_no_name_of_earlier_result_files_is_a_quantity():
-    """An old name that came back with another meaning would be renamed away when the file is opened."""
-    assert not set(RENAMED) & set(QUANTITIES)
-    stored = {*QUANTITIES, *(dim for quantity in QUANTITIES.values() for dim in quantity.dimensions)}
-    attributes = re.compile(r"(reprofiling|comparison|wear_coefficients)_\w+")
-    assert [new for new in RENAMED.values() if new not in stored and not attributes.fullmatch(new)] == []
 
 
 def test_contact_json_names_are_in_the_table():

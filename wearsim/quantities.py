@@ -60,8 +60,6 @@ class Quantity:
         Group of variables that only results of some scenes have, all or none; "" if all results have it.
     allowed : InputRange, optional
         Range allowed as input, if it is one.
-    formerly : str
-        Name in results of wearsim 0.1, where it was another.
     flags : tuple of str
         Meanings of the values 0, 1, ... of a flag, if they are the same in all results.
     """
@@ -78,7 +76,6 @@ class Quantity:
     missing: bool = False
     group: str = ""
     allowed: InputRange | None = None
-    formerly: str = ""
     flags: tuple[str, ...] = ()
 
     @property
@@ -140,7 +137,7 @@ def _quantity(row: dict[str, str]) -> Quantity:
     return Quantity(
         row["name"], row["symbol"], row["unit"], row["shown_unit"], float(row["shown_factor"]),
         row["meaning"], row["sign"], tuple(name for name in dimensions if name != "?"), row["kind"],
-        "?" in dimensions, row["group"], allowed, row["formerly"],
+        "?" in dimensions, row["group"], allowed,
         tuple(row["flags"].split()),
     )  # fmt: skip
 

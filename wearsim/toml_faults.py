@@ -24,9 +24,10 @@ if TYPE_CHECKING:
 KeyPath = tuple[str | int, ...]
 Lines = dict[KeyPath, int]
 _Model = TypeVar("_Model", bound=BaseModel)
-_LARGEST_FILE = 2_000_000
+LARGEST_FILE = 2_000_000
+"""Largest file of people's making [B]."""
 LARGEST_TABLE = 200_000_000
-"""Largest file of samples or operating points [B]; others are of people's making."""
+"""Largest file of samples or operating points [B]."""
 DEEPEST = 50
 """Most parts of a key, and tables in tables."""
 _DEEP_KEY = re.compile(rf"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){{{DEEPEST}}}")
@@ -47,31 +48,47 @@ def key_lines(text: str) -> Lines:
     import tree_sitter_toml  # for faults only
     from tree_sitter import Language, Parser
 
-    root = Parser(Language(tree_sitter_toml.language())).parse(text.encode()).root_node
     lines: Lines = {}
-    counts: dict[KeyPath, int] = {}
-    for node in root.named_children:
-        if node.type == "pair":
-            _locate_pair(node, (), lines)
-        elif node.type in ("table", "table_array_element"):
-            header = next(child for child in node.named_children if child.type.endswith("key"))
-            keys = header_keys(header)
-            path: KeyPath = ()
-            for key in keys[:-1]:
-                path = (*path, key)
-                lines.setdefault(path, _line(header))
-                if path in counts:  # a table below an array of tables belongs to its last element
-                    path = (*path, counts[path] - 1)
-            path = (*path, keys[-1])
-            if node.type == "table_array_element":
-                lines.setdefault(path, _line(header))
-                counts[path] = counts.get(path, 0) + 1
-                path = (*path, counts[path] - 1)
-            lines[path] = _line(header)
-            for child in node.named_children:
-                if child.type == "pair":
-                    _locate_pair(child, path, lines)
+    _locate(Parser(Language(tree_sitter_toml.language())).parse(text.encode()).root_node, (), lines, {})
     return lines
+
+
+def _locate(node: Node, path: KeyPath, lines: Lines, counts: dict[KeyPath, int]) -> None:
+    """Note the lines of a part of a text, below `path`; `counts` are those of arrays of tables so far."""
+    inner = [child for child in node.named_children if child.type != "comment"]
+    if node.type == "array":
+        for index, element in enumerate(inner):
+            lines[(*path, index)] = element.start_point[0] + 1
+            _locate(element, (*path, index), lines, counts)
+        return
+    if node.type in ("pair", "table", "table_array_element"):
+        if node.type == "pair" and len(inner) != 2:  # not understood: its faults get the line of the table
+            return
+        header, *inner = inner
+        line, names = header.start_point[0] + 1, _names_in((header.text or b"").decode())
+        for place, name in enumerate(names, 1):
+            path = (*path, name)
+            lines.setdefault(path, line)
+            if node.type == "table_array_element" and place == len(names):
+                counts[path] = counts.get(path, 0) + 1
+            if path in counts:  # a table below an array of tables belongs to its last element
+                path = (*path, counts[path] - 1)
+        if node.type != "pair":
+            lines[path] = line
+    elif node.type not in ("document", "inline_table"):
+        return
+    for child in inner:
+        _locate(child, path, lines, counts)
+
+
+def _names_in(key: str) -> list[str]:
+    """Names in a bare, quoted or dotted key, escapes resolved by the TOML reader itself."""
+    value: Any = tomllib.loads(f"{key} = 0")
+    names = []
+    while isinstance(value, dict):
+        ((name, value),) = value.items()
+        names.append(name)
+    return names
 
 
 class Table(BaseModel):
@@ -92,7 +109,7 @@ def cross_check(message: str, key: str = "") -> PydanticCustomError:
     return PydanticCustomError("cross_check", "cross-check", {"message": message, "key": key})
 
 
-def content_of(path: Path, what: str, most: int = _LARGEST_FILE) -> bytes:
+def content_of(path: Path, what: str, most: int = LARGEST_FILE) -> bytes:
     """Content of a file of at most `most` bytes; a SceneError says that `what` must be given."""
     file = str(path)
     try:
@@ -173,48 +190,6 @@ def line_of(lines: Lines, path: Sequence[str | int]) -> int:
     while known and known not in lines:
         known = known[:-1]
     return lines.get(known, 1)
-
-
-def _line(node: Node) -> int:
-    return int(node.start_point[0]) + 1
-
-
-def _text(node: Node) -> str:
-    return (node.text or b"").decode()
-
-
-def header_keys(node: Node) -> list[str]:
-    """Names in a bare, quoted or dotted key, escapes resolved by the TOML reader itself."""
-    value: Any = tomllib.loads(f"{_text(node)} = 0")
-    keys = []
-    while isinstance(value, dict):
-        ((key, value),) = value.items()
-        keys.append(key)
-    return keys
-
-
-def _locate_pair(pair: Node, table: KeyPath, lines: Lines) -> None:
-    parts = [child for child in pair.named_children if child.type != "comment"]
-    if len(parts) != 2:  # not understood by this grammar: its faults get the line of the table
-        return
-    key, value = parts
-    path = table
-    for name in header_keys(key):
-        path = (*path, name)
-        lines.setdefault(path, _line(key))
-    _locate_value(value, path, lines)
-
-
-def _locate_value(value: Node, path: KeyPath, lines: Lines) -> None:
-    if value.type == "inline_table":
-        for child in value.named_children:
-            if child.type == "pair":
-                _locate_pair(child, path, lines)
-    elif value.type == "array":
-        elements = [child for child in value.named_children if child.type != "comment"]
-        for index, element in enumerate(elements):
-            lines[(*path, index)] = _line(element)
-            _locate_value(element, (*path, index), lines)
 
 
 def decimal(text: str) -> float:
@@ -303,79 +278,82 @@ def validation_faults(error: ValidationError, model: type[BaseModel], lines: Lin
 
 def _message(error: ErrorDetails, model: type[BaseModel]) -> str:
     path, kind, value, context = error["loc"], error["type"], error["input"], error.get("ctx", {})
-    table, name, label = path[:-1], path[-1] if path else "", _label(path)
-    info = _field(model, path) or FieldInfo()
-    if kind == "cross_check":
-        return str(context["message"])
-    if kind == "missing" and isinstance(name, int):
-        return f"{_label(table)} has {len(value) if isinstance(value, tuple) else name} entries, needs more"
-    if kind == "missing":
-        return _missing(path, info)
-    if kind == "extra_forbidden":
-        return _unknown(str(name), table, model, value)
-    if kind in ("model_type", "model_attributes_type", "dict_type"):
-        return f"{label} = {shown(value)} must be a table; write its keys below {table_name(path)}"
-    if kind in ("tuple_type", "list_type"):
-        if isinstance(value, Mapping) or _element(info.annotation) is not None:
+    label, info = _label(path), _field(model, path) or FieldInfo()
+    given = f"{label} = {shown(value)}"
+    limits = _limits(info, entry=bool(path) and isinstance(path[-1], int))
+    longest = next((item.max_length for item in info.metadata if hasattr(item, "max_length")), None)
+    text = f"a text of at most {longest} characters" if longest else "a text"
+    wanted = {
+        **dict.fromkeys(("greater_than", "greater_than_equal", "less_than", "less_than_equal"), limits),
+        **dict.fromkeys(("string_type", "string_too_long"), text),
+        **dict.fromkeys(("int_type", "int_from_float"), f"a whole number, {limits}"),
+        "float_type": f"a number, {limits}",
+        "finite_number": f"a finite number, {limits}",
+        "out_of_range": context.get("allowed", ""),
+    }
+    if kind in wanted:
+        words = f"{given} must be {wanted[kind].rstrip(', ')}"
+        return f"{words}; give {info.description}" if info.description else words
+    match kind:
+        case "cross_check":
+            return str(context["message"])
+        case "missing" if isinstance(path[-1], int):
+            count = len(value) if isinstance(value, tuple) else path[-1]
+            return f"{_label(path[:-1])} has {count} entries, needs more"
+        case "missing":
+            return _missing(path, info)
+        case "extra_forbidden":
+            return _unknown(str(path[-1]), path[:-1], model, value)
+        case "model_type" | "model_attributes_type" | "dict_type":
+            return f"{given} must be a table; write its keys below {table_name(path)}"
+        case "tuple_type" | "list_type" if isinstance(value, Mapping) or _element(info) is not None:
             return f"[{_dotted(path)}] must be a list of tables; write [[{_dotted(path)}]]"
-        return f"{label} = {shown(value)} must be a list, such as [{shown(value)}]"
-    if kind == "literal_error":
-        choices = [str(choice) for choice in _choices(info)]
-        return f"{label} = {shown(value)} is not allowed; {suggestion(str(value), choices)}"
-    if kind == "unknown_name":
-        return f"{label} = {shown(value)} is not known; {context['hint']}"
-    if kind in ("too_short", "too_long"):
-        least = context.get("min_length")
-        limit = f"at most {context['max_length']}" if least is None else f"at least {least}"
-        return f"{label} has {context['actual_length']} entries, needs {limit}"
-    if kind == "string_too_short":
-        return f"{label} is empty; give {info.description or 'a value'}"
-    allowed, limited = _range(info, entry=isinstance(name, int))
-    if kind == "out_of_range":
-        allowed = str(context["allowed"])
-    elif kind in ("string_type", "string_too_long"):
-        longest = [item.max_length for item in info.metadata if hasattr(item, "max_length")]
-        allowed = f"a text of at most {longest[0]} characters" if longest else "a text"
-    elif kind in ("int_type", "int_from_float"):
-        allowed = f"a whole number, {allowed}"
-    elif kind in ("float_type", "finite_number"):
-        allowed = f"a {'finite ' if kind == 'finite_number' else ''}number, {allowed}"
-    elif not limited:
-        return f"{label} = {shown(value)}: {error['msg'][:1].lower()}{error['msg'][1:]}"
-    words = f"{label} = {shown(value)} must be {allowed.rstrip(', ')}"
-    return f"{words}; give {info.description}" if info.description else words
+        case "tuple_type" | "list_type":
+            return f"{given} must be a list, such as [{shown(value)}]"
+        case "literal_error":
+            return f"{given} is not allowed; {suggestion(str(value), _choices(info))}"
+        case "unknown_name":
+            return f"{given} is not known; {context['hint']}"
+        case "too_short" | "too_long":
+            least = context.get("min_length")
+            limit = f"at most {context['max_length']}" if least is None else f"at least {least}"
+            return f"{label} has {context['actual_length']} entries, needs {limit}"
+        case "string_too_short":
+            return f"{label} is empty; give {info.description or 'a value'}"
+    return f"{given}: {error['msg'][:1].lower()}{error['msg'][1:]}"
 
 
 def _missing(path: KeyPath, info: FieldInfo) -> str:
-    inner = _element(info.annotation)
-    if inner is not None:
-        keys = _required(inner)
-        if _is_list(info):
-            return f"[[{_dotted(path)}]] is missing; give at least one, with {keys}"
-        return f"[{_dotted(path)}] is missing; give the table{f' with {keys}' if keys else ''}"
-    allowed, choices = _range(info)[0], ", ".join(map(str, _choices(info)))
-    words = f"key {path[-1]} is missing in {table_name(path[:-1])}; give {info.description or 'a value'}"
-    allowed = allowed or (f"one of {choices}" if choices else "")
-    return f"{words}, {allowed}" if allowed else words
+    inner = _element(info)
+    if inner is None:
+        words = f"key {path[-1]} is missing in {table_name(path[:-1])}; give {info.description or 'a value'}"
+        choices = ", ".join(_choices(info))
+        allowed = _limits(info) or (f"one of {choices}" if choices else "")
+        return f"{words}, {allowed}" if allowed else words
+    required = {name: one for name, one in _fields(inner).items() if one.is_required()}
+    keys = ", ".join(
+        f"{name} (a list of tables)" if _is_list(one) else name for name, one in required.items()
+    )
+    if _is_list(info):
+        return f"[[{_dotted(path)}]] is missing; give at least one, with {keys}"
+    return f"[{_dotted(path)}] is missing; give the table{f' with {keys}' if keys else ''}"
 
 
 def _unknown(name: str, table: KeyPath, model: type[BaseModel], value: object) -> str:
-    here = _element((_field(model, table) or FieldInfo()).annotation) if table else model
+    here = _element(_field(model, table) or FieldInfo()) if table else model
     what = f"unknown key {_key(name)} in {table_name(table)}"
     tables = value if isinstance(value, list) else [value]
     if not table and all(isinstance(one, Mapping) for one in tables):
         what = f"unknown section [{_key(name)}]"
     if here is None:
         return what
-    hint = getattr(here, "not_here", {}).get(name)
-    if hint:
+    if hint := getattr(here, "not_here", {}).get(name):
         return f"{what}: {hint}"
     homes = [table_name(path) for path, other in _tables(model) if name in _fields(other)]
     if homes:
         return f"{what}; it belongs to {' or '.join(homes)}"
-    names = list(_fields(here))
-    near = nearest(name, names)
-    return f"{what}; did you mean {near}?" if near else f"{what}; known: {', '.join(names)}"
+    near = nearest(name, list(_fields(here)))
+    return f"{what}; did you mean {near}?" if near else f"{what}; known: {', '.join(_fields(here))}"
 
 
 def _key(name: str) -> str:
@@ -395,9 +373,9 @@ def _label(path: KeyPath) -> str:
     return _key(path[-1])
 
 
-def _range(info: FieldInfo, *, entry: bool = False) -> tuple[str, bool]:
-    """Limits in words, as pydantic checks them, of a key or of the entries of its list; if it has any."""
-    metadata = list(info.metadata)
+def _limits(info: FieldInfo, *, entry: bool = False) -> str:
+    """Limits in words, as pydantic checks them, of a key or of the entries of its list."""
+    metadata = info.metadata
     if entry:
         fields = get_args(_entry(info.annotation))[1:]
         metadata = [item for field in fields for item in getattr(field, "metadata", [])]
@@ -409,8 +387,7 @@ def _range(info: FieldInfo, *, entry: bool = False) -> tuple[str, bool]:
     ]
     extra = info.json_schema_extra
     unit = str(extra.get("unit", "")) if isinstance(extra, dict) else ""
-    words = " and ".join(limits) or ("in" if unit else "")
-    return f"{words} {unit}".strip(), bool(limits)
+    return f"{' and '.join(limits) or ('in' if unit else '')} {unit}".strip()
 
 
 def _entry(annotation: Any) -> Any:
@@ -420,19 +397,23 @@ def _entry(annotation: Any) -> Any:
     return next((entry for item in get_args(annotation) if (entry := _entry(item)) is not None), None)
 
 
-def _choices(info: FieldInfo) -> tuple[Any, ...]:
-    union = get_origin(info.annotation) in (Union, types.UnionType)
-    options = get_args(info.annotation) if union else (info.annotation,)
-    return tuple(each for one in options if get_origin(one) is Literal for each in get_args(one))
-
-
-def _element(annotation: Any) -> type[BaseModel] | None:
-    """Return the table model inside an annotation: itself, optional, or the entries of a list."""
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return annotation
+def _types(annotation: Any) -> Iterator[Any]:
+    """Types in an annotation: itself, those that may stand in its place, and of the entries of a list."""
+    yield annotation
     if get_origin(annotation) in (tuple, Union, types.UnionType):
-        return next((model for item in get_args(annotation) if (model := _element(item))), None)
-    return None
+        for item in get_args(annotation):
+            yield from _types(item)
+
+
+def _choices(info: FieldInfo) -> list[str]:
+    literals = (one for one in _types(info.annotation) if get_origin(one) is Literal)
+    return [str(choice) for one in literals for choice in get_args(one)]
+
+
+def _element(info: FieldInfo) -> type[BaseModel] | None:
+    """Return the table model of a key: itself, optional, or the entries of a list."""
+    tables = (one for one in _types(info.annotation) if isinstance(one, type) and issubclass(one, BaseModel))
+    return next(tables, None)
 
 
 def _is_list(info: FieldInfo) -> bool:
@@ -444,30 +425,19 @@ def _fields(model: type[BaseModel]) -> dict[str, FieldInfo]:
     return {info.alias or name: info for name, info in model.model_fields.items()}
 
 
-def _required(model: type[BaseModel]) -> str:
-    fields = {name: info for name, info in _fields(model).items() if info.is_required()}
-    return ", ".join(
-        f"{name} (a list of tables)" if _is_list(info) else name for name, info in fields.items()
-    )
-
-
 def _field(model: type[BaseModel], path: Sequence[str | int]) -> FieldInfo | None:
     here: type[BaseModel] | None = model
     info: FieldInfo | None = None
     for item in path:
-        if isinstance(item, int):
-            continue  # an entry has the meaning and limits of its list
-        if here is None:
-            return None
-        info = _fields(here).get(item)
-        here = _element(info.annotation) if info is not None else None
+        if isinstance(item, str):  # an entry has the meaning and limits of its list
+            info = None if here is None else _fields(here).get(item)
+            here = None if info is None else _element(info)
     return info
 
 
 def _tables(model: type[BaseModel], path: KeyPath = ()) -> Iterator[tuple[KeyPath, type[BaseModel]]]:
     for name, info in _fields(model).items():
-        inner = _element(info.annotation)
-        if inner is not None:
+        if (inner := _element(info)) is not None:
             below: KeyPath = (*path, name)
             yield (*below, 0) if _is_list(info) else below, inner
             yield from _tables(inner, below)

@@ -6,8 +6,15 @@ import numpy as np
 import pytest
 
 import wearsim
-from wearsim.campaign.causes import NoSplitError, World, add_causes, shapley, split, split_power
-from wearsim.campaign.evaluate import setup_of
+from wearsim.campaign.causes import (
+    BODY_CAUSES,
+    NoSplitError,
+    add_causes,
+    shapley,
+    split,
+    split_power,
+    world_of,
+)
 from wearsim.campaign.run import run_scene
 from wearsim.contact.solve import solve
 from wearsim.report.html import write_report
@@ -29,19 +36,9 @@ def made(tmp_path, scene_text):
         path = tmp_path / "scene.toml"
         path.write_text(scene_text(*running, **options))
         setup = build(load_scene(path))
-        return setup, new_world(setup)
+        return setup, world_of(setup)
 
     return world
-
-
-def new_world(setup):
-    from wearsim.campaign.causes import _values_of
-
-    right, left = setup.wheelset.right, setup.wheelset.left
-    values, weight = _values_of(setup.points)
-    y, z = np.stack([right.y, left.y]), np.stack([right.z, left.z])
-    rules = (setup.points.conditions.rotation, setup.points.conditions.free_roll)
-    return World(setup_of(setup), y, z, rules, values, weight)
 
 
 def test_shares_add_up_and_do_not_know_the_order():
@@ -91,9 +88,10 @@ def test_causes_multiply_to_the_factor_and_turn_over_with_the_worlds(made):
 def test_a_roller_without_curvature_is_no_cause(made):
     """A rail is a roller of zero curvature: what is left of 1e-9 1/m is below 1e-6 of the factor."""
     _, rail = made(*BLOCKS)
-    flat = replace(rail.setup.counterface, curvature=0.0)
-    rail = replace(rail, setup=replace(rail.setup, counterface=flat))
-    nearly = replace(rail, setup=replace(rail.setup, counterface=replace(flat, curvature=1e-9)))
+    rail, nearly = (
+        replace(rail, parts=rail.parts | dict.fromkeys(BODY_CAUSES[:2], curvature))
+        for curvature in (0.0, 1e-9)
+    )
     causes, factor = split(nearly, rail)
     assert len(causes) == 2
     np.testing.assert_allclose([one[0] for one in (*causes.values(), factor)], 1.0, rtol=0.0, atol=1e-6)

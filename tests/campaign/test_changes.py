@@ -111,7 +111,7 @@ def test_stopped_after_a_change_or_with_lost_records_it_resumes_to_the_same_bits
     with stopped_at(4) as observer:
         resume(often, overrides=CHANGES, observer=observer)
     assert "step 3" in values_of(often / "rig.nc")[0]["settings_changed"]  # in the unfinished file
-    (often / ".rig.records" / "00000002.npz").unlink()  # step 2 is computed again as before the change
+    (often / ".rig.records" / "00000002.record").unlink()  # step 2 is computed again as before the change
     resume(often)
     assert_same_bits(often / "rig.nc", once / "rig.nc")
 

@@ -209,14 +209,8 @@ def test_result_file_holds_the_laws(tmp_path, evolution):
         balanced = data["magic_wear_rate"].values
         assert np.isfinite(balanced[:, :, has_depth]).all()
         assert np.isnan(balanced[:, :, ~has_depth]).all()
-        rate, wear = (
-            data["fatigue_damage_rate"].values[:, :, has_depth],
-            data["wear_depth_rate"].values[:, :, None],
-        )
-        by_cracks = data["life_limited_by"].values[:, :, has_depth] == 2
-        # cracks of 2 mm grow where wear is below the balance, and end the life before 3 mm are worn
+        rate = data["fatigue_damage_rate"].values[:, :, has_depth]
         np.testing.assert_allclose(balanced[:, :, has_depth], rate * 2e-3, rtol=1e-15)
-        np.testing.assert_array_equal(by_cracks, (rate - wear / 2e-3) * 3e-3 > wear)
         np.testing.assert_allclose(data["wear_number_with_spin"], data["power"] / data["speed"], rtol=1e-9)
         low = np.abs(data["force_x"] * data["creepage_x"]) + np.abs(data["force_y"] * data["creepage_y"])
         np.testing.assert_allclose(data["wear_number_without_spin"], low, rtol=1e-12)

@@ -7,8 +7,9 @@ import pytest
 
 from wearsim.campaign import correction, evaluate
 from wearsim.campaign.control import reached
-from wearsim.campaign.evaluate import accumulate, setup_of, solve_points
+from wearsim.campaign.evaluate import accumulate, setup_of, solve_passage
 from wearsim.campaign.evolution import WheelsetEvolution
+from wearsim.campaign.state import Correction, flattened, rebuilt
 from wearsim.campaign.vertices import lengths_of_sides
 from wearsim.contact.solve import ContactModels
 from wearsim.errors import ContactError
@@ -88,7 +89,7 @@ def test_a_corrected_rate_keeps_the_area_and_is_nowhere_negative(spread):
     setup, points = setup_of(evolution.setup), evolution.setup.points
     true = replace(setup, models=setup.reference, fallbacks=(), reference=None)
     ours = evolution.evaluate(state).collective
-    passage = solve_points(replace(state, correction=None), points, points.weight > 0.0, true)
+    passage = solve_passage(replace(state, correction=None), points, true, points.weight > 0.0)
     theirs = accumulate(passage, points, points.weight, replace(state, correction=None), true)
     length = lengths_of_sides(state.y, state.z)
     assert (ours.depth >= 0.0).all()
@@ -154,7 +155,63 @@ def test_left_and_right_are_alike_on_a_symmetric_collective(evolution_of, scene_
 
 def test_a_record_brings_back_the_differences_to_the_last_bit(spread):
     state, _ = spread["auto"].start()
-    row = {f"memory: {name}": value for name, value in correction.packed(state.correction).items()}
-    again = correction.correction_of(row)
+    again = rebuilt(Correction, flattened(state.correction))
     assert again.wheel.tobytes() == state.correction.wheel.tobytes()
     assert again.step.tolist() == state.correction.step.tolist()
+
+
+@pytest.fixture
+def corrected_state(spread):
+    """State at the beginning with known drifts, at 20 um of wear."""
+    state, _ = spread["auto"].start()
+    known = replace(state.correction, drift=np.ones_like(state.correction.drift))
+    return replace(state, correction=known, wear_depth=state.wear_depth + 20e-6)
+
+
+OWN = correction.ReferenceStep(length=100.0, depth=8e-6, model=2)
+NEVER = np.zeros(10, dtype=bool)
+
+
+def test_the_half_space_takes_points_over_whose_steps_would_be_short(corrected_state):
+    """It solves all points twice per step: from half the length of its steps on correcting is cheaper."""
+    weight = np.where(np.arange(10) < 4, 0.25, 0.0)
+    new = correction.handed_over(corrected_state, weight, 49.0, OWN, NEVER).correction
+    assert (new.model == np.where(weight > 0.0, 2, 0)).all()
+    assert not new.wheel[:4].any()
+    assert new.wheel[4:] == pytest.approx(corrected_state.correction.wheel[4:], abs=0.0)
+    assert correction.handed_over(corrected_state, weight, 51.0, OWN, NEVER) is corrected_state
+    assert correction.handed_over(corrected_state, weight, np.inf, OWN, NEVER) is corrected_state
+
+
+def test_points_are_given_back_when_the_wear_is_deep_enough(corrected_state):
+    weight = np.full(10, 0.1)
+    taken = correction.handed_over(corrected_state, weight, 10.0, OWN, NEVER)
+    deeper = replace(taken, wear_depth=taken.wear_depth + 59e-6)
+    assert correction.handed_over(deeper, weight, 10.0, OWN, NEVER) is deeper
+    deeper = replace(taken, wear_depth=taken.wear_depth + 61e-6)
+    given = correction.handed_over(deeper, weight, 10.0, OWN, NEVER).correction
+    assert not given.until.any()
+    assert not given.model.any()
+    assert correction.stale(replace(deeper, correction=given), weight).all()
+
+
+def test_points_whose_steps_are_short_with_the_half_space_too_are_given_back_for_long(corrected_state):
+    weight = np.full(10, 0.1)
+    taken = correction.handed_over(corrected_state, weight, 10.0, OWN, NEVER)
+    given = correction.handed_over(taken, weight, 10.0, OWN, ~NEVER)
+    assert not given.correction.model.any()
+    assert correction.handed_over(given, weight, 10.0, OWN, NEVER) is given
+    deeper = replace(given, wear_depth=given.wear_depth + 61e-6)
+    assert correction.handed_over(deeper, weight, 10.0, OWN, NEVER).correction.model.all()
+
+
+def test_a_campaign_taken_over_is_that_of_the_half_space(evolution_of, scene_text):
+    """A tolerance so small that steps with corrections are shorter than those of the half-space."""
+    texts = [
+        scene_text(CURVING, contact=f"{model}\n{GRID}", campaign="distance_km = 12\npoint_spacing_mm = 0.5")
+        for model in ('model = "auto"\ntolerance = 0.001', 'model = "accurate"')
+    ]
+    (ours, states), (theirs, others) = (ended(evolution_of(text)) for text in texts)
+    assert [bool(one.correction.until) for one in states] == [False] + [True] * (len(states) - 1)
+    assert len(states) == len(others)
+    assert ours.wear_depth.tolist() == theirs.wear_depth.tolist()

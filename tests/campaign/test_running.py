@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from wearsim.campaign.evolution import WheelsetEvolution
-from wearsim.campaign.row import state_of
+from wearsim.campaign.state import State, flattened, rebuilt
 from wearsim.operation.states import TOLERANCE
 from wearsim.quantities import QUANTITIES
 from wearsim.results import FILL_FLOAT
@@ -65,8 +65,8 @@ def test_every_row_holds_the_forces_that_are_controlled(steps):
 
 def test_a_stored_state_takes_the_same_step_to_the_last_bit(steps):
     evolution, found, after = steps
-    state, row = found[-1]
-    stored = state_of(row, state.step)
+    state, _ = found[-1]
+    stored = rebuilt(State, flattened(state))
     for name in ("shift", "load", "stiffness"):
         np.testing.assert_array_equal(getattr(stored.running, name), getattr(state.running, name))
     again, _ = evolution.advance(stored, evolution.evaluate(stored))

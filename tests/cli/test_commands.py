@@ -111,16 +111,10 @@ def test_the_report_of_a_failed_campaign_says_why_on_top(ended, capsys, monkeypa
     assert capsys.readouterr().err.endswith(f"the campaign failed: {message}\n")
 
 
-def test_the_report_of_a_sweep_leads_to_its_table_and_cases(out, tmp_path, capsys):
+def test_a_sweep_is_not_resumed_as_a_campaign(tmp_path, capsys):
     (tmp_path / "sweep.json").write_text('{"cases": []}')
-    shutil.copytree(out, tmp_path / "case_0002")
     assert cli.main(["report", str(tmp_path)]) == 2
-    output = capsys.readouterr().err
-    assert "sweep.csv" not in output
-    assert output.endswith(f"`wearsim report {tmp_path / 'case_0002'}`\n")
-    (tmp_path / "sweep.csv").touch()
-    assert cli.main(["report", str(tmp_path)]) == 2
-    assert f"whose table is {tmp_path / 'sweep.csv'};" in capsys.readouterr().err
+    assert capsys.readouterr().err.endswith("start one with `wearsim sweep`\n")
     assert cli.main(["resume", str(tmp_path)]) == 2
     assert f"`wearsim sweep SCENE --out {tmp_path}`" in capsys.readouterr().err
 

@@ -378,7 +378,6 @@ def test_help_shows_every_flag_with_its_default(capsys, monkeypatch):
     [
         ("contact", "--flange-back-mm", "--back-to-back-mm"),
         ("profile", "--flange-back-mm", "--back-to-back-mm"),
-        ("profile", "--tape-mm", "--running-circle-mm"),
         ("profile", "--turn-to", "--reprofile-to"),
     ],
 )

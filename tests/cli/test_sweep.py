@@ -85,6 +85,10 @@ def test_a_sweep_runs_tells_its_table_and_its_status(folder, capsys):
     assert message["cases"][0]["campaigns"]["rig"]["step"] == steps
     assert cli.main(["sweep", "sweep_rig.toml", "--out", "out", "--list"]) == 0
     assert all(line.endswith(": finished") for line in capsys.readouterr().out.splitlines())
+    assert cli.main(["report", "out"]) == 0
+    text = Path("out/report.html").read_text()
+    assert "2 cases: 2 finished." in text
+    assert 'id="figure-sweep_counterface_roller_radius_mm"' in text
 
 
 @pytest.mark.slow

@@ -9,7 +9,8 @@ from PIL import Image
 from wearsim.cli import main
 from wearsim.errors import ResultError
 from wearsim.profile.shape import arc_length
-from wearsim.report.figures.animation import animate_wear, drawn_profile, exaggeration, patch_lines
+from wearsim.report.figures.animation import animate_wear, patch_lines
+from wearsim.report.figures.campaign import worn_shape
 from wearsim.results import open_results
 
 
@@ -25,25 +26,8 @@ def dataset(result):
         return data.load()
 
 
-@pytest.mark.parametrize(
-    ("depth", "factor"), [(0.0, 1), (9e-3, 1), (2.5e-3, 2), (0.4e-3, 10), (0.25e-3, 20), (1e-6, 5000)]
-)  # fmt: skip
-def test_depth_is_drawn_5_mm_deep_at_most(depth, factor):
-    assert exaggeration(depth) == factor
-
-
-def test_the_profile_wears_as_many_times_as_deep(dataset):
-    """Halfway from 10 to 20 km the depth is 0.15 mm, along normals that do not turn."""
-    new, drawn = drawn_profile(dataset, 0, 0.0, 10.0), drawn_profile(dataset, 0, 15e3, 10.0)
-    depth = np.hypot(*(drawn - new).T)
-    assert depth.max() == pytest.approx(10.0 * 0.15e-3, rel=1e-9)
-    np.testing.assert_array_equal(
-        drawn_profile(dataset, 1, 40e3, 1.0)[:, 1], dataset["profile_z"].values[4, 1]
-    )
-
-
 def test_patches_lie_on_the_profile_and_are_as_wide_as_they_are(dataset):
-    drawn = drawn_profile(dataset, 0, 40e3, 1.0)
+    drawn = worn_shape(dataset, 0, 40e3, 1.0)
     lines, pressure = patch_lines(dataset, 0, 40e3, drawn)
     wearing = dataset["weight"].values > 0.0
     here = (dataset["side"].values[4] == 0) & wearing[:, None]

@@ -89,7 +89,7 @@ def test_lives_of_the_rollers_are_drawn(pair):
     assert shown == sorted(set(shown))
     assert 2 < len(shown) <= min(4, field.sizes["step"] - 1)
     assert shown[-1] == field.sizes["step"] - 1
-    ax = campaign.plot_counterface_over_distance(rig, "counterface_max_wear_depth")
+    ax = campaign.plot_over_distance(rig, "counterface_max_wear_depth")
     x, y = ax.lines[0].get_data()
     at = np.flatnonzero(np.diff(x) == 0.0)
     np.testing.assert_allclose(x[at], [6.0, 12.0], rtol=1e-12)

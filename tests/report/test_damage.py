@@ -297,7 +297,9 @@ def test_shakedown_map_has_every_patch(pair):
 
 def test_figures_are_made_for_one_campaign_too(pair):
     one = Campaigns([pair[1]])
-    drawn = {s.key: [b.name for b in s.content(one) if isinstance(b, plates.Plate)] for s in SECTIONS}
+    drawn = {
+        key: [b.name for b in content(one) if isinstance(b, plates.Plate)] for key, _, content in SECTIONS
+    }
     assert drawn["wear"][-1] == "wear_laws"
     assert drawn["fatigue"] == ["shakedown", "fatigue_damage", "balance"]
     assert 'id="fatigue"' in render([pair[1]])

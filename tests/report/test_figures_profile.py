@@ -11,25 +11,18 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from wearsim.errors import ResultError
 from wearsim.profile.inspection import Conditions, inspect_profile
-from wearsim.profile.inspection.datasets import fleet_dataset, profile_dataset
 from wearsim.profile.inspection.fleet import fleet_rows
 from wearsim.profile.inspection.inputs import read_input
 from wearsim.profile.limits import load_limits
-from wearsim.profile.measures import GaugeDistances
-from wearsim.report.figures import fleet as figures_fleet
 from wearsim.report.figures import profile as figures_profile
-from wearsim.report.figures.fleet import plot_member
 from wearsim.report.style import COLOURS, write_figure
 
 MEASURED = Path(__file__).parents[2] / "profiles" / "measured"
 
 
-def state_of(name, against=None, left=None, distances=None, **stated):
-    at = Conditions(distances or GaugeDistances(), **stated)
+def state_of(name, against=None, left=None):
     other, second = (None if given is None else read_input(str(given)) for given in (against, left))
-    return profile_dataset(
-        inspect_profile(read_input(str(name)), at, load_limits("TSI"), against=other, left=second)
-    )
+    return inspect_profile(read_input(str(name)), None, load_limits("TSI"), against=other, left=second)
 
 
 @pytest.fixture(scope="module")
@@ -76,11 +69,12 @@ def overlaps(figure):
 
 def test_the_shape_is_drawn_in_mm_flange_down_with_equal_aspect(worn):
     ax = figures_profile.plot_shape(worn)
-    for name, label in (("profile", "wheel_worn_right"), ("reference", "S1002"),
-                        ("left", "wheel_worn_left (left wheel), beyond")):  # fmt: skip
+    drawn = {"wheel_worn_right": worn.aligned, "S1002": worn.comparison.reference.profile,
+             "wheel_worn_left (left wheel), beyond": worn.left.profile}  # fmt: skip
+    for label, profile in drawn.items():
         y, z = line_of(ax, label).get_data()
-        np.testing.assert_allclose(y, 1e3 * worn[f"{name}_y"].values, rtol=1e-15)
-        np.testing.assert_allclose(z, 1e3 * worn[f"{name}_z"].values, rtol=1e-15)
+        np.testing.assert_allclose(y, 1e3 * profile.y, rtol=1e-15)
+        np.testing.assert_allclose(z, 1e3 * profile.z, rtol=1e-15)
     assert line_of(ax, "S1002").get_color() == COLOURS["new"]
     assert ax.get_aspect() == 1.0
     assert ax.yaxis_inverted()
@@ -89,7 +83,7 @@ def test_the_shape_is_drawn_in_mm_flange_down_with_equal_aspect(worn):
 def test_dimension_lines_have_the_length_of_the_measures(worn):
     """Ends of the arrows of Sh, Sd and qR, and the texts on them."""
     ax = figures_profile.plot_shape(worn)
-    profile_z, gauge = 1e3 * worn["profile_z"].values, 1e3 * worn["gauge_y"].values
+    profile_z, gauge = 1e3 * worn.aligned.z, 1e3 * figures_profile.gauge_points(worn)
     texts = {text.get_text().split()[0]: float(text.get_text().split()[1].rstrip("!"))
              for text in ax.texts if text.get_text()[:2] in ("Sh", "Sd", "qR")}  # fmt: skip
     spans = [np.subtract(arrow.xy, arrow.xyann) for arrow in ax.texts if hasattr(arrow, "arrow_patch")]
@@ -101,21 +95,15 @@ def test_dimension_lines_have_the_length_of_the_measures(worn):
     for name, value in texts.items():
         # the texts have two decimals
         assert min(abs(length - value) for length in lengths[name]) < 0.0051, name
-    assert texts["Sh"] == pytest.approx(profile_z.max() - 1e3 * worn["gauge_z"].values[1], abs=0.01)
-    assert texts["Sd"] == pytest.approx(70.0 + gauge[2], abs=0.0051)
+    assert texts["Sh"] == pytest.approx(profile_z.max() - gauge[1, 1], abs=0.01)
+    assert texts["Sd"] == pytest.approx(70.0 + gauge[2, 0], abs=0.0051)
 
 
 def test_gauge_points_lie_on_the_profile(worn):
-    y, z = worn["profile_y"].values, worn["profile_z"].values
-    for at, height in zip(worn["gauge_y"].values, worn["gauge_z"].values, strict=True):
+    y, z = worn.aligned.y, worn.aligned.z
+    for at, height in figures_profile.gauge_points(worn):
         # 0.3 mm between the points: half of that at most
         assert np.min(np.hypot(y - at, z - height)) < 0.2e-3
-
-
-def test_distances_stand_at_their_dimensions():
-    state = state_of("S1002", distances=GaugeDistances(below_tip=3e-3, level=12e-3))
-    texts = [text.get_text() for text in figures_profile.plot_shape(state).texts]
-    assert {"3", "12"} <= set(texts)
 
 
 def test_a_measure_beyond_its_limit_stands_out():
@@ -131,17 +119,17 @@ def test_a_measure_beyond_its_limit_stands_out():
 
 
 def test_a_left_wheel_beyond_a_limit_is_marked_in_its_label():
-    state = state_of("S1002", left=MEASURED / "wheel_worn_left.whl")
-    assert state.attrs["left_label"].endswith("(left wheel), beyond: flange thickness !")
+    ax = figures_profile.plot_shape(state_of("S1002", left=MEASURED / "wheel_worn_left.whl"))
+    assert line_of(ax, "wheel_worn_left (left wheel), beyond: flange thickness !")
 
 
 def test_depth_over_arc_length_with_the_lateral_position_above(worn):
-    ax = figures_profile.plot_depth(worn)
-    line = next(line for line in ax.lines if len(line.get_xdata()) == worn.sizes["wear_point"])
-    np.testing.assert_allclose(line.get_xdata(), 1e3 * worn["arc_length"].values, rtol=1e-15)
-    np.testing.assert_allclose(line.get_ydata(), 1e3 * worn["wear_depth"].values, rtol=1e-15)
+    ax, wear = figures_profile.plot_depth(worn.comparison), worn.comparison.wear
+    line = next(line for line in ax.lines if len(line.get_xdata()) == len(wear.s))
+    np.testing.assert_allclose(line.get_xdata(), 1e3 * wear.s, rtol=1e-15)
+    np.testing.assert_allclose(line.get_ydata(), 1e3 * wear.depth, rtol=1e-15)
     (top,) = ax.child_axes
-    s, y = 1e3 * worn["arc_length"].values, 1e3 * worn["wear_y"].values
+    s, y = 1e3 * wear.s, 1e3 * wear.y
     for place, label in zip(top.get_xticks(), top.get_xticklabels(), strict=True):
         expected = float(label.get_text().replace("\N{MINUS SIGN}", "-"))
         assert np.interp(place, s, y) == pytest.approx(expected, abs=0.05)
@@ -149,14 +137,11 @@ def test_depth_over_arc_length_with_the_lateral_position_above(worn):
 
 def test_running_behaviour_of_both(worn):
     ax = figures_profile.plot_radius_difference(worn)
-    np.testing.assert_allclose(
-        line_of(ax, "wheel_worn_right").get_ydata(), 1e3 * worn["rolling_radius_difference"].values
-    )
-    np.testing.assert_allclose(
-        line_of(ax, "S1002").get_ydata(), 1e3 * worn["reference_rolling_radius_difference"].values
-    )
+    np.testing.assert_allclose(line_of(ax, "wheel_worn_right").get_ydata(), 1e3 * worn.running.difference)
+    np.testing.assert_allclose(line_of(ax, "S1002").get_ydata(), 1e3 * worn.comparison.running.difference)
     ax = figures_profile.plot_conicity(worn)
-    np.testing.assert_allclose(ax.lines[-1].get_ydata(), worn["equivalent_conicity"].values)
+    values = [at.value for at in worn.running.equivalent_conicity]
+    np.testing.assert_allclose(ax.lines[-1].get_ydata(), values)
 
 
 @pytest.mark.parametrize(
@@ -193,65 +178,13 @@ def test_a_figure_that_cannot_be_written_is_reported(worn, tmp_path):
         write_figure(figures_profile.profile_figure(worn), tmp_path / "none" / "figure.png")
 
 
-@pytest.fixture(scope="module")
-def fleet():
-    files = sorted(MEASURED.glob("*.whl"))
-    reference = read_input("S1002")
-    rows = list(fleet_rows(files, Conditions(GaugeDistances()), load_limits("TSI"), against=reference))
-    return fleet_dataset(rows * 15, reference, load_limits("TSI"))
-
-
-def test_small_figures_show_profile_reference_and_what_is_beyond(fleet):
-    left, right = (plot_member(fleet, member) for member in (0, 1))
-    for ax, member in ((left, 0), (right, 1)):
-        np.testing.assert_allclose(ax.lines[0].get_ydata(), 1e3 * fleet["reference_z"].values)
-        np.testing.assert_allclose(ax.lines[1].get_ydata(), 1e3 * fleet["profile_z"].values[member])
-    assert left.lines[1].get_color() == figures_profile.EXCEEDED
-    assert right.lines[1].get_color() == figures_fleet.NOT_JUDGED  # Sh, without a diameter
-    assert right.lines[1].get_label() == "not judged, or not in all"
-    assert any(text.get_text().startswith("Sh") and text.get_text().endswith("?") for text in right.texts)
-    assert any(text.get_text().startswith("Sd") and text.get_text().endswith("!") for text in left.texts)
-
-
-def test_pages_hold_all_profiles_on_the_same_axes(fleet):
-    pages = list(figures_fleet.fleet_pages(fleet))
-    assert len(pages) == 2
-    drawn = [ax for page in pages for ax in page.axes if ax.lines]
-    assert len(drawn) == fleet.sizes["wheel"] == 30
-    assert len({(ax.get_xlim(), ax.get_ylim()) for ax in drawn}) == 1
-    assert overlaps(pages[1]) == []
-
-
-def test_several_files_of_one_wheel_are_distinguished_by_their_names(fleet):
-    names = [str(name) for name in fleet["wheel_name"].values]
-    assert names == ["wheel_worn_left.whl", "wheel_worn_right.whl"] * 15
-
-
-def test_the_lowest_figure_of_each_column_has_numbers(fleet):
-    page = next(figures_fleet.fleet_pages(fleet.isel(wheel=slice(6))))
-    numbered = [ax.xaxis.get_tick_params()["labelbottom"] for ax in page.axes if ax.lines]
-    assert numbered == [False, False, True, True, True, True]
-
-
-def test_a_misread_profile_does_not_shrink_the_others(fleet):
-    usual = figures_fleet.limits_of(fleet)
-    wrong = fleet.copy(deep=True)
-    wrong["profile_y"].values[3] *= 25.4
-    wrong["profile_z"].values[3] *= 25.4
-    assert figures_fleet.limits_of(wrong) == usual
-
-
-def test_titles_keep_what_distinguishes_the_wheels_of_an_axle(fleet):
-    fleet = fleet.copy(deep=True)
-    names = [f"A very long name of a coach car 1 axle 2 {side}" for side in "LR"]
-    fleet["wheel_name"] = ("wheel", names * (fleet.sizes["wheel"] // 2))
-    left, right = (plot_member(fleet, member).get_title() for member in (0, 1))
-    assert left.endswith("axle 2 L")
-    assert right.endswith("axle 2 R")
-
-
-def test_more_pages_than_are_drawn_are_reported(fleet, tmp_path, monkeypatch):
-    monkeypatch.setattr(figures_fleet, "MOST_PAGES", 1)
-    monkeypatch.setattr(figures_fleet, "ROWS", 1)
-    files, drawn = figures_fleet.write_fleet(fleet, tmp_path / "fleet.svg")
-    assert (len(files), drawn) == (1, figures_fleet.COLUMNS * figures_fleet.ROWS)
+def test_a_fleet_is_drawn_over_its_reference_and_those_beyond_limits_are_named():
+    files, reference = sorted(MEASURED.glob("*.[wb]*")), read_input("S1002")
+    rows = list(fleet_rows(files, Conditions(), load_limits("TSI"), against=reference))
+    rails, wheels = figures_profile.fleet_figure(rows, reference.profile).axes
+    assert len(rails.lines) == 1
+    labels = [line.get_label() for line in wheels.lines]
+    assert labels[:2] == ["S1002", "Example coach car 1 axle 2 L: flange thickness !"]
+    assert wheels.lines[1].get_color() == figures_profile.EXCEEDED
+    for line, row in zip(wheels.lines[1:], [row for row in rows if row.profile.kind == "wheel"], strict=True):
+        np.testing.assert_allclose(line.get_ydata(), 1e3 * row.profile.z)

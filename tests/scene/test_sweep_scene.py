@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from wearsim.errors import SceneError
@@ -30,23 +29,6 @@ def test_full_factorial_has_every_value_with_every_other(folder):
     scene = load_campaign(cases[-1].base, overrides=cases[-1].overrides)
     assert scene.wheelset.radius_mm == 460
     assert {block.friction for block in scene.operation.blocks} == {0.3}
-
-
-def test_a_list_takes_the_values_in_step(folder):
-    vary = 'design = "list"\n[sweep.vary]\n"wheelset.radius_mm" = [420, 460]\nwear.law = ["usfd", "none"]\n'
-    cases = cases_of(HEAD + vary)
-    assert [tuple(values(case).values()) for case in cases] == [(420, "usfd"), (460, "none")]
-
-
-def test_latin_hypercube_has_one_value_in_each_part_of_every_range(folder):
-    text = HEAD + 'design = "latin_hypercube"\ncases = 10\nseed = 3\n[sweep.vary]\n'
-    text += "wheelset.radius_mm = [400, 500]\noperation.block.friction = [0.1, 0.6]\n"
-    cases = cases_of(text)
-    for key, low, high in (("wheelset.radius_mm", 400, 500), ("operation.block.friction", 0.1, 0.6)):
-        drawn = np.array([values(case)[key] for case in cases])
-        assert sorted(np.floor((drawn - low) / (high - low) * 10)) == list(range(10))
-    assert cases == cases_of(text)
-    assert cases != cases_of(text.replace("seed = 3", "seed = 4"))
 
 
 def test_several_scenes_each_run_every_case(folder):
@@ -95,16 +77,6 @@ def test_in_a_comparison_keys_act_on_both_scenes_or_on_the_named_one(folder):
         ),
         "empty list": ("[sweep.vary]\nwear.law = []\n", "sweep.toml:6: law"),
         "tables": ("[sweep.vary]\noperation.block = [{a = 1}]\n", "vary keys, not tables"),
-        "unequal": (
-            'design = "list"\n[sweep.vary]\nwear.law = ["usfd"]\nwheelset.radius_mm = [1, 2]\n',
-            "sweep.toml:7: wear.law has 1 values, another key 2",
-        ),
-        "no seed": ('design = "latin_hypercube"\ncases = 2\n', "needs seed"),
-        "no range": (
-            'design = "latin_hypercube"\ncases = 2\nseed = 1\n[sweep.vary]\nwear.law = ["usfd"]\n',
-            "must be a range [lowest, highest]",
-        ),
-        "cases without design": ("cases = 3\n", "sweep.toml:5: cases belongs to design"),
         "twice": (
             '[sweep.vary]\nwear.law = ["usfd"]\n"wear.law" = ["none"]\n',
             "wear.law is varied twice",

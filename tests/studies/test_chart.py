@@ -52,13 +52,17 @@ def test_auto_is_nearer_than_the_fast_models_alone(table):
     assert error["auto, 2 %"] < 0.5 * error["kik_piotrowski + fastsim"]
 
 
-def test_json_and_table_of_the_command(capsys, table, monkeypatch):
+def test_json_table_and_page_of_the_command(capsys, table, monkeypatch, tmp_path):
     monkeypatch.setattr(chart, "speed_and_accuracy", lambda *_, **__: table)
     assert main(["chart", "workflows/rig.toml", "--json"]) == 0
     message = json.loads(capsys.readouterr().out)
     assert [one["time"] is None for one in message["models"]] == table["time"].isna().tolist()
     assert main(["chart", "workflows/rig.toml"]) == 0
     assert capsys.readouterr().out.count("yes") == table["pareto"].sum()
+    assert main(["chart", "workflows/rig.toml", "--report", str(tmp_path / "chart.html")]) == 0
+    page = (tmp_path / "chart.html").read_text()
+    assert page.count(">yes</td>") == table["pareto"].sum()
+    assert 'id="figure-chart"' in page
 
 
 @pytest.mark.parametrize(

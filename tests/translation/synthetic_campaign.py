@@ -68,6 +68,7 @@ def campaign_header(kind, steps):
         "depth_cap": 8e-6,
         "integrator": "rkc",
         "rotation_rule": "free",
+        "roll_rule": "given",
         "axle_torque": 0.0,
         "wheel_profile_right": "S1002",
         "wheel_profile_left": "S1002",

@@ -46,10 +46,10 @@ def test_patches_of_a_wheel_combine(field, name, right, left):
 def test_points_that_did_not_act_are_between_the_rows_that_have_them(field):
     """5 % more area each 10 km; a point is missing in two rows, another one, left out, in the last three."""
     whole, some = factors.per_wheel(field, "wear_index_max"), field.copy(deep=True)
-    area, regime = factors.per_wheel(field, "area"), factors.highest_regime(field)
+    area = factors.per_wheel(field, "area")
     for rows, point in ((slice(1, 3), 0), (slice(-3, None), 1)):
         some["n_patch"].values[rows, point] = 0
-        for name in ("area", "wear_index_max", "side", "wear_regime_highest"):
+        for name in ("area", "wear_index_max", "side"):
             some[name].values[rows, point] = np.nan
     assert np.isnan(factors.per_wheel(some, "area")[1, 0]).all()
     filled = factors.between_solutions(some, factors.per_wheel(some, "area"))
@@ -57,7 +57,6 @@ def test_points_that_did_not_act_are_between_the_rows_that_have_them(field):
     assert np.isnan(filled[-3:, 1]).all()
     np.testing.assert_array_equal(filled[-3:, 0], area[-3:, 0])
     np.testing.assert_array_equal(factors.between_solutions(field, whole), whole)
-    np.testing.assert_array_equal(factors.highest_regime(some), regime)
 
 
 def test_wheel_without_patch_is_missing(field):
@@ -124,13 +123,6 @@ def test_regime_flags():
     assert factors.regime_differs(regime, np.array([0, 0, 0, -1])).tolist() == [0, 1, -1, -1]
 
 
-def test_highest_regime_of_a_wheel(rig, field):
-    """The rig's flange patch wears mostly mildly, but some of its cells severely."""
-    assert float(rig["wear_regime"].max()) == 0.0
-    assert factors.highest_regime(rig)[0, 0].tolist() == [1, 0]
-    assert factors.highest_regime(field)[0, 0].tolist() == [0, 0]
-
-
 @pytest.mark.parametrize(
     ("key", "value"), [("rotation_rule", "nominal"), ("axle_torque", 200.0), ("rotation_rule", None)]
 )
@@ -146,11 +138,9 @@ def test_wheelsets_that_turn_otherwise_have_no_equal_points(rig, field, key, val
 
 
 def test_a_free_roll_is_not_a_given_one(rig, field):
-    """Files of before the rule was stored have a given roll."""
     free = [data.assign_attrs(roll_rule="free") for data in (rig, field)]
     assert len(factors.match_points(*free)) == 4
     assert len(factors.match_points(rig, free[1])) == 0
-    assert len(factors.match_points(rig.assign_attrs(roll_rule="given"), field)) == 4
 
 
 def test_given_rotation_speeds_are_never_equal(rig, field):

@@ -14,7 +14,7 @@ of a group is the mean of what it adds to :math:`\log v` over all orders of exch
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import compress
 from math import factorial
@@ -23,17 +23,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from wearsim.campaign.evaluate import Setup, patch_wear, setup_of, solve_passage
+from wearsim.campaign.evaluate import Setup, patch_wear, solve_passage
 from wearsim.campaign.left_out import new_history
-from wearsim.campaign.state import State
+from wearsim.campaign.state import State, worn_wheels
 from wearsim.contact.patch import FloatArray
-from wearsim.contact.problem import (
-    ContactConditions,
-    ContactModels,
-    ContactPatches,
-    Counterface,
-    Wheelset,
-)
+from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
 from wearsim.contact.solve import solve_each
 from wearsim.errors import ContactError
 from wearsim.operation.points import OperatingPoints
@@ -45,6 +39,12 @@ from wearsim.translation.factors import match_points
 
 if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
+
+BODY_CAUSES = (
+    "roller curvature: contact patch", "roller curvature: creepage", "counterface profile", "wheel profile",
+    "contact model", "wear law",
+)  # fmt: skip
+"""Groups of bodies, models and laws."""
 
 POINT_CAUSES: dict[str, tuple[str, ...]] = {
     "positions (shift and yaw)": ("shift", "yaw", "roll", "drift"),
@@ -74,89 +74,30 @@ _CONTACT = _COLUMNS.index("environment")  # the columns before it are those of t
 class World:
     """One campaign in one state."""
 
-    setup: Setup
-    y: FloatArray  # (2, n) profiles of the wheels [m]
-    z: FloatArray
+    parts: Mapping[str, Any]  # by `BODY_CAUSES`: what the contact and its wear depend on
     rules: tuple[Any, ...]  # of rotation and roll
     values: FloatArray  # (points, columns) of `POINT_CAUSES`
     weight: FloatArray  # (points,) share of the distance
+    threads: int = 1
 
 
 class NoSplitError(Exception):
     """Why the causes of a factor cannot be separated."""
 
 
-def _curvature_of_contact(made: Counterface, of: World) -> Counterface:
-    rolling = made.curvature if made.rolling_curvature is None else made.rolling_curvature
-    return replace(made, curvature=of.setup.counterface.curvature, rolling_curvature=rolling)
-
-
-def _curvature_of_rolling(made: Counterface, of: World) -> Counterface:
-    return replace(made, rolling_curvature=of.setup.counterface.curvature)
-
-
-def _shape(made: Counterface, of: World) -> Counterface:
-    return replace(made, profile=of.setup.counterface.profile, left=of.setup.counterface.left)
-
-
-def _on_counterface(change: Callable[[Counterface, World], Counterface]) -> Callable[[World, World], World]:
-    def exchanged(made: World, of: World) -> World:
-        counterface = change(made.setup.counterface, of)
-        return replace(made, setup=replace(made.setup, counterface=counterface))
-
-    return exchanged
-
-
-def _with_wheels(made: World, of: World) -> World:
-    return replace(made, y=of.y, z=of.z, setup=replace(made.setup, wheelset=of.setup.wheelset))
-
-
-def _with_models(made: World, of: World) -> World:
-    setup = replace(made.setup, models=of.setup.models, fallbacks=of.setup.fallbacks)
-    return replace(made, setup=setup)
-
-
-def _with_law(made: World, of: World) -> World:
-    return replace(made, setup=replace(made.setup, wear=of.setup.wear))
-
-
-BODY_CAUSES: dict[str, tuple[Callable[[World], Any], Callable[[World, World], World]]] = {
-    "roller curvature: contact patch": (
-        lambda world: world.setup.counterface.curvature,
-        _on_counterface(_curvature_of_contact),
-    ),
-    "roller curvature: creepage": (
-        lambda world: world.setup.counterface.curvature,
-        _on_counterface(_curvature_of_rolling),
-    ),
-    "counterface profile": (lambda world: world.setup.counterface.profiles, _on_counterface(_shape)),
-    "wheel profile": (lambda world: (world.setup.wheelset, world.y, world.z), _with_wheels),
-    "contact model": (lambda world: (world.setup.models, world.setup.fallbacks), _with_models),
-    "wear law": (lambda world: world.setup.wear, _with_law),
-}
-"""Groups of bodies, models and laws: what they are, and how a world takes them from another one."""
-
-
-def world_of(setup: CampaignSetup, result: xr.Dataset, row: int, threads: int = 1) -> World:
-    """Campaign in the state of a row of its result, with the operating points as found there."""
-    points, conditions = setup.points, setup.points.conditions
-    if not isinstance(conditions.rotation, str) or conditions.creepage is not None:
+def world_of(setup: CampaignSetup, result: xr.Dataset | None = None, row: int = 0, threads: int = 1) -> World:
+    """Campaign in the state of a row of its result, with the operating points as found there; else new."""
+    points, wheelset = setup.points, setup.wheelset
+    if not isinstance(points.conditions.rotation, str) or points.conditions.creepage is not None:
         raise NoSplitError("rotation speeds or creepages were given")
-    if "lateral_position" in result:
-        names = ("lateral_position", "wheelset_yaw", "wheel_loads")
-        shift, yaw, load = (result[name].values[row] for name in names)
-        points = replace(points, conditions=replace(conditions, shift=shift, yaw=yaw, wheel_load=load))
-    values, weight = _values_of(points)
-    if not np.isfinite(values).all():
-        raise NoSplitError("not all operating points were found in this state")
-    y, z = (result[f"profile_{axis}"].values[row] for axis in "yz")
-    bare = replace(setup, also_evaluate=(), fatigue=(), tolerance=None, counterface_wear=None)
-    rules = (conditions.rotation, conditions.free_roll)
-    return World(setup_of(bare, threads), y, z, rules, values, weight)
-
-
-def _values_of(points: OperatingPoints) -> tuple[FloatArray, FloatArray]:
-    """Values (n, columns) of `POINT_CAUSES` and weight (n,) of the points that act."""
+    if result is not None:
+        y, z = (result[f"profile_{axis}"].values[row] for axis in "yz")
+        right, left = worn_wheels(wheelset, y, z)
+        wheelset = replace(wheelset, right=right, left=left)
+        if "lateral_position" in result:
+            names = {"shift": "lateral_position", "yaw": "wheelset_yaw", "wheel_load": "wheel_loads"}
+            there = {field: result[name].values[row] for field, name in names.items()}
+            points = replace(points, conditions=replace(points.conditions, **there))
     acting, conditions = np.flatnonzero(points.weight > 0.0), points.conditions
     flange = conditions.friction if conditions.friction_flange is None else conditions.friction_flange
     own = {
@@ -166,7 +107,14 @@ def _values_of(points: OperatingPoints) -> tuple[FloatArray, FloatArray]:
     columns = [own[name] if name in own else getattr(conditions, name) for name in _COLUMNS]
     given = [np.asarray(0.0 if column is None else column, dtype=float) for column in columns]
     values = np.stack([np.broadcast_to(column, points.weight.shape)[acting] for column in given], axis=1)
-    return values, points.weight[acting] / points.weight[acting].sum()
+    if not np.isfinite(values).all():
+        raise NoSplitError("not all operating points were found in this state")
+    below = setup.counterface
+    models = (setup.models, *setup.fallbacks)
+    parts = (below.curvature, below.curvature, below.profiles, wheelset, models, setup.wear)
+    rules = (conditions.rotation, conditions.free_roll)
+    weight = points.weight[acting] / points.weight[acting].sum()
+    return World(dict(zip(BODY_CAUSES, parts, strict=True)), rules, values, weight, threads)
 
 
 def shapley(log_value: FloatArray) -> FloatArray:
@@ -204,21 +152,18 @@ def split(rig: World, field: World) -> tuple[dict[str, FloatArray], FloatArray]:
     """
     if rig.rules != field.rules:
         raise NoSplitError("the wheelsets turn or roll by different rules")
-    bodies = [name for name, (part, _) in BODY_CAUSES.items() if not _alike(part(rig), part(field))]
+    bodies = [name for name in BODY_CAUSES if not _alike(rig.parts[name], field.parts[name])]
     of_points = _differing(rig, field)
     exchanges = [_exchanged(rig, field, of_points, mask) for mask in range(2 ** len(of_points))]
     contact = np.concatenate([values[:, :_CONTACT] for values, _ in exchanges])
     unique, back = np.unique(contact, axis=0, return_inverse=True)
-    if 2 * len(unique) * 2 ** len(bodies) > MOST_SOLUTIONS:
-        raise NoSplitError(f"{2 * len(unique) * 2 ** len(bodies)} contact solutions would be needed")
+    if (solutions := 2 * len(unique) * 2 ** len(bodies)) > MOST_SOLUTIONS:
+        raise NoSplitError(f"{solutions} contact solutions would be needed")
     parts = np.split(back.ravel(), np.cumsum([len(values) for values, _ in exchanges])[:-1])
     value = np.empty((2 ** len(bodies), len(exchanges), 1 + len(WHEEL_ZONES)))
     for number in range(len(value)):
-        made = field
-        for k, name in enumerate(bodies):
-            if number >> k & 1:
-                made = BODY_CAUSES[name][1](made, rig)
-        rate = _area_rates(made, unique)
+        of_rig = {name: rig.parts[name] for k, name in enumerate(bodies) if number >> k & 1}
+        rate = _area_rates(replace(field, parts={**field.parts, **of_rig}), unique)
         for mask, (at, (values, weight)) in enumerate(zip(parts, exchanges, strict=True)):
             known = np.isfinite(rate[at, 0])
             share = weight[known].sum()
@@ -226,7 +171,7 @@ def split(rig: World, field: World) -> tuple[dict[str, FloatArray], FloatArray]:
                 raise NoSplitError(
                     f"{1.0 - share:.0%} of the exchanged operating points have no contact solution"
                 )
-            every = weight[known] * values[known, _COLUMNS.index("environment")]
+            every = weight[known] * values[known, _CONTACT]
             value[number, mask] = every @ rate[at][known] / share
     if not (value[..., 0] > 0.0).all():
         raise NoSplitError("some exchanged operating points do not wear")
@@ -239,15 +184,16 @@ def split(rig: World, field: World) -> tuple[dict[str, FloatArray], FloatArray]:
 
 
 def _alike(one: Any, other: Any) -> bool:
-    """Whether two parts of a world are the same, arrays and profiles by their values."""
-    if isinstance(one, np.ndarray):
-        return one.shape == other.shape and bool(np.array_equal(one, other))
+    """Whether two parts of a world are the same, profiles by their points."""
     if isinstance(one, Profile):
-        return _alike(one.y, other.y) and _alike(one.z, other.z)
+        return np.array_equal(one.y, other.y) and np.array_equal(one.z, other.z)
     if isinstance(one, tuple):
         return len(one) == len(other) and all(map(_alike, one, other))
-    if hasattr(one, "half_span"):  # new wheels are those of the profiles
-        return bool(one.half_span == other.half_span and one.radius == other.radius)
+    if isinstance(one, Wheelset):
+        return all(
+            _alike(getattr(one, name), getattr(other, name))
+            for name in ("right", "left", "half_span", "radius")
+        )
     return bool(one == other)
 
 
@@ -273,7 +219,7 @@ def _differing(rig: World, field: World) -> list[int]:
 def _same_points(rig: World, field: World, columns: np.ndarray) -> bool:
     """Whether the joint distributions of some values of the operating points are the same."""
     (one, p), (other, q) = (_merged(world.values[:, columns], world.weight) for world in (rig, field))
-    return _alike(one, other) and bool(np.allclose(p, q, rtol=0.0, atol=1e-12))
+    return np.array_equal(one, other) and np.allclose(p, q, rtol=0.0, atol=1e-12)
 
 
 def _merged(values: FloatArray, weight: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -297,44 +243,42 @@ def _area_rates(world: World, values: FloatArray) -> FloatArray:
 
     Of both wheels, in all and by zone.
     """
-    at = dict(zip(_COLUMNS, values.T, strict=False))
-    rotation, free_roll = world.rules
-    count = len(values)
+    at = dict(zip(_COLUMNS, np.ascontiguousarray(values.T), strict=False))
+    count, parts, (rotation, free_roll) = len(values), world.parts, world.rules
+    without = {"friction_flange": at["friction"], "drift": 0.0, "speed_difference": 0.0}
+    optional: dict[str, Any] = {
+        name: None if (at[name] == value).all() else at[name] for name, value in without.items()
+    }
     conditions = ContactConditions(
-        **{
-            name: at[name].copy() for name in ("shift", "yaw", "roll", "speed", "friction", "track_curvature")
-        },
+        **{name: at[name] for name in ("shift", "yaw", "roll", "speed", "friction", "track_curvature")},
+        **optional,
         wheel_load=np.stack([at["load_right"], at["load_left"]], axis=1),
         rotation=rotation,
-        torque=at["torque"].copy(),
+        torque=at["torque"],
         free_roll=free_roll,
-        friction_flange=_or_none(at["friction_flange"], at["friction"]),
-        drift=_or_none(at["drift"], 0.0),
-        speed_difference=_or_none(at["speed_difference"], 0.0),
     )
     one = np.ones(count)
     points = OperatingPoints(conditions, one, one, np.zeros(count), tuple(map(str, range(count))))
-    nothing = np.zeros(2)
-    unworn = np.zeros_like(world.y)
-    state = State(
-        0, 0.0, world.y, world.z, unworn, unworn[:, None], worn_area=nothing, worn_mass=nothing,
-        points=new_history(points),
+    of_patch, of_creepage, (right, left), wheelset, (models, *fallbacks), wear = parts.values()
+    counterface = Counterface(right, of_patch, left, of_creepage)
+    setup = Setup(
+        wheelset, counterface, models, wear, threads=world.threads, fallbacks=tuple(fallbacks)
     )  # fmt: skip
+    wheels = wheelset.right, wheelset.left
+    y, z = np.stack([wheel.y for wheel in wheels]), np.stack([wheel.z for wheel in wheels])
+    unworn, nothing = np.zeros_like(y), np.zeros(2)
+    state = State(0, 0.0, y, z, unworn, unworn[:, None], nothing, nothing, points=new_history(points))
     try:
-        passage = solve_passage(state, points, world.setup)
+        passage = solve_passage(state, points, setup)
     except ContactError as error:
         raise NoSplitError(str(error)) from None
-    wear = patch_wear(passage, state, world.setup.wheelset)
+    wear_of = patch_wear(passage, state, wheelset)
     zone = 1 + np.searchsorted(list(WHEEL_ZONES.values())[:-1], passage.contact.wheel_y, side="right")
     rate = np.zeros((count, 1 + len(WHEEL_ZONES)))
     for place in (np.zeros_like(zone), zone):
-        np.add.at(rate, (passage.contact.point, place), passage.weight * wear.area_rate)
+        np.add.at(rate, (passage.contact.point, place), passage.weight * wear_of.area_rate)
     rate[list(passage.failed)] = np.nan
     return rate
-
-
-def _or_none(values: FloatArray, other: FloatArray | float) -> FloatArray | None:
-    return None if (values == other).all() else values.copy()
 
 
 POWER_CAUSES = ("contact patch", "longitudinal creepage", "lateral creepage", "spin")
@@ -363,37 +307,36 @@ def split_power(conditions: ContactConditions, rig: Bodies, field: Bodies) -> tu
     factor : (n, 2) array
         Power on the rig over that in the field: their product [-].
     """
-    count, worlds = len(conditions.shift), (field, rig)
-    creepage = np.full((2, count, 2, 3), np.nan)  # by world and wheel
-    for own, bodies in zip(creepage, worlds, strict=True):
-        for found in _solved(conditions, bodies, (0, 1)):
-            wheel = 2 * found.point + found.side
-            single = np.bincount(wheel, minlength=2 * count)[wheel] == 1
-            place = found.point[single], found.side[single]
-            own[place] = np.stack([found.creepage_x, found.creepage_y, found.spin], axis=1)[single]
-    causes, factor = np.full((count, 2, 4), np.nan), np.full((count, 2), np.nan)
-    masks = range(2 ** len(POWER_CAUSES))
+    worlds, count = (field, rig), len(conditions.shift)
+    motion = ("creepage_x", "creepage_y", "spin")
+    creepage = np.stack([_of_single_patches(conditions, bodies, motion) for bodies in worlds])
+    log_power = np.full((2 ** len(POWER_CAUSES), count, 2), np.nan)
     for side in (0, 1):
         known = np.flatnonzero(np.isfinite(creepage[:, :, side]).all(axis=(0, 2)))
-        power = np.full((len(masks), known.size), np.nan)
-        for mask in masks if known.size else ():
+        for mask in range(len(log_power)) if known.size else ():
             bits = [mask >> k & 1 for k in range(len(POWER_CAUSES))]
             mixed = np.stack([creepage[bit, known, side, k] for k, bit in enumerate(bits[1:])], axis=1)
             at = replace(conditions.at(known), rotation="nominal", creepage=mixed)
-            for found in _solved(at, worlds[bits[0]], (side,)):
-                power[mask, found.point] = found.power
-        with np.errstate(divide="ignore", invalid="ignore"):
-            log_power = np.log(power)
-        for column, point in enumerate(known):
-            if np.isfinite(log_power[:, column]).all():
-                causes[point, side] = np.exp(shapley(log_power[:, column]))
-                factor[point, side] = np.exp(log_power[-1, column] - log_power[0, column])
-    return causes, factor
+            power = _of_single_patches(at, worlds[bits[0]], ("power",), (side,))[:, side, 0]
+            with np.errstate(divide="ignore", invalid="ignore"):
+                log_power[mask, known, side] = np.log(power)
+    log_power[:, ~np.isfinite(log_power).all(axis=0)] = np.nan
+    causes = np.exp(np.apply_along_axis(shapley, 0, log_power))
+    return np.moveaxis(causes, 0, -1), np.exp(log_power[-1] - log_power[0])
 
 
-def _solved(conditions: ContactConditions, bodies: Bodies, sides: tuple[int, ...]) -> list[ContactPatches]:
-    """Patches of the points that have a contact solution."""
-    return solve_each(conditions, *bodies, lambda found: found.patches(), sides=sides, failed={})
+def _of_single_patches(
+    conditions: ContactConditions, bodies: Bodies, names: Sequence[str], sides: tuple[int, ...] = (0, 1)
+) -> FloatArray:
+    """Values (n, 2, names) of the patch of each wheel; NaN without solution or with several patches."""
+    count = len(conditions.shift)
+    values = np.full((count, 2, len(names)), np.nan)
+    for found in solve_each(conditions, *bodies, lambda found: found.patches(), sides=sides, failed={}):
+        wheel = 2 * found.point + found.side
+        single = np.bincount(wheel, minlength=2 * count)[wheel] == 1
+        of_patch = np.stack([getattr(found, name) for name in names], axis=1)
+        values[found.point[single], found.side[single]] = of_patch[single]
+    return values
 
 
 def _add_power_causes(
@@ -406,13 +349,19 @@ def _add_power_causes(
         return translation
     bodies = [(one.wheelset, one.counterface, one.models) for one in setups]
     causes, factor = split_power(conditions.at(matched), *bodies)
-    long = "share of the cause in the factor of the frictional power, new wheels, rig over field"
     dims = ("matched_point", "wheel")
+    long = "share of the cause in the factor of the frictional power, new wheels, rig over field"
     return translation.assign(
-        power_cause_name=("power_cause", list(POWER_CAUSES), {"long_name": "what differs at equal points"}),
-        power_cause_factor=((*dims, "power_cause"), causes, {"units": "1", "long_name": long}),
-        power_factor=(dims, factor, {"units": "1", "long_name": "frictional power, rig over field"}),
+        power_cause_name=_described("power_cause", list(POWER_CAUSES), "what differs at equal points"),
+        power_cause_factor=_described((*dims, "power_cause"), causes, long),
+        power_factor=_described(dims, factor, "frictional power, rig over field"),
     )
+
+
+def _described(dims: str | tuple[str, ...], values: Any, long_name: str) -> tuple[Any, Any, dict[str, str]]:
+    """Variable of a translation file: names, or factors and shares."""
+    units = {"units": "1"} if isinstance(values, np.ndarray) else {}
+    return dims, values, units | {"long_name": long_name}
 
 
 def add_causes(
@@ -442,36 +391,28 @@ def add_causes(
     ways = (0.0, *STAGES)
     stations = 4 * len(STAGES)
     distance = common_axes(results[0], results[1], stations + 1).distance[1]
-    found: list[tuple[Mapping[str, FloatArray], FloatArray]] = []
+
+    def world(one: int, way: float) -> World:
+        data, there = results[one], distance[round(way * stations), one]
+        return world_of(setups[one], data, int(rows_at(data["distance"].values, there)), threads)
+
     try:
-        for way in ways:
-            there = distance[round(way * stations)]
-            worlds = [
-                world_of(setup, data, int(rows_at(data["distance"].values, there[c : c + 1])[0]), threads)
-                for c, (setup, data) in enumerate(zip(setups, results, strict=True))
-            ]
-            found.append(split(worlds[0], worlds[1]))
+        found = [split(world(0, way), world(1, way)) for way in ways]
     except NoSplitError as reason:
         return translation.assign_attrs(causes=f"no causes: {reason}")
-    names = [*BODY_CAUSES, *POINT_CAUSES]
-    names = [name for name in names if any(name in causes for causes, _ in found)]
+    names = [name for name in (*BODY_CAUSES, *POINT_CAUSES) if any(name in causes for causes, _ in found)]
     one = np.ones(1 + len(WHEEL_ZONES))
     table = np.array([[causes.get(name, one) for name in names] for causes, _ in found])
     rate = np.array([factor for _, factor in found])
-    long = "share of the cause in the factor of the rate of worn area, both wheels, rig over field"
+    of_area, by_zone = "rate of worn area, both wheels, rig over field", "rate of worn area of the zone"
+    share = f"share of the cause in the factor of the {of_area}"
     return translation.assign(
-        way=("way", np.array(ways), {"units": "1", "long_name": "share of the common range, by worn depth"}),
-        cause_name=("cause", names, {"long_name": "what differs between rig and field"}),
-        cause_factor=(("way", "cause"), table[..., 0], {"units": "1", "long_name": long}),
-        cause_zone_factor=(
-            ("way", "cause", "zone"), table[..., 1:],
-            {"units": "1", "long_name": f"{long}, of patches with their centre in the zone"},
+        way=_described("way", np.array(ways), "share of the common range, by worn depth"),
+        cause_name=_described("cause", names, "what differs between rig and field"),
+        cause_factor=_described(("way", "cause"), table[..., 0], share),
+        cause_zone_factor=_described(
+            ("way", "cause", "zone"), table[..., 1:], f"{share}, of patches with their centre in the zone"
         ),
-        rate_factor=(
-            "way", rate[:, 0], {"units": "1", "long_name": "rate of worn area, both wheels, rig over field"}
-        ),
-        rate_zone_factor=(
-            ("way", "zone"), rate[:, 1:],
-            {"units": "1", "long_name": "rate of worn area of the zone, both wheels, rig over field"},
-        ),
-    )  # fmt: skip
+        rate_factor=_described("way", rate[:, 0], of_area),
+        rate_zone_factor=_described(("way", "zone"), rate[:, 1:], f"{by_zone}, both wheels, rig over field"),
+    )

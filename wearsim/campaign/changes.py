@@ -56,32 +56,25 @@ def with_changes(
     ]
     if faults:
         raise SceneError(faults)
-    begun = changed_scene(out, manifest, ())
-    before = changed_scene(out, manifest, manifest.changes)
-    after = changed_scene(out, manifest, manifest.changes, overrides)
-    stored = list(manifest.changes)
-    finished: list[str] = []
-    for prefix, part in begun.prefixed.items():
-        campaign, step = part.scene.kind, first_step(part)
-        if step is None:
-            finished.append(campaign)
-            continue
-        # of a step that is computed again because its record was lost
-        stored = [
-            replace(one, step=min(one.step, step)) if one.campaign == campaign else one for one in stored
-        ]
-        for key in CHANGEABLE:
-            old, new = (getattr(scene.prefixed[prefix].campaign, key) for scene in (before, after))
-            if old != new:
-                stored.append(Change(campaign, step, f"campaign.{key}", old, new))
-    if len(finished) == len(begun.prefixed):
+    before, after = (changed_scene(out, manifest, manifest.changes, more) for more in ((), overrides))
+    steps: dict[str, int | None] = {
+        part.scene.kind: first_step(part) for part in changed_scene(out, manifest, ()).parts
+    }
+    if not (begun := {campaign: step for campaign, step in steps.items() if step is not None}):
         raise ResultError(
             f"{out} is finished; nothing was changed, start the changed scene with another --out"
         )
-    if late := [one for one in overrides if one.keys[0] in finished]:
+    if late := [one for one in overrides if one.keys[0] in steps.keys() - begun.keys()]:
         raise SceneError(
             [Fault(f"{one.key} cannot change: {one.keys[0]} is finished", one.source) for one in late]
         )
+    # a step may be computed again because its record was lost
+    stored = [replace(one, step=min(one.step, begun.get(one.campaign, one.step))) for one in manifest.changes]
+    for old, new in zip(before.parts, after.parts, strict=True):
+        for key in CHANGEABLE if (campaign := new.scene.kind) in begun else ():
+            values = getattr(old.campaign, key), getattr(new.campaign, key)
+            if values[0] != values[1]:
+                stored.append(Change(campaign, begun[campaign], f"campaign.{key}", *values))
     manifest = replace(manifest, changes=tuple(stored))
     write_atomically(out / SCENE_FOLDER / MANIFEST, json.dumps(asdict(manifest), indent=2).encode())
     return manifest

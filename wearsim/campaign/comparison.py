@@ -27,10 +27,9 @@ from wearsim.damage.fatigue import (
     passage_damage,
     patch_loads,
 )
-from wearsim.damage.fatigue.balance import balance
 from wearsim.damage.fatigue.surface_fatigue import subsurface_index
 from wearsim.damage.wear import WEAR_LAWS, WearSettings, coefficients_of, passage_depth
-from wearsim.results import FILL_FLOAT, FILL_INT
+from wearsim.results import FILL_FLOAT
 
 if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
@@ -120,10 +119,14 @@ def start_comparison(state: State, laws: ComparisonLaws) -> State:
 
 def static_comparison(laws: ComparisonLaws) -> dict[str, Any]:
     """Return the static variables of a result file on the laws and their coefficients."""
-    static: dict[str, Any] = {}
+    static: dict[str, Any] = {
+        f"{group}_{key}": tuple("" if one is None else SET_TEXTS[key](one) for one in sets)
+        for group, sets in _sets(laws).items()
+        for key in _VARIABLES
+    }
     if laws.wear:
         caps = [f", seizure cap {one.seizure_cap}" if one.seizure_cap != "none" else "" for one in laws.wear]
-        static |= _names_of("comparison", _wear_sets(laws)) | {
+        static |= {
             "comparison_name": laws.names,
             "comparison_form": tuple(one.form + cap for one, cap in zip(laws.wear, caps, strict=True)),
             "comparison_regime_name": tuple(
@@ -134,16 +137,14 @@ def static_comparison(laws: ComparisonLaws) -> dict[str, Any]:
         }
     if laws.fatigue:
         sets = [fatigue.coefficients_of(one) for one in laws.fatigue]
-        static |= _names_of("fatigue", sets) | {
+        known = np.array([one.crack_depth is not None for one in laws.fatigue])
+        wear_limit = np.array([one.wear_limit for one in laws.fatigue])
+        static |= {
             "fatigue_name": tuple(one.law for one in laws.fatigue),
             "fatigue_form": tuple(_form(one) for one in laws.fatigue),
             "fatigue_crack_width": np.array([one.crack_width for one in laws.fatigue]),
-            "fatigue_wear_limit": np.array(
-                [FILL_FLOAT if one.crack_depth is None else one.wear_limit for one in laws.fatigue]
-            ),
-            "fatigue_crack_depth": np.array(
-                [FILL_FLOAT if one.crack_depth is None else one.crack_depth for one in laws.fatigue]
-            ),
+            "fatigue_wear_limit": np.where(known, wear_limit, FILL_FLOAT),
+            "fatigue_crack_depth": np.where(known, laws.crack_depth, FILL_FLOAT),
             "fatigue_shear_yield": np.array(
                 [_MPA * one["shear_yield"] if "shear_yield" in one.values else FILL_FLOAT for one in sets]
             ),
@@ -151,32 +152,23 @@ def static_comparison(laws: ComparisonLaws) -> dict[str, Any]:
     return static
 
 
-def _names_of(group: str, sets: Sequence[CoefficientSet | None]) -> dict[str, tuple[str, ...]]:
-    """Name, source and warnings of coefficient sets; empty for a law that has none."""
-    return {
-        f"{group}_{key}": tuple("" if one is None else SET_TEXTS[key](one) for one in sets)
-        for key in _VARIABLES
-    }
-
-
 def comparison_attributes(laws: ComparisonLaws) -> dict[str, str]:
     """Return the attributes of a result file on the coefficients of the laws, one line for each law."""
-    groups: dict[str, list[CoefficientSet | None]] = {
-        "comparison": _wear_sets(laws),
-        "fatigue": [fatigue.coefficients_of(one) for one in laws.fatigue],
-    }
     return {
         f"{group}_{key}": "\n".join("" if one is None else " ".join(text(one).split("\n")) for one in sets)
-        for group, sets in groups.items()
-        if sets
+        for group, sets in _sets(laws).items()
         for key, text in SET_TEXTS.items()
         if key not in _VARIABLES
     }
 
 
-def _wear_sets(laws: ComparisonLaws) -> list[CoefficientSet | None]:
-    """Coefficients of each wear law; None for the law without wear."""
-    return [coefficients_of(one) if WEAR_LAWS[one.law].wears else None for one in laws.wear]
+def _sets(laws: ComparisonLaws) -> dict[str, list[CoefficientSet | None]]:
+    """Coefficients of each law, by groups that have laws; None for the law without wear."""
+    groups: dict[str, list[CoefficientSet | None]] = {
+        "comparison": [coefficients_of(one) if WEAR_LAWS[one.law].wears else None for one in laws.wear],
+        "fatigue": [fatigue.coefficients_of(one) for one in laws.fatigue],
+    }
+    return {group: sets for group, sets in groups.items() if sets}
 
 
 def _form(settings: FatigueSettings) -> str:
@@ -203,15 +195,10 @@ def comparison_row(state: State, collective: WearRate, laws: ComparisonLaws) -> 
     row["fatigue_damage"] = np.stack(state.fatigue_damage, axis=1)
     row["fatigue_damage_rate"] = rates = np.stack(collective.fatigue, axis=1)
     row["wear_depth_rate"] = collective.depth
-    magic = np.full(rates.shape, FILL_FLOAT)
-    limited = np.full(rates.shape, FILL_INT, dtype=np.int32)
-    for k, law in enumerate(laws.fatigue):
-        if law.crack_depth is not None:
-            life = balance(
-                rates[:, k], collective.depth, crack_depth=law.crack_depth, wear_limit=law.wear_limit
-            )
-            magic[:, k], limited[:, k] = life.magic_wear_rate, life.limited_by
-    return row | {"magic_wear_rate": magic, "life_limited_by": limited}
+    known = np.isfinite(laws.crack_depth)[:, None]
+    depth = np.where(known, np.array(laws.crack_depth)[:, None], 0.0)
+    row["magic_wear_rate"] = np.where(known, rates * depth, FILL_FLOAT)  # see `damage.fatigue.balance`
+    return row
 
 
 def _patch_values(

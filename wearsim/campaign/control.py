@@ -91,8 +91,12 @@ def half_space_depth_limit(
         acts &= rate.full
     if not acts.any():
         return math.inf
-    modulus = models.youngs_modulus / (2.0 * (1.0 - models.poisson_ratio**2))
-    return float(solution.max_pressure[acts].min()) / modulus * max(spacing, 0.5 * wavelength)
+    return half_space_depth(float(solution.max_pressure[acts].min()), models, spacing, wavelength)
+
+
+def half_space_depth(pressure: float, models: ContactModels, spacing: float, wavelength: float) -> float:
+    """Largest stable depth of a step of first order under a maximum pressure [m]."""
+    return pressure / models.effective_modulus * max(spacing, 0.5 * wavelength)
 
 
 def remembered_limit(state: State, weight: FloatArray, settings: ControlSettings) -> tuple[float, str]:
@@ -117,7 +121,8 @@ def remembered_limit(state: State, weight: FloatArray, settings: ControlSettings
     by_error, by_growth = (min(values) for values in zip(*limits, strict=True))
     by = {"error": by_error, "growth": by_growth}
     if state.correction is not None:
-        by["correction"] = float((state.correction.length[acting] / weight[acting]).min())
+        length = np.where(state.correction.until > 0.0, math.inf, state.correction.length)
+        by["correction"] = float((length[acting] / weight[acting]).min())
     reason = min(by, key=by.__getitem__)
     return by[reason], reason
 
@@ -165,8 +170,10 @@ def largest_step(
     """
     wave = settings.smoothing_wavelength
     wheels = float(smooth_sides(state.y, state.z, rate.regime_depth, wave).sum(axis=1).max())
-    depth = None if rate.counterface is None else rate.counterface.depth
-    counterface = _deepest_of_counterface(depth, state, wave)
+    counterface = 0.0
+    if state.counterface is not None and rate.counterface is not None:
+        below = state.counterface
+        counterface = float(smooth_sides(below.y, below.z, rate.counterface.depth, wave).max())
     deepest = max(wheels, counterface)
     steepest, half_space = stability_rate(rate), _HALF_SPACE * (wheels + counterface) / depth_limit
     if stiffness > 0.0:
@@ -274,13 +281,6 @@ def choose(
     if remaining <= rest * (1.0 + _SAME_PLACE):
         rest, border = remaining, last
     return StepChoice(weight, _without_sliver(allowed, rest, border))
-
-
-def _deepest_of_counterface(depth: FloatArray | None, state: State, wavelength: float) -> float:
-    """Largest depth after smoothing of a depth (2, k) of the counterface, if that wears."""
-    if state.counterface is None or depth is None:
-        return 0.0
-    return float(smooth_sides(state.counterface.y, state.counterface.z, depth, wavelength).max())
 
 
 def reached(distance: float, target: float) -> bool:

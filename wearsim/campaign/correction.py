@@ -15,14 +15,15 @@ takes on the share `_SHORT` :math:`/ (1 - e^{-S})`, stable up to :math:`b/a` of 
 
 By the change of its difference over the distance each point foretells what it would leave out by waiting for
 another step: those are solved again which together would leave out more than a step may add to the error. A
-step that adds more than that is followed by shorter ones, and repeated if it is much more.
+step that adds more than that is followed by shorter ones, and repeated if it is much more. Where steps become
+so short that the half-space at every stage of its own steps is cheaper, it takes the acting points over until
+the wear is some times as deep.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import fields, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -30,9 +31,8 @@ from numpy.typing import NDArray
 
 from wearsim.campaign.control import StepChoice
 from wearsim.campaign.counterface import per_passage
-from wearsim.campaign.evaluate import Passage, Setup, carried, mismatched, solve_points
+from wearsim.campaign.evaluate import Passage, Setup, carried, mismatched, solve_passage
 from wearsim.campaign.left_out import new_history
-from wearsim.campaign.record import MEMORY
 from wearsim.campaign.state import Correction, CounterfaceState, Increment, State
 from wearsim.campaign.step import INTEGRATORS, Step, StepRule, worn_by
 from wearsim.campaign.vertices import lengths_of_sides, spline_sides
@@ -64,6 +64,9 @@ _SECOND = 0.15
 _REMEMBERED = 0.5
 """Share of the drift of a point that stays known."""
 
+_AGAIN = 3.0
+"""Growth of the depth, or depth in steps of the reference, until it gives points back or takes them again."""
+
 _STRICTEST = 1.0 / 16.0
 """Smallest factor on it after steps that left out more."""
 
@@ -75,9 +78,9 @@ def new_correction(state: State, points: OperatingPoints) -> Correction:
     below = 0 if state.counterface is None else state.counterface.y.shape[1]
     nothing, never = np.zeros((count, 2)), np.full(count, -1, dtype=np.int64)
     return Correction(
-        np.zeros((count, 2, rows, n)), np.zeros((count, 2, below)), never, np.zeros(count, dtype=np.int64),
+        np.zeros((count, 2, rows, n)), np.zeros((count, 2, 1, below)), never, np.zeros(count, dtype=np.int64),
         np.zeros(count), np.full(count, math.inf), np.full(count, math.inf), nothing, nothing,
-        left=np.zeros_like(state.y),
+        until=np.zeros(count), left=np.zeros_like(state.y),
     )  # fmt: skip
 
 
@@ -86,19 +89,13 @@ def forgotten(state: State, *, wheels: bool = False) -> State:
     correction = state.correction
     if correction is None:
         return state
-    nowhere, run = np.full_like(correction.step, -1), np.zeros_like(correction.run)
-    correction = replace(correction, step=nowhere, run=run)
+    unknown: dict[str, Any] = {
+        "step": np.full_like(correction.step, -1), "run": np.zeros_like(correction.run)
+    }  # fmt: skip
     if wheels:  # depths count from here, and so does their error
-        models = np.zeros_like(correction.model)
-        correction = replace(
-            correction,
-            model=models,
-            left=np.zeros_like(correction.left),
-            added=0.0,
-            strictness=1.0,
-            overlap=1.0,
-        )
-    return replace(state, correction=correction)
+        none = {name: np.zeros_like(getattr(correction, name)) for name in ("model", "until", "left")}
+        unknown |= {**none, "added": 0.0, "strictness": 1.0, "overlap": 1.0}
+    return replace(state, correction=replace(correction, **unknown))
 
 
 def stale(state: State, weight: FloatArray) -> NDArray[np.bool_]:
@@ -147,12 +144,16 @@ def refreshed(
     old = state.correction
     assert old is not None
     assert setup.reference is not None
+    passage = solve_passage(state, points, setup, among) if passage is None else passage
+    own = among & solved_by_reference(passage, setup, among.size)
+    if own.any():
+        old = _taken_over(old, own, passage, state.step)
+    among = among & ~own
     if not among.any():
         return Refreshed(old, np.zeros(0, dtype=np.int64), np.zeros((0, *old.wheel.shape[1:])))
-    passage = solve_points(state, points, among, setup) if passage is None else passage
     true = replace(setup, models=setup.reference, fallbacks=())
     alone = replace(state, correction=None, points=state.points or new_history(points))
-    by_reference = solve_points(alone, points, among, true)
+    by_reference = solve_passage(alone, points, true, among)
     solved = np.unique(by_reference.contact.point)
     index = solved[np.isin(solved, passage.contact.point)]
     model, step = old.model.copy(), np.where(among, state.step, old.step)
@@ -160,56 +161,78 @@ def refreshed(
     other = model != old.model  # differences from models that no longer solve the point
     known = (old.step[index] >= 0) & ~other[index]
 
-    ours, below = _of_points(passage, index, state, setup)
-    theirs, their_below = _of_points(by_reference, index, state, setup)
-    change, change_below = theirs - ours - old.wheel[index], their_below - below - old.below[index]
-    taken, taken_below = change.copy(), change_below.copy()
-    regimes = state.regime_depth.shape[1]
-    if share_short < 1.0 and known.any():
-        taken[known, :, :regimes] = _short_waves_less(state, change[known, :, :regimes], share_short)
-        if state.counterface is not None:
-            rows = change_below[known][:, :, None]
-            taken_below[known] = _short_waves_less(state.counterface, rows, share_short)[:, :, 0]
-    wheel, counterface = old.wheel.copy(), old.below.copy()
+    regimes, change, difference = state.regime_depth.shape[1], {}, {}
     lost = other & ~np.isin(np.arange(other.size), index)
-    wheel[lost], counterface[lost] = 0.0, 0.0
-    wheel[index] += taken
-    counterface[index] += taken_below
-    power, pressure, run = old.power.copy(), old.max_pressure.copy(), old.run.copy()
-    drift = old.drift.copy()
-    extent = _extent(change[:, :, :regimes])
+    ours, theirs = (_of_points(one, index, state, setup) for one in (passage, by_reference))
+    for name, body, depths in (("wheel", state, regimes), ("below", state.counterface, 1)):
+        before = getattr(old, name)
+        change[name] = theirs[name] - ours[name] - before[index]
+        taken = change[name].copy()
+        if share_short < 1.0 and known.any() and body is not None:
+            taken[known, :, :depths] = _short_waves_less(body, taken[known, :, :depths], share_short)
+        difference[name] = before.copy()
+        difference[name][lost] = 0.0
+        difference[name][index] += taken
+    run, drift = old.run.copy(), old.drift.copy()
+    extent = _extent(change["wheel"][:, :, :regimes])
     moved = known & (run[index] > 0.0)
     drift[index[np.isinf(drift[index]) & moved]] = 0.0
     drift[index[moved]] = np.maximum(extent[moved] / run[index[moved]], _REMEMBERED * drift[index[moved]])
     run[among] = 0.0
-    contact = by_reference.contact
-    power[index], pressure[index] = 0.0, 0.0
-    np.add.at(power, (contact.point, contact.side), contact.power)
-    np.maximum.at(pressure, (contact.point, contact.side), contact.max_pressure)
-    change[~known] = 0.0
-    return Refreshed(
-        replace(
-            old, wheel=wheel, below=counterface, step=step, model=model, run=run, drift=drift, power=power,
-            max_pressure=pressure, solved=old.solved + int(among.sum()),
-        ),
-        index,
-        change,
+    change["wheel"][~known] = 0.0
+    new = replace(
+        old, **difference, step=step, model=model, run=run, drift=drift,
+        solved=old.solved + int(among.sum()),
     )  # fmt: skip
+    return Refreshed(_seen(new, np.isin(np.arange(among.size), index), by_reference), index, change["wheel"])
 
 
-def _of_points(
-    passage: Passage, index: IntArray, state: State, setup: Setup
-) -> tuple[FloatArray, FloatArray]:
-    """Rates (k, 2, q, n) of points `index`, each alone, and depths (k, 2, vertices) of the counterface."""
+def solved_by_reference(passage: Passage, setup: Setup, count: int) -> NDArray[np.bool_]:
+    """Points (n,) of a passage that the reference itself solved, the last model of the chain."""
+    own = np.zeros(count, dtype=bool)
+    own[passage.contact.point[passage.model == len(setup.fallbacks)]] = True
+    return own
+
+
+def _taken_over(old: Correction, own: NDArray[np.bool_], passage: Passage, step: int) -> Correction:
+    """Correction without differences of points (n,) that the reference solves in all stages."""
+
+    def cleared(values: FloatArray) -> FloatArray:
+        return np.where(own.reshape(-1, *[1] * (values.ndim - 1)), 0.0, values)
+
+    at = own[passage.contact.point]
+    model = old.model.copy()
+    model[passage.contact.point[at]] = passage.model[at]
+    kept: dict[str, Any] = {name: cleared(getattr(old, name)) for name in ("wheel", "below", "run", "drift")}
+    new = replace(old, **kept, step=np.where(own, step, old.step), model=model)
+    return _seen(new, own, passage)
+
+
+def _seen(correction: Correction, points: NDArray[np.bool_], by_reference: Passage) -> Correction:
+    """Correction with power and pressure of points (n,) by the reference."""
+    contact = by_reference.contact
+    at = points[contact.point]
+    place = contact.point[at], contact.side[at]
+    power, pressure = (
+        np.where(points[:, None], 0.0, one) for one in (correction.power, correction.max_pressure)
+    )
+    np.add.at(power, place, contact.power[at])
+    np.maximum.at(pressure, place, contact.max_pressure[at])
+    return replace(correction, power=power, max_pressure=pressure)
+
+
+def _of_points(passage: Passage, index: IntArray, state: State, setup: Setup) -> dict[str, FloatArray]:
+    """Rates of points `index` (k, 2, q, n), each alone, and depths `below` (k, 2, 1, vertices)."""
     contact, count = passage.contact, index.size
     place = np.searchsorted(index, contact.point)
     there = index[np.minimum(place, count - 1)] == contact.point if count else np.zeros(place.size, bool)
     scale, group = np.where(there, 1.0, 0.0), np.where(there, place, 0)
+    below = np.zeros((count, 2, 0))
+    if state.counterface is not None:
+        law = scale[:, None] * np.sum(passage.depth, axis=0)
+        below = per_passage(contact, law, group, count, state.counterface)
     wheel = carried(passage, np.stack([scale, scale]), group, count, state, setup)
-    if state.counterface is None:
-        return wheel, np.zeros((count, 2, 0))
-    law = scale[:, None] * np.sum(passage.depth, axis=0)
-    return wheel, per_passage(contact, law, group, count, state.counterface)
+    return {"wheel": wheel, "below": below[:, :, None]}
 
 
 def _extent(change: FloatArray) -> FloatArray:
@@ -255,7 +278,7 @@ def corrected_step(
     passage: Passage,
     rule: StepRule,
     tolerance: float,
-) -> tuple[State, float]:
+) -> tuple[State, float, bool]:
     """Solve some points with the reference after a step, and add what waiting for it has left out.
 
     Parameters
@@ -280,19 +303,22 @@ def corrected_step(
     float
         Factor on the length of the step with which it would have left out what the tolerance allows [-];
         infinite where it may be longer, or more points need to be solved instead.
+    bool
+        Whether the drift of all points that acted was known.
     """
     weight, length = choice.weight, choice.limit.step_length
     after, old = tried.state, before.correction
     assert old is not None
     run, acts = old.run + weight * length, weight > 0.0
     allowed = _OF_STEP * tolerance * float(after.wear_depth.max())
-    unknown = np.isinf(old.drift) | mismatched(passage, old) | (old.step < 0)
-    due = _due(old, run, weight * length, points.environment, unknown, allowed)
+    own = solved_by_reference(passage, setup, acts.size)
+    unknown = (np.isinf(old.drift) | mismatched(passage, old) | (old.step < 0)) & ~own
+    due = ~own & _due(old, run, weight * length, points.environment, unknown, allowed)
     first_order = INTEGRATORS[rule.integrator][0].order == 1
     stability = max(choice.limit.stiffness * length, 1e-9)
     short = 1.0 if first_order else min(1.0, _SHORT / -math.expm1(-stability))
     here = replace(after, correction=replace(old, run=run))
-    new, index, change = refreshed(here, points, due, setup, passage, short)
+    new, index, change = refreshed(here, points, due | own & acts, setup, passage, short)
 
     regimes = before.regime_depth.shape[1]
     of_laws = regimes + before.comparison_area.shape[1]
@@ -325,16 +351,80 @@ def corrected_step(
     left = old.left + whole - added
     more = float(np.abs(left).max() - np.abs(old.left).max()) + _SECOND * float(np.abs(added).max())
     excess = max(more, 0.0) / allowed if allowed > 0.0 else 0.0
-    every = bool(due[acts].all())
+    every = bool((due | own)[acts].all())
     strictness = old.strictness / (1.0 if every else min(2.0, max(0.7, excess)))
     longer = 1.0 / math.sqrt(excess) if excess > (0.0 if every else _MUCH) else math.inf
-    lengths = old.length.copy()
-    lengths[acts] = weight[acts] * length * max(longer, MUCH_SHORTER)
+    lengths, ours = old.length.copy(), acts & ~own
+    lengths[ours] = weight[ours] * length * max(longer, MUCH_SHORTER)
     new = replace(
         new, length=lengths, strictness=min(1.0, max(_STRICTEST, strictness)), left=left,
         overlap=max(overlap, 0.5 * old.overlap), added=old.added + float(np.abs(added).max()),
+        solved=new.solved + tried.stages * int((own & acts).sum()),
     )  # fmt: skip
-    return replace(state, points=after.points, running=after.running, correction=new), longer
+    return (
+        replace(state, points=after.points, running=after.running, correction=new),
+        longer,
+        not unknown[acts].any(),
+    )
+
+
+class ReferenceStep(NamedTuple):
+    """A step in which the reference solves all points."""
+
+    length: float  # as its stability allows [m]
+    depth: float  # of that [m]
+    model: int  # number of the reference in the chain of models
+
+
+def handed_over(
+    state: State, weight: FloatArray, corrected: float, own: ReferenceStep, short: NDArray[np.bool_]
+) -> State:
+    """Let the reference solve the acting points in all stages where that costs less, or no longer.
+
+    Parameters
+    ----------
+    state : State
+        Where a corrected step ends, or begins.
+    weight : (n,) array
+        Share of the step that each point acts for.
+    corrected : float
+        Length with which a step after which all points are solved would keep the tolerance, or infinite [m].
+    own : ReferenceStep
+        Of which each solves all points twice.
+    short : (n,) bool array
+        Points that the reference solves in steps whose error leaves them shorter than corrected ones.
+    """
+    old = state.correction
+    assert old is not None
+    deepest = float(state.wear_depth.max())
+    alone, over = old.until > 0.0, deepest >= np.abs(old.until)
+    back = alone & (over | short)
+    taken = (weight > 0.0) & ~alone & over & (2.0 * corrected < own.length)
+    if not (back | taken).any():
+        return state
+    differences = {name: getattr(old, name).copy() for name in ("wheel", "below")}
+    for values in differences.values():
+        values[taken] = 0.0
+    until = deepest + _AGAIN * max(deepest, own.depth)
+    new = replace(
+        old,
+        **differences,
+        until=np.where(taken, until, np.where(back, np.where(over, 0.0, -until), old.until)),
+        model=np.where(taken, own.model, np.where(back, 0, old.model)),
+        step=np.where(back, -1, old.step),
+        drift=np.where(back, math.inf, old.drift),
+        length=np.where(taken, weight * corrected, old.length),
+    )
+    return replace(state, correction=new)
+
+
+def unchanged(before: State, tried: State, worn: State) -> bool:
+    """Whether a step was not corrected nor followed by other differences: rates at its end hold."""
+    old, new = before.correction, worn.correction
+    assert old is not None
+    assert new is not None
+    same = [np.array_equal(getattr(old, name), getattr(new, name)) for name in ("wheel", "below", "model")]
+    return all(same) and np.array_equal(tried.z, worn.z) and np.array_equal(tried.y, worn.y)
 
 
 def estimated_error(state: State) -> float:
@@ -366,34 +456,3 @@ def row_correction(state: State) -> dict[str, np.ndarray]:
         "reference_solved": np.asarray(correction.solved, dtype=np.int32),
         "correction_error": np.asarray(estimated_error(state)),
     }
-
-
-def packed(correction: Correction | None) -> dict[str, np.ndarray]:
-    """Return a correction for a record; of the differences what is not 0."""
-    if correction is None:
-        return {}
-    values = {one.name: np.asarray(getattr(correction, one.name)) for one in fields(correction)}
-    for name in _SPARSE:
-        place = np.flatnonzero(values[name])
-        shape = np.array(values[name].shape)
-        values |= {f"{name} place": place, f"{name} shape": shape, name: values[name].ravel()[place]}
-    return values
-
-
-def correction_of(row: Mapping[str, np.ndarray]) -> Correction | None:
-    """Return the correction of a record, bit by bit."""
-    values: dict[str, Any] = {
-        name.removeprefix(MEMORY): value for name, value in row.items() if name.startswith(MEMORY)
-    }
-    if not values:
-        return None
-    for name in _SPARSE:
-        whole = np.zeros(tuple(values.pop(f"{name} shape")))
-        whole.ravel()[values.pop(f"{name} place")] = values[name]
-        values[name] = whole
-    for name in ("strictness", "overlap", "added"):
-        values[name] = float(values[name])
-    return Correction(**{**values, "solved": int(values["solved"])})
-
-
-_SPARSE = ("wheel", "below")

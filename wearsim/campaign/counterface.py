@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +16,8 @@ from wearsim.campaign.vertices import (
     share_out,
     smooth_sides,
     stretches,
-    worn_off_sides,
+    strip_heights,
+    worn_off,
 )
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import ContactPatches
@@ -122,16 +122,13 @@ def with_counterface(
     if difference is not None:
         depth = only_worn((depth + difference)[:, None], lengths_of_sides(worn.y, worn.z))[0][:, 0]
     result = CounterfaceRate(depth, np.zeros_like(worn.y))
-    stability = rate.stability.copy()
+    stability, height = rate.stability.copy(), strip_heights(solution, state.y, state.z)
     for side in (0, 1):
         at = np.flatnonzero(solution.side == side)
         area = float((depth[side] * vertex_lengths(worn.y[side], worn.z[side])).sum())
         passages = settings.passages(area)
         depth[side] *= passages
-        edges = solution.strip_edges_wheel_y[at]
-        rising_y = np.maximum.accumulate(state.y[side])  # as for the wheel
-        height = np.interp(0.5 * (edges[:, 1:] + edges[:, :-1]), rising_y, state.z[side])
-        both = passages + 1.0 / (2.0 * np.pi * (radius + height))
+        both = passages + 1.0 / (2.0 * np.pi * (radius + height[at]))
         arc = arc_length(worn.y[side], worn.z[side])
         sample(_edges_below(solution, at, side, worn), arc, over_gap[at] * both, result.stability[side])
         stability[side] *= 1.0 + passages * 2.0 * np.pi * (radius + state.z[side])
@@ -149,7 +146,7 @@ def _running_part(y: FloatArray, z: FloatArray) -> slice:
 
 def moved_counterface(state: CounterfaceState, depth: FloatArray) -> CounterfaceState:
     """Return rails or rollers with their vertices moved by a depth (2, k) of any sign [m]."""
-    y, up = worn_off_sides(state.y, -state.z, depth, "counterface")  # wheels have z out of the material
+    y, up = worn_off(state.y, -state.z, depth, "counterface")  # wheels have z out of the material
     return replace(state, y=y, z=-up, depth=state.depth + depth)
 
 
@@ -229,31 +226,10 @@ def counterface_row(state: CounterfaceState | None) -> dict[str, np.ndarray]:
     """Return the variables of one row on a counterface that wears [SI units]; none if it does not."""
     if state is None:
         return {}
-    return {
-        "counterface_profile_y": state.y,
-        "counterface_profile_z": state.z,
-        "counterface_wear_depth": state.last_depth,
-        "counterface_worn_area": state.worn_area,
-        "counterface_max_wear_depth": state.last_depth.max(axis=1),
-        "counterface_redressed_depth": state.redressed_depth,
-        "counterface_redressed_count": np.asarray(state.redressed_count, dtype=np.int32),
-        "counterface_redressed_at": np.asarray(state.redressed_at),
-    }
-
-
-def counterface_of(row: Mapping[str, np.ndarray]) -> CounterfaceState | None:
-    """Return the state of the counterface that a row holds, bit by bit; None if it does not wear."""
-    if "counterface_profile_y" not in row:
-        return None
-    depth, count = row["counterface_wear_depth"], int(row["counterface_redressed_count"])
-    just_redressed = count > 0 and row["counterface_redressed_at"] == row["distance"]
-    return CounterfaceState(
-        y=row["counterface_profile_y"],
-        z=row["counterface_profile_z"],
-        depth=np.zeros_like(depth) if just_redressed else depth,
-        worn_area=row["counterface_worn_area"],
-        last_depth=depth,
-        redressed_depth=row["counterface_redressed_depth"],
-        redressed_count=count,
-        redressed_at=float(row["counterface_redressed_at"]),
-    )
+    row = {
+        "profile_y": state.y, "profile_z": state.z, "wear_depth": state.last_depth,
+        "worn_area": state.worn_area, "max_wear_depth": state.last_depth.max(axis=1),
+        "redressed_depth": state.redressed_depth,
+        "redressed_count": np.asarray(state.redressed_count, dtype=np.int32),
+    }  # fmt: skip
+    return {f"counterface_{name}": value for name, value in row.items()}

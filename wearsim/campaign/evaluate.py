@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,7 @@ from wearsim.campaign.counterface import with_counterface, worn_counterface
 from wearsim.campaign.faint import faded
 from wearsim.campaign.left_out import Failed, judged
 from wearsim.campaign.state import Correction, PatchWear, PointHistory, State, WearRate, worn_wheels
-from wearsim.campaign.vertices import lengths_of_sides, only_worn, sample, share_out, stretches
+from wearsim.campaign.vertices import lengths_of_sides, only_worn, sample, share_out, stretches, strip_heights
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import ContactPatches
 from wearsim.contact.solve import ContactModels, ContactSolution, Counterface, Wheelset, solve_each
@@ -23,7 +24,7 @@ from wearsim.contact.wheels import joined
 from wearsim.damage.wear import WearSettings, highest_regime, passage_depth, patch_regime
 from wearsim.errors import ContactError
 from wearsim.operation.left_out import mask_of, shared_weight
-from wearsim.operation.points import OperatingPoints, select
+from wearsim.operation.points import OperatingPoints
 from wearsim.profile.shape import arc_length, vertex_lengths
 from wearsim.scene.campaign import CounterfaceWear
 
@@ -56,17 +57,11 @@ class Setup:
 
 def setup_of(campaign: CampaignSetup, threads: int = 1) -> Setup:
     """Return what the wear rate of a campaign depends on, with the contact models of its scene."""
+    reference = campaign.fallbacks[-1] if campaign.tolerance is not None else None
     return Setup(
-        campaign.wheelset,
-        campaign.counterface,
-        campaign.models,
-        campaign.wear,
-        comparison_laws(campaign),
-        campaign.counterface_wear,
-        threads,
-        campaign.fallbacks,
-        campaign.fallbacks[-1] if campaign.tolerance is not None else None,
-    )
+        campaign.wheelset, campaign.counterface, campaign.models, campaign.wear, comparison_laws(campaign),
+        campaign.counterface_wear, threads, campaign.fallbacks, reference,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -108,60 +103,63 @@ def worn_bodies(state: State, setup: Setup) -> tuple[Wheelset, Counterface]:
 
 
 def solve_passage(
-    state: State, points: OperatingPoints, setup: Setup, begin: IntArray | None = None
+    state: State, points: OperatingPoints, setup: Setup, among: NDArray[np.bool_] | None = None
 ) -> Passage:
-    """Solve every operating point, whatever its weight, with the profiles of a state; evaluate the laws.
+    """Solve operating points, whatever their weight, with the profiles of a state; evaluate the laws.
 
     The profiles replace those of the wheelset, and those of a counterface that wears. Patches are in the
-    order of point, side and falling normal force. The laws run on the threads of the contact solver: no more
-    cells exist at a time than those of the chunks being solved. With a history of the points those without
-    contact solution are left out; those that failed before are solved by themselves, so that the others are
-    not solved twice. Each point begins at the models `begin` (n,) of the chain, by default the first, and
-    goes on to the next where they have no solution.
+    order of point, side and falling normal force; with `among` (n,) only those points are solved, which keep
+    their numbers. The laws run on the threads of the contact solver: no more cells exist at a time than those
+    of the chunks being solved. With a history of the points those without contact solution are left out;
+    those that failed before are solved by themselves, so that the others are not solved twice. Each point
+    begins at the first model of the chain, or that of its correction, and goes on to the next where that has
+    no solution.
     """
-    bodies, groups = worn_bodies(state, setup), 0
-    parts: list[Passage] = []
+    bodies, parts, last = worn_bodies(state, setup), [], len(setup.chain) - 1
     failed: Failed = {}
-    history, last = state.points, len(setup.chain) - 1
-    before = np.zeros(len(points.label), dtype=bool) if history is None else history.left_out
-    place = np.zeros(before.size, dtype=np.int64) if begin is None else begin.copy()
+    nowhere = np.zeros(len(points.label), dtype=np.int64)
+    before = nowhere > 0 if state.points is None else state.points.left_out
+    place = nowhere if state.correction is None else state.correction.model.copy()
+    if among is not None:
+        place[~among] = -1
     for number, one in enumerate(setup.chain):
         for index in (np.flatnonzero((place == number) & (before == out)) for out in (False, True)):
             if not index.size:
                 continue
-            groups += 1
-            own: Failed | None = None if history is None and number == last else {}
+            own: Failed | None = None if state.points is None and number == last else {}
+            evaluated = partial(_passage_at, index, number, setup)
             conditions = points.conditions.at(index)
             try:
-                chunks = solve_each(
-                    conditions,
-                    *bodies,
-                    one,
-                    partial(passage_of, setup=setup),
-                    threads=setup.threads,
-                    failed=own,
-                )
+                chunks = solve_each(conditions, *bodies, one, evaluated, threads=setup.threads, failed=own)
             except ContactError as error:
-                raise numbered(error, index) from None
-            parts += [_placed(chunk, index, number) for chunk in chunks]
-            errors = {int(index[row]): numbered(error, index) for row, error in (own or {}).items()}
+                raise _numbered(error, index) from None
+            parts.append(chunks)
+            errors = {int(index[row]): _numbered(error, index) for row, error in (own or {}).items()}
             if number == last:
                 failed |= errors
             else:
                 place[list(errors)] = number + 1
-    order = np.argsort(np.concatenate([part.contact.point for part in parts]), kind="stable")
-    whole: Passage = joined(parts, order if groups > 1 else None)
+    every = [chunk for chunks in parts for chunk in chunks]
+    order = np.argsort(np.concatenate([part.contact.point for part in every]), kind="stable")
+    whole: Passage = joined(every, order if len(parts) > 1 else None)
     return replace(whole, failed=failed)
 
 
-def _placed(passage: Passage, index: IntArray, model: int | None = None) -> Passage:
-    """Return a passage of the points at `index` with their numbers in the batch."""
+def _passage_at(index: IntArray, model: int, setup: Setup, solution: ContactSolution) -> Passage:
+    """Passage of the points at `index` by a model of the chain, with their numbers in the batch."""
+    passage = passage_of(solution, setup)
     contact = passage.contact
     point = index[contact.point]
     placed = replace(contact, point=point, patch=replace(contact.patch, row=point))
-    failed = {int(index[row]): numbered(error, index) for row, error in passage.failed.items()}
-    models = passage.model if model is None else np.full_like(passage.model, model)
-    return replace(passage, contact=placed, failed=failed, model=models)
+    return replace(passage, contact=placed, model=np.full_like(passage.model, model))
+
+
+def _numbered(error: ContactError, index: IntArray) -> ContactError:
+    """Return an error of the points at `index` of a batch with the number of its point in the batch."""
+    if error.row is None:
+        return error
+    row, rows = int(index[error.row]), index[list(error.rows)].tolist()
+    return type(error)(str(error).replace(f"point {error.row}, ", f"point {row}, ", 1), row, error.side, rows)
 
 
 def accumulate(
@@ -224,15 +222,9 @@ def accumulate(
         sample(edges, arc, over_gap[at], stability[wheel])
     stability /= 2.0 * np.pi * (setup.wheelset.radius + state.z)
     result = WearRate(
-        depth=depth.sum(axis=1),
-        regime_depth=depth,
-        friction_work=work_and_damage[:, 0],
-        stability=stability,
-        solution=solution,
-        full=full,
-        comparison=tuple(comparison),
-        fatigue=tuple(np.moveaxis(work_and_damage[:, 1:], 1, 0)),
-    )
+        depth.sum(axis=1), depth, work_and_damage[:, 0], stability, solution, full,
+        comparison=tuple(comparison), fatigue=tuple(np.moveaxis(work_and_damage[:, 1:], 1, 0)),
+    )  # fmt: skip
     if setup.counterface_wear is None:
         return result
     radius = setup.wheelset.radius
@@ -306,11 +298,12 @@ def _corrected(
     rows, of_laws = total.shape[1], sum(laws)
     factor = np.where(np.arange(rows)[:, None] < of_laws, scale[0][known], scale[1][known])
     total = total + np.einsum("qj,jwqn->wqn", factor, correction.wheel[known])
-    below = np.einsum("j,jwk->wk", scale[0][known], correction.below[known])
+    below = np.einsum("j,jwk->wk", scale[0][known], correction.below[known, :, 0])
     length = lengths_of_sides(state.y, state.z)
-    singly = [1] * (rows - of_laws)
-    parts = np.split(total, np.cumsum([*laws, *singly])[:-1], axis=1)
-    return np.concatenate([only_worn(part, length)[0] for part in parts], axis=1), below
+    edges = np.cumsum([0, *laws, *[1] * (rows - of_laws)])
+    for first, end in pairwise(edges):
+        total[:, first:end] = only_worn(total[:, first:end], length)[0]
+    return total, below
 
 
 def mismatched(passage: Passage, correction: Correction) -> NDArray[np.bool_]:
@@ -332,13 +325,7 @@ def patch_wear(passage: Passage, state: State, wheelset: Wheelset) -> PatchWear:
     of the strip (spec 1.0); the area is the sum over the strips of depth times width.
     """
     solution, depth = passage.contact, np.stack(passage.depth)
-    centre = 0.5 * (solution.strip_edges_wheel_y[:, 1:] + solution.strip_edges_wheel_y[:, :-1])
-    height = np.empty_like(centre)
-    for wheel in (0, 1):
-        at = solution.side == wheel
-        # a worn flank may overhang by rounding
-        rising_y = np.maximum.accumulate(state.y[wheel])
-        height[at] = np.interp(centre[at], rising_y, state.z[wheel])
+    height = strip_heights(solution, state.y, state.z)
     depth_rate = depth.sum(axis=0) / (2.0 * np.pi * (wheelset.radius + height))
     return PatchWear(
         area_rate=depth_rate.sum(axis=1) * solution.patch.width,
@@ -348,13 +335,18 @@ def patch_wear(passage: Passage, state: State, wheelset: Wheelset) -> PatchWear:
     )
 
 
-class Solved(NamedTuple):
-    """Contact of one state, and what follows from it."""
+@dataclass(frozen=True)
+class Evaluation:
+    """Contact of one state, and the wear rate and measures that follow from it."""
 
+    collective: WearRate  # of the points solved with their weights
+    # (n,) those of the step that led to the state; in the initial state, after a reprofiling and at the end
+    # of the distance those of the full collective
+    weight: FloatArray
     passage: Passage
     wear: PatchWear  # of its patches
-    rate: WearRate
     points: PointHistory | None  # for the state after this one
+    measures: Mapping[str, np.ndarray] = field(default_factory=dict)  # of the wheels, `row.recorded_measures`
 
 
 def solved(
@@ -365,7 +357,7 @@ def solved(
     *,
     among: NDArray[np.bool_] | None = None,
     raises: bool = True,
-) -> Solved:
+) -> Evaluation:
     """Solve the contact of some points and weigh the wear of those that act.
 
     Parameters
@@ -388,38 +380,14 @@ def solved(
     ContactError
         If the points without contact solution carry too much of the wear.
     """
-    passage = solve_points(state, points, weight > 0.0 if among is None else among, setup)
+    passage = solve_passage(state, points, setup, weight > 0.0 if among is None else among)
     wear, history = patch_wear(passage, state, setup.wheelset), state.points
     if history is not None:
         history = judged(history, points, passage, wear, state.distance, raises=raises)
-    return Solved(passage, wear, accumulate(passage, points, weight, state, setup), history)
+    collective = accumulate(passage, points, weight, state, setup)
+    return Evaluation(collective, weight, passage, wear, history)
 
 
 def rate(state: State, points: OperatingPoints, weight: FloatArray, setup: Setup) -> WearRate:
     """Return the wear rate of the acting points per metre run; see `solved`."""
-    return solved(state, points, weight, setup).rate
-
-
-def solve_points(state: State, points: OperatingPoints, among: NDArray[np.bool_], setup: Setup) -> Passage:
-    """Return `solve_passage` of the points where `among` (n,), with their numbers among all points."""
-    index = np.flatnonzero(among)
-    history = state.points
-    begin = None if state.correction is None else state.correction.model[index]
-    try:
-        passage = solve_passage(
-            state if history is None else replace(state, points=history.at(index)),
-            select(points, index),
-            setup,
-            begin,
-        )
-    except ContactError as error:
-        raise numbered(error, index) from None
-    return _placed(passage, index)
-
-
-def numbered(error: ContactError, index: IntArray) -> ContactError:
-    """Return an error of the points at `index` of a batch with the number of its point in the batch."""
-    if error.row is None:
-        return error
-    row, rows = int(index[error.row]), index[list(error.rows)].tolist()
-    return type(error)(str(error).replace(f"point {error.row}, ", f"point {row}, ", 1), row, error.side, rows)
+    return solved(state, points, weight, setup).collective

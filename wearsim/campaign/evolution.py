@@ -6,24 +6,23 @@ import hashlib
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wearsim.campaign import control, correction, step
 from wearsim.campaign.comparison import comparison_laws, start_comparison
 from wearsim.campaign.counterface import new_counterface, redressed
-from wearsim.campaign.evaluate import Setup, Solved, accumulate, rate, setup_of, solved
+from wearsim.campaign.evaluate import Evaluation, Passage, Setup, accumulate, rate, setup_of, solved
 from wearsim.campaign.left_out import Failed, new_history, with_failed
 from wearsim.campaign.reprofiling import reprofile, reprofiling_due, to_next_reprofiling
-from wearsim.campaign.row import NO_STEP, Evaluation, StepTaken, build_row, header_of, recorded_measures
+from wearsim.campaign.row import NO_STEP, StepTaken, build_row, header_of, recorded_measures
 from wearsim.campaign.running import new_running, settled_state
 from wearsim.campaign.state import State, WearRate
 from wearsim.contact.patch import FloatArray
 from wearsim.damage.wear import WEAR_LAWS
 from wearsim.errors import ContactError, NumericalError
-from wearsim.operation.points import where_it_runs
+from wearsim.operation.points import OperatingPoints, where_it_runs
 from wearsim.profile.shape import arc_length
 from wearsim.results import Header
 from wearsim.results.schema import CHANGES
@@ -90,23 +89,19 @@ class WheelsetEvolution:
 
     def start(self) -> tuple[State, StepTaken]:
         """Return the new wheelset."""
-        right, left = self.setup.wheelset.right, self.setup.wheelset.left
-        y, z = np.stack([right.y, left.y]), np.stack([right.z, left.z])
-        regimes = WEAR_LAWS[self.setup.wear.law].regimes
-        nothing, unworn = np.zeros(2), np.zeros_like(y)
-        regime_depth = np.zeros((2, len(regimes), y.shape[1]))
-        state = State(0, 0.0, y, z, unworn, regime_depth, worn_area=nothing, worn_mass=nothing)
-        state = start_comparison(state, comparison_laws(self.setup))
-        state = replace(state, points=new_history(self.setup.points), running=new_running(self.setup))
-        if self.setup.counterface_wear is not None:
-            state = replace(state, counterface=new_counterface(self.setup.counterface))
-        nowhere = np.zeros(len(self.setup.points.label))
-        state = replace(
-            state, active_weight=nowhere, point_length=nowhere, point_error=nowhere, point_stiffness=nowhere
-        )
-        if self.setup.tolerance is not None:
-            state = replace(state, correction=correction.new_correction(state, self.setup.points))
-        return self._solved_with_reference(state, self.setup.points.weight), NO_STEP
+        setup, wheels = self.setup, (self.setup.wheelset.right, self.setup.wheelset.left)
+        y, z = (np.stack([getattr(wheel, axis) for wheel in wheels]) for axis in "yz")
+        unworn, nothing, nowhere = np.zeros_like(y), np.zeros(2), np.zeros(len(setup.points.label))
+        regime_depth = np.zeros((2, len(WEAR_LAWS[setup.wear.law].regimes), y.shape[1]))
+        state = State(
+            0, 0.0, y, z, unworn, regime_depth, nothing, nothing, nowhere, nowhere, nowhere, nowhere,
+            counterface=None if setup.counterface_wear is None else new_counterface(setup.counterface),
+            points=new_history(setup.points), running=new_running(setup),
+        )  # fmt: skip
+        state = start_comparison(state, comparison_laws(setup))
+        if setup.tolerance is not None:
+            state = replace(state, correction=correction.new_correction(state, setup.points))
+        return self._solved_with_reference(state, setup.points.weight), NO_STEP
 
     def _where(self, state: State) -> CampaignSetup:
         """Return the setup in force with the operating points where the wheelset runs in a state."""
@@ -122,8 +117,8 @@ class WheelsetEvolution:
         stale = correction.stale(state, weight)
         if not stale.any():
             return state
-        setup, points = self._contact, self._where(state).points
-        return replace(state, correction=correction.refreshed(state, points, stale, setup).correction)
+        points = self._where(state).points
+        return replace(state, correction=correction.refreshed(state, points, stale, self._contact).correction)
 
     def evaluate(self, state: State, taken: StepTaken | None = None) -> Evaluation:
         """Solve the contact of a state, if the step that led to it has not left it.
@@ -131,21 +126,22 @@ class WheelsetEvolution:
         At all operating points where nothing acted or the distance is reached, else at those of the last
         step and the monitoring points.
         """
-        setup, points = self._contact, self._where(state).points
-        weight, end = state.active_weight, None if taken is None else taken.end
+        points, weight = self._where(state).points, state.active_weight
+        end = None if taken is None else taken.end
         ends = control.reached(state.distance, self.target)
         if ends or not weight.any():
             weight, end = points.weight, None
         if end is None:
             # at the end of the distance with points that did not act in the last step: no reason to lose it
-            end = solved(state, points, weight, setup, among=self._followed(weight), raises=not ends)
-        measures = recorded_measures(state, self.setup)
-        return Evaluation(end.rate, weight, end.passage, measures, end.wear, end.points)
+            end = self._solved(state, points, weight, raises=not ends)
+        return replace(end, measures=recorded_measures(state, self.setup))
 
-    def _followed(self, weight: FloatArray) -> NDArray[np.bool_]:
-        """Points that act with a weight (n,), and the monitoring points."""
-        followed: NDArray[np.bool_] = (weight > 0.0) | (self.setup.points.weight == 0.0)
-        return followed
+    def _solved(
+        self, state: State, points: OperatingPoints, weight: FloatArray, *, raises: bool = True
+    ) -> Evaluation:
+        """Contact of the points that act with a weight (n,), and of the monitoring points."""
+        followed = (weight > 0.0) | (points.weight == 0.0)
+        return solved(state, points, weight, self._contact, among=followed, raises=raises)
 
     def row(self, state: State, evaluation: Evaluation, taken: StepTaken) -> dict[str, np.ndarray]:
         """Return the row of the result file for a state."""
@@ -153,17 +149,15 @@ class WheelsetEvolution:
 
     def advance(self, state: State, evaluation: Evaluation) -> tuple[State, StepTaken]:
         """Take the next wear step, or reprofile the wheels where that is due."""
-        setup = self._where(state)
-        points = setup.points
+        setup, here = self._where(state), self._contact
+        points, wave = setup.points, setup.control.smoothing_wavelength
         state = replace(state, points=evaluation.points)
         if reprofiling_due(state, setup, evaluation.measures):
             fresh = correction.forgotten(self._settled(reprofile(state, setup)), wheels=True)
             return self._solved_with_reference(fresh, points.weight), NO_STEP
-        here = self._contact
         ahead_of = to_next_reprofiling(state, setup.control)
-        wave = setup.control.smoothing_wavelength
-
         known = {evaluation.weight.tobytes(): evaluation.collective}
+        passage: Passage | None = evaluation.passage
 
         def rate_for(weight: FloatArray) -> WearRate:
             nonlocal state
@@ -173,19 +167,39 @@ class WheelsetEvolution:
                 known.clear()
             key = weight.tobytes()
             if key not in known:
-                known_points = [*evaluation.passage.contact.point, *evaluation.passage.failed]
+                there = [] if passage is None else [*passage.contact.point, *passage.failed]
                 known[key] = (
-                    accumulate(evaluation.passage, points, weight, state, here)
-                    if np.isin(np.flatnonzero(weight), known_points).all()
+                    accumulate(passage, points, weight, state, here)
+                    if passage is not None and np.isin(np.flatnonzero(weight), there).all()
                     else rate(state, points, weight, here)
                 )
             return known[key]
 
+        def spacing() -> float:
+            bodies = (state, state.counterface or state)
+            arcs = [arc_length(*line) for body in bodies for line in zip(body.y, body.z, strict=True)]
+            return min(float(np.diff(arc).min()) for arc in arcs)
+
         def depth_limit(now: WearRate, weight: FloatArray) -> float:
-            other = state.counterface or state
-            lines = [(body.y[side], body.z[side]) for body in (state, other) for side in (0, 1)]
-            spacing = min(float(np.diff(arc_length(*line)).min()) for line in lines)
-            return control.half_space_depth_limit(now, weight, setup.models, spacing, wave)
+            return control.half_space_depth_limit(now, weight, setup.models, spacing(), wave)
+
+        def handed_over(
+            there: State, tried: step.Step, choice: control.StepChoice, corrected: float
+        ) -> State:
+            """Let the reference take points over whose corrected steps would be too short, where they are."""
+            known_of, weight = there.correction, choice.weight
+            assert known_of is not None
+            pressure = known_of.max_pressure[weight > 0.0]
+            lowest = float(pressure[pressure > 0.0].min(initial=math.inf))
+            depth = control.half_space_depth(lowest, setup.models, spacing(), wave)
+            depth, reached = min(depth, setup.control.depth_cap), float(tried.state.wear_depth.max())
+            per_metre = max(float(rate_for(weight).depth.max()), 1e-300)
+            own = correction.ReferenceStep(depth / per_metre, depth, len(here.chain) - 1)
+            # deeper by such a step, where the same error counts less
+            later = corrected * math.sqrt(1.0 + depth / max(reached, 1e-300))
+            by_error = choice.limit.reason in ("error", "clipping", "no contact")
+            short = by_error & (weight * choice.limit.step_length < tried.stages * known_of.length)
+            return correction.handed_over(there, weight, later, own, short & (weight > 0.0))
 
         rule = step.StepRule(
             setup.wheelset.radius, setup.wear.density, wave, setup.control.integrator,
@@ -201,76 +215,85 @@ class WheelsetEvolution:
             now = rate_for(weight)
             shallow = float(now.depth.max()) * length < _SHALLOW
             try:
-                tried, error, stiffness, end = self._try(state, now, choice, rule, here)
+                tried, error, stiffness, end = self._try(state, now, choice, rule)
             except ContactError:
                 if shallow:
                     raise
                 limit = _SHORTER * length, "no contact"
                 continue
             clipped = tried.clipped > _CLIPPED and not shallow
-            if error <= setup.control.error_tolerance and not clipped:
-                taken = StepTaken(
-                    length, choice.limit.stiffness * length, error, rejected, tried.stages,
-                    choice.limit.reason, end,
-                )  # fmt: skip
-                worn, factor = tried.state, math.inf
-                if state.correction is not None and setup.tolerance is not None:
-                    ahead = self._where(tried.state).points
-                    worn, factor = correction.corrected_step(
-                        state, tried, choice, ahead, here, end.passage, rule, setup.tolerance
-                    )  # fmt: skip
-                    taken = replace(taken, end=None)
-                if factor > correction.MUCH_SHORTER or shallow or rejected >= _REPEATED:
-                    break
-                limit = max(_SHORTER, factor) * length, "correction"
+            if error > setup.control.error_tolerance or clipped:
+                limit = control.error_limit(length, error, setup.control), "error"
+                if clipped:
+                    limit = min(limit, (_SHORTER * length, "clipping"))
                 continue
-            limit = control.error_limit(length, error, setup.control), "error"
-            if clipped:
-                limit = min(limit, (_SHORTER * length, "clipping"))
+            taken = StepTaken(
+                length,
+                choice.limit.stiffness * length,
+                error,
+                rejected,
+                tried.stages,
+                choice.limit.reason,
+                end,
+            )
+            worn, factor = tried.state, math.inf
+            if state.correction is not None and setup.tolerance is not None:
+                ahead = self._where(worn).points
+                worn, factor, drifts_known = correction.corrected_step(
+                    state, tried, choice, ahead, here, end.passage, rule, setup.tolerance
+                )
+                if drifts_known:  # else fewer points than all may be enough after the next step
+                    worn = handed_over(worn, tried, choice, factor * length)
+                if not correction.unchanged(state, tried.state, worn):
+                    taken = replace(taken, end=None)
+            if factor > correction.MUCH_SHORTER or shallow or rejected >= _REPEATED:
+                break
+            other = handed_over(state, tried, choice, factor * length)
+            if other is not state:
+                state, passage = other, None
+                known.clear()
+            else:
+                limit = max(_SHORTER, factor) * length, "correction"
         else:
             raise NumericalError(
                 f"after {state.distance / 1e3:.6g} km no wear step keeps the tolerance of "
                 f"{1e6 * setup.control.error_tolerance:.4g} um: a step of {length:.4g} m, limited by "
                 f"{limit[1]}, has an error of {1e6 * error:.4g} um; raise error_tolerance_um in [campaign]"
             )
-        acts = weight > 0.0
-        after = replace(
-            worn,
-            active_weight=weight,
-            point_length=np.where(acts, weight * length, state.point_length),
-            point_error=np.where(acts, error, state.point_error),
-            point_stiffness=np.where(
-                acts, np.maximum(stiffness, _REMEMBERED * state.point_stiffness), state.point_stiffness
-            ),
-        )
-        changed = after
-        if setup.counterface_wear is not None and not control.reached(after.distance, self.target):
-            changed = redressed(after, setup.counterface, setup.counterface_wear)
-        if changed is not after:
-            changed = correction.forgotten(self._settled(changed))
-        return changed, taken if changed is after else replace(taken, end=None)
+        stiffest = np.maximum(stiffness, _REMEMBERED * state.point_stiffness)
+        acted: dict[str, Any] = {"length": weight * length, "error": error, "stiffness": stiffest}
+        kept = {
+            f"point_{name}": np.where(weight > 0.0, value, getattr(state, f"point_{name}"))
+            for name, value in acted.items()
+        }
+        after = replace(worn, active_weight=weight, **kept)
+        if setup.counterface_wear is None or control.reached(after.distance, self.target):
+            return after, taken
+        changed = redressed(after, setup.counterface, setup.counterface_wear)
+        if changed is after:
+            return after, taken
+        return correction.forgotten(self._settled(changed)), replace(taken, end=None)
 
     def _try(
-        self, state: State, now: WearRate, choice: control.StepChoice, rule: step.StepRule, here: Setup
-    ) -> tuple[step.Step, float, float, Solved]:
+        self, state: State, now: WearRate, choice: control.StepChoice, rule: step.StepRule
+    ) -> tuple[step.Step, float, float, Evaluation]:
         """Take a step: its end, its error [m], its stiffness [1/m], and the contact at its end."""
         points, weight, limit = self._where(state).points, choice.weight, choice.limit
         length, wave = limit.step_length, rule.smoothing_wavelength
         failed: Failed = {}
 
         def rate_at(ahead: State) -> WearRate:
-            stage = solved(ahead, points, weight, here)
+            stage = solved(ahead, points, weight, self._contact)
             failed.update(stage.passage.failed)
-            return stage.rate
+            return stage.collective
 
         tried = step.advance(state, now, length, rule, rate_at, limit.stiffness * length)
-        if tried.state.points is not None:
-            history = with_failed(tried.state.points, points, failed)
-            tried = tried._replace(state=replace(tried.state, points=history))
+        after = tried.state
+        if after.points is not None:
+            after = replace(after, points=with_failed(after.points, points, failed))
         # where the wheelset runs after the step: what the shift changed in it is part of the error
-        tried = tried._replace(state=self._settled(tried.state))
-        points = self._where(tried.state).points
+        tried = tried._replace(state=self._settled(after))
         # with the history that is stored: a resumed campaign solves the same batches, to the last bit
-        end = solved(tried.state, points, weight, here, among=self._followed(weight))
-        error = step.error_of(state, tried.state, now, end.rate, wave)
-        return tried, error, step.stiffness_of(state, tried, end.rate, wave), end
+        end = self._solved(tried.state, self._where(tried.state).points, weight)
+        error = step.error_of(state, tried.state, now, end.collective, wave)
+        return tried, error, step.stiffness_of(state, tried, end.collective, wave), end

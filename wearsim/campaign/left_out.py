@@ -59,13 +59,12 @@ def judged(
         known = [k for k in number if k in failed]
         first = next((k for k in known if failed[k].row == k), (known or number)[0])
         reason = re.sub(r"^point \d+, ", "", str(failed.get(first, "nor had it in its last step")))
-        many = len(number) > 1
-        what = (
-            f"{points.label[first]} and {len(number) - 1} more have" if many else f"{points.label[first]} has"
+        have, carry = (
+            ("has", "carries") if len(number) == 1 else (f"and {len(number) - 1} more have", "carry")
         )
         raise ContactError(
-            f"after {distance / 1e3:.6g} km the operating point {what} no contact solution "
-            f"and {'carry' if many else 'carries'} {100 * share:.3g} % of the wear, where at most "
+            f"after {distance / 1e3:.6g} km the operating point {points.label[first]} {have} no contact "
+            f"solution and {carry} {100 * share:.3g} % of the wear, where at most "
             f"{100 * LARGEST_SHARE:g} % may be left out: {reason}"
         )
     return history
@@ -94,12 +93,3 @@ def row_left_out(history: PointHistory | None) -> dict[str, np.ndarray]:
         "left_out_share": np.asarray(history.share),
         "last_wear_area_rate": np.where(np.isfinite(rate), rate, FILL_FLOAT),
     }
-
-
-def history_of(row: Mapping[str, np.ndarray]) -> PointHistory | None:
-    """Return the history of a row, bit by bit."""
-    if "left_out" not in row:
-        return None
-    rate = row["last_wear_area_rate"]
-    rate = np.where(rate == FILL_FLOAT, np.nan, rate)
-    return PointHistory(rate, row["left_out"].astype(bool), float(row["left_out_share"]))

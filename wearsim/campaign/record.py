@@ -9,12 +9,11 @@ from __future__ import annotations
 
 import functools
 import hashlib
-import io
 import json
 import math
 import shutil
 import time
-import zipfile
+import zlib
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -23,6 +22,7 @@ from typing import Any
 
 import numpy as np
 
+from wearsim.campaign.state import State, flattened, rebuilt
 from wearsim.errors import ResultError
 from wearsim.quantities import QUANTITIES
 from wearsim.results import (
@@ -38,13 +38,10 @@ from wearsim.results import (
 )
 from wearsim.results.checks import step_limits
 from wearsim.results.limits import ending_limits, first_met, limits_of, met_attributes
-from wearsim.results.schema import CHANGES, RENAMED
+from wearsim.results.schema import CHANGES
 from wearsim.whole_files import write_whole
 
 _LARGEST_RECORD = 200_000_000  # bytes
-
-MEMORY = "memory: "
-"""Beginning of the names of what a record holds besides the row of the result file."""
 
 
 @contextmanager
@@ -64,7 +61,7 @@ def write_atomically(path: Path, content: bytes, *, durable: bool = True) -> Non
 
 @dataclass(frozen=True)
 class Records:
-    """The records of one campaign."""
+    """The records of one campaign: rows of its result file, and the states behind them."""
 
     folder: Path
     campaign: str  # digest of all its input
@@ -72,100 +69,98 @@ class Records:
 
     def path(self, index: int) -> Path:
         """Return the file of step `index`."""
-        return self.folder / f"{index:08d}.npz"
+        return self.folder / f"{index:08d}.record"
 
-    def write(
-        self, index: int, row: Mapping[str, np.ndarray], source: str, memory: Mapping[str, np.ndarray] = {}
-    ) -> None:
-        """Write the record of step `index`: its row and the program versions.
-
-        Row and `memory`, of which the result file has nothing, hold the full state.
-        """
-        arrays = {name: np.asarray(row[name]) for name in self.shapes}
-        arrays |= {f"{MEMORY}{name}": np.asarray(value) for name, value in memory.items()}
+    def write(self, state: State, row: Mapping[str, np.ndarray], source: str) -> None:
+        """Write the record of a step: its row, the full state, and the program versions behind them."""
+        arrays = {name: np.asarray(row[name]) for name in self.shapes} | flattened(state)
         layout = {name: (value.dtype.str, value.shape) for name, value in arrays.items()}
-        payload = b"".join(arrays[name].tobytes() for name in layout)
-        label = json.dumps({"campaign": self.campaign, "index": index, "source": source, "layout": layout})
-        digest = hashlib.sha256(label.encode() + payload).hexdigest()
-        buffer = io.BytesIO()
-        # one array for all values is faster than fifty small ones
-        values = np.frombuffer(payload, np.uint8)
-        np.savez(buffer, allow_pickle=False, label=label, digest=digest, payload=values)
+        label = {"campaign": self.campaign, "index": state.step, "source": source, "layout": layout}
+        values = zlib.compress(b"".join(value.tobytes() for value in arrays.values()), level=1)
+        content = json.dumps(label).encode() + b"\n" + values
         with readable_errors(f"{self.folder} cannot be made"):
             self.folder.mkdir(exist_ok=True)
-        write_atomically(self.path(index), buffer.getvalue())
+        write_atomically(self.path(state.step), hashlib.sha256(content).digest() + content)
 
-    def read(self, index: int) -> tuple[dict[str, np.ndarray], str] | None:
-        """Row of step `index` and the program versions behind it.
+    def label(self, index: int) -> dict[str, Any] | None:
+        """Return the label of the record of a step: what it holds of what; None if missing or damaged."""
+        found = self._load(index)
+        return None if found is None else found[0]
 
-        None if the record is missing, damaged or of another campaign.
+    def sources(self) -> list[str]:
+        """Return the program versions behind each of the sound records from step 0 on without gap.
+
+        Raises
+        ------
+        ResultError
+            If the first record is one of another campaign, or of other variables.
         """
-        record = self._load(index)
-        if record is None:
-            return None
-        label, payload = record
-        if label["campaign"] != self.campaign or label["index"] != index:
-            return None
-        arrays = {}
-        for name, (kind, shape) in label["layout"].items():
-            dtype = np.dtype(kind)
-            size = dtype.itemsize * math.prod(shape)
-            arrays[RENAMED.get(name, name)] = np.frombuffer(payload[:size], dtype).reshape(shape)
-            payload = payload[size:]
-        of_row = {name for name in arrays if not name.startswith(MEMORY)}
-        sound = {name: arrays[name].shape for name in of_row} == self.shapes
-        return (arrays, str(label["source"])) if sound else None
-
-    def row(self, index: int) -> dict[str, np.ndarray]:
-        """Read the row of a step whose record must exist."""
-        return {name: value for name, value in self.entries(index).items() if not name.startswith(MEMORY)}
-
-    def entries(self, index: int) -> dict[str, np.ndarray]:
-        """Read row and memory of a step whose record must exist."""
-        record = self.read(index)
-        if record is None:
-            raise ResultError(
-                f"{self.path(index)} was changed while the campaign ran; run the same command again"
-            )
-        return record[0]
-
-    def other_version(self) -> bool:
-        """Whether the first record is sound, but has other variables."""
-        return self._load(0) is not None and self.read(0) is None
-
-    def require_own_campaign(self) -> None:
-        """Raise if the first record belongs to another campaign."""
-        record = self._load(0)
-        if record is not None and record[0]["campaign"] != self.campaign:
+        first = self.label(0)
+        if first is not None and first["campaign"] != self.campaign:
             raise ResultError(
                 f"{self.folder} holds another campaign; nothing was changed, choose another --out"
             )
-
-    def sources(self) -> list[str]:
-        """Return the program versions behind each of the valid records from step 0 on without gap."""
+        older = first is None and any(self.folder.glob("*.npz"))
+        if older or (first is not None and not self._is_own(first, 0)):
+            raise self._other_version()
         sources: list[str] = []
-        while (record := self.read(len(sources))) is not None:
-            sources.append(record[1])
+        while (label := self.label(len(sources))) is not None and self._is_own(label, len(sources)):
+            sources.append(label["source"])
         return sources
+
+    def row(self, index: int) -> dict[str, np.ndarray]:
+        """Read the row of a step whose record must exist."""
+        arrays = self._arrays(index)
+        return {name: arrays[name] for name in self.shapes}
+
+    def state(self, index: int) -> State:
+        """Read the state of a step whose record must exist, bit by bit."""
+        try:
+            state: State = rebuilt(State, self._arrays(index))
+        except KeyError:
+            raise self._other_version() from None
+        return state
 
     def remove(self) -> None:
         """Delete all records of the campaign."""
         shutil.rmtree(self.folder, ignore_errors=True)
 
-    def _load(self, index: int) -> tuple[dict[str, Any], memoryview] | None:
+    def _other_version(self) -> ResultError:
+        return ResultError(
+            f"{self.folder} holds steps of another version of wearsim; nothing was changed, "
+            f"choose another --out"
+        )
+
+    def _is_own(self, label: Mapping[str, Any], index: int) -> bool:
+        of_row = {n: tuple(shape) for n, (_, shape) in label["layout"].items() if not n.startswith("/")}
+        return (label["campaign"], label["index"], of_row) == (self.campaign, index, self.shapes)
+
+    def _arrays(self, index: int) -> dict[str, np.ndarray]:
+        """Arrays of the row by name, and of the state by path."""
+        found = self._load(index)
+        if found is None or not self._is_own(found[0], index):
+            raise ResultError(
+                f"{self.path(index)} was changed while the campaign ran; run the same command again"
+            )
+        arrays, values = {}, zlib.decompressobj().decompress(found[1], _LARGEST_RECORD)
+        for name, (kind, shape) in found[0]["layout"].items():
+            dtype, count = np.dtype(kind), math.prod(shape)
+            arrays[name] = np.frombuffer(values, dtype, count).reshape(shape)
+            values = values[dtype.itemsize * count :]
+        return arrays
+
+    def _load(self, index: int) -> tuple[dict[str, Any], bytes] | None:
         """Label and values of a record with the right digest."""
         try:
-            with open(self.path(index), "rb") as record, np.load(record, allow_pickle=False) as file:
-                if sum(part.file_size for part in file.zip.infolist()) > _LARGEST_RECORD:
-                    return None
-                label, digest, payload = str(file["label"]), str(file["digest"]), file["payload"]
-        except (OSError, KeyError, ValueError, EOFError, zipfile.BadZipFile):
+            if self.path(index).stat().st_size > _LARGEST_RECORD:
+                return None
+            content = self.path(index).read_bytes()
+        except OSError:
             return None
-        found = hashlib.sha256(label.encode())
-        found.update(payload)
-        if digest != found.hexdigest():
+        if hashlib.sha256(content[32:]).digest() != content[:32]:
             return None
-        return json.loads(label), memoryview(payload)
+        label, values = content[32:].split(b"\n", 1)
+        return json.loads(label), values
 
 
 APPEND_INTERVAL = 2.0
@@ -189,16 +184,12 @@ class Writer:
         self.records = Records(directory / f".{name}.records", digest, shapes)
         self.rebuilt = False
         self._mark = directory / f".{name}.finished.json"
+        self._laws = header.static.get("fatigue_name", ())
         self._rows_in_file = 0
         self._patience: float | None = None
         self._failed = False
         self._sources: list[str] = []  # program versions behind each record
         self._appended = 0.0
-
-    @property
-    def _count(self) -> int:
-        """Number of records."""
-        return len(self._sources)
 
     def finished(self) -> bool:
         """Whether the campaign was finished before; raise if its file was changed since."""
@@ -238,15 +229,9 @@ class Writer:
 
     def recover(self) -> int:
         """Bring the result file to the state of the records; return the number of steps recorded."""
-        self.records.require_own_campaign()
         self._sources = self.records.sources()
-        count = self._count
+        count = len(self._sources)
         if count == 0:
-            if self.records.other_version():
-                raise ResultError(
-                    f"{self.records.folder} holds steps of another version of wearsim; nothing was changed, "
-                    f"choose another --out"
-                )
             if self.path.exists() and not self.records.folder.is_dir():
                 raise ResultError(
                     f"{self.path} exists, but no steps of this campaign do; nothing was changed, "
@@ -255,39 +240,34 @@ class Writer:
             return 0
         rows = verify(self.path, self._readers())
         self.rebuilt = rows is None and self.path.exists()
-        if rows is None or self._changes() != self.header.attributes.get(CHANGES, ""):
+        if rows is None or attribute_of(self.path, CHANGES) != self.header.attributes.get(CHANGES, ""):
             self._rebuild()
             rows = count
         self._rows_in_file = rows
         self.flush()
         return count
 
-    def _changes(self) -> str:
-        return attribute_of(self.path, CHANGES)
-
-    def write(self, index: int, row: Mapping[str, np.ndarray], memory: Mapping[str, np.ndarray] = {}) -> bool:
+    def write(self, state: State, row: Mapping[str, np.ndarray]) -> bool:
         """Write record and row of one step; return True if the row waits for a reader."""
         source = str(self.header.attributes.get("source", ""))
-        self.records.write(index, row, source, memory)
+        self.records.write(state, row, source)
         self._sources.append(source)
-        if index == 0:
+        if state.step == 0:
             create(self.path, self.header, [row])
             self._rows_in_file = 1
             self._appended = time.monotonic()
             return False
-        if time.monotonic() - self._appended < APPEND_INTERVAL:
-            return False
-        return self.flush()
+        return time.monotonic() - self._appended >= APPEND_INTERVAL and self.flush()
 
     def flush(self) -> bool:
         """Append the recorded rows; return True if they wait for a reader."""
-        if self._rows_in_file == self._count or self._failed:
+        if self._rows_in_file == len(self._sources) or self._failed:
             return False
         try:
-            while self._rows_in_file < self._count:
+            while self._rows_in_file < len(self._sources):
                 first = self._rows_in_file
                 # few rows at a time: a reader may have kept a whole campaign waiting
-                until = min(self._count, first + APPEND_AT_MOST)
+                until = min(len(self._sources), first + APPEND_AT_MOST)
                 rows = [self.records.row(index) for index in range(first, until)]
                 # at the first deferral wait for the reader; while it stays, try once per step
                 append(self.path, self.header, rows, first, patience=self._patience)
@@ -305,29 +285,23 @@ class Writer:
                 self._patience = 0.0
                 return True
         self._patience = None
-        self._rows_in_file = self._count
+        self._rows_in_file = len(self._sources)
         self._appended = time.monotonic()
         return False
 
     def limit_met(self, row: Mapping[str, np.ndarray]) -> str | None:
         """Name the limit met by a row that ends the campaign, None if there is none."""
-        laws = self.header.static.get("fatigue_name", ())
-        return first_met(row, ending_limits(self.header.attributes), laws)
+        return first_met(row, ending_limits(self.header.attributes), self._laws)
 
     def finish(self) -> str:
         """Write and verify the complete file, mark it finished, remove the records; return why it ended."""
-        count, given = self._count, self.header.attributes
-        laws = self.header.static.get("fatigue_name", ())
+        count, given = len(self._sources), self.header.attributes
         met = self.limit_met(self.records.row(count - 1))
         ended = f"limit of {QUANTITIES[met].meaning} met" if met else "distance reached"
-        attributes = {
-            **given,
-            **met_attributes((read() for read in self._readers()), limits_of(given), laws),
-            "source": _in_order_of_use(self._sources),
-            "finished": ended,
-        }
+        known = met_attributes((read() for read in self._readers()), limits_of(given), self._laws)
+        used = {"source": _in_order_of_use(self._sources), "finished": ended}
         # written anew: smaller, and independent of readers of the appended file
-        self._rebuild(replace(self.header, attributes=attributes))
+        self._rebuild(replace(self.header, attributes={**given, **known, **used}))
         if verify(self.path, self._readers()) != count:
             raise ResultError(
                 f"{self.path} does not read back as it was written; its steps are safe, "
@@ -342,7 +316,7 @@ class Writer:
         create(self.path, header or self.header, (read() for read in self._readers()))
 
     def _readers(self) -> list[Callable[[], dict[str, np.ndarray]]]:
-        return [functools.partial(self.records.row, index) for index in range(self._count)]
+        return [functools.partial(self.records.row, index) for index in range(len(self._sources))]
 
 
 def _in_order_of_use(sources: list[str]) -> str:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -60,27 +60,19 @@ def reprofile(state: State, setup: CampaignSetup) -> State:
     if setup.templates is None or rules is None:
         raise ValueError("wheels are reprofiled only where the scene has a template")
     worn = worn_wheels(setup.wheelset, state.y, state.z)
-    within = worn
-    if "fatigue_damage" in rules.limits:
-        right, left = _cracks(state, setup)
-        within = (_sound(worn[0], right), _sound(worn[1], left))
-    wheels = [one.profile for one in reprofile_axle(*within, setup.templates)]
+    cracks = _cracks(state, setup) if "fatigue_damage" in rules.limits else np.zeros_like(state.y)
+    right, left = (_sound(wheel, crack) for wheel, crack in zip(worn, cracks, strict=True))
+    wheels = [one.profile for one in reprofile_axle(right, left, setup.templates)]
     y = np.stack([wheel.y for wheel in wheels])
     z = np.stack([wheel.z for wheel in wheels]) - rules.cut
+    names = ("wear_depth", "regime_depth", "active_weight", "point_length")
+    restarted: dict[str, Any] = {name: np.zeros_like(getattr(state, name)) for name in names}
     return replace(
-        state,
-        step=state.step + 1,
-        reprofiled=state.step + 1,
-        y=y,
-        z=z,
-        wear_depth=np.zeros_like(state.wear_depth),
-        regime_depth=np.zeros_like(state.regime_depth),
+        state, **restarted, step=state.step + 1, reprofiled=state.step + 1, y=y, z=z,
         comparison_depth=tuple(np.zeros_like(depth) for depth in state.comparison_depth),
         fatigue_damage=_damage_left(state, setup, worn, worn_wheels(setup.wheelset, y, z)),
-        active_weight=np.zeros_like(state.active_weight),
-        point_length=np.zeros_like(state.point_length),
         counterface=None if state.counterface is None else without_step(state.counterface),
-    )
+    )  # fmt: skip
 
 
 def _cracks(state: State, setup: CampaignSetup) -> FloatArray:

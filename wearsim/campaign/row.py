@@ -1,10 +1,10 @@
-"""Static part and rows of the result file: from setup and state, and back to the state."""
+"""Static part and rows of the result file: from setup and state."""
 
 from __future__ import annotations
 
 import math
 import platform
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -17,41 +17,31 @@ from wearsim.campaign.comparison import (
     comparison_row,
     static_comparison,
 )
-from wearsim.campaign.correction import correction_of, row_correction, static_correction
+from wearsim.campaign.correction import row_correction, static_correction
 from wearsim.campaign.counterface import (
     counterface_attributes,
-    counterface_of,
     counterface_row,
     static_counterface,
 )
-from wearsim.campaign.evaluate import Passage, Solved
+from wearsim.campaign.evaluate import Evaluation, Passage
 from wearsim.campaign.faint import lost_row
-from wearsim.campaign.left_out import history_of, row_left_out
-from wearsim.campaign.running import row_running, running_of
-from wearsim.campaign.state import PatchWear, PointHistory, State, WearRate, worn_wheels
-from wearsim.contact.patch import FloatArray
+from wearsim.campaign.left_out import row_left_out
+from wearsim.campaign.running import row_running
+from wearsim.campaign.state import PatchWear, State, worn_wheels
 from wearsim.damage.wear import WEAR_LAWS, WearSettings, coefficients_of
 from wearsim.errors import ProfileError
-from wearsim.operation.recorded import Reduction
 from wearsim.profile import measures
 from wearsim.profile.conicity import equivalent_conicity
 from wearsim.profile.shape import arc_length
 from wearsim.quantities import STEP_LIMITS
 from wearsim.results import FILL_FLOAT, FILL_INT, PATCH_SLOTS, Header
 from wearsim.results.limits import REPROFILED_AT, attributes_of
-from wearsim.scene.campaign import ReprofilingRules
 
 if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
 
-_MEASURES = (
-    "max_wear_depth",
-    "flange_height",
-    "flange_thickness",
-    "flange_gradient",
-    "hollowing",
-    "equivalent_conicity",
-)
+_OF_WHEELS = ("flange_height", "flange_thickness", "flange_gradient", "hollowing")
+_MEASURES = ("max_wear_depth", *_OF_WHEELS, "equivalent_conicity")
 
 # variables of the result file that are fields of the state
 _OF_STATE = {
@@ -63,6 +53,9 @@ _OF_STATE = {
 
 # variables that are fields of the contact conditions
 _CONDITIONS = ("shift", "yaw", "roll", "speed", "friction", "track_curvature")
+
+# attributes that are fields of the contact models
+_OF_MODELS = ("youngs_modulus", "poisson_ratio", "strips", "cells", "cell_size", "most_cells")
 
 # variables of the result file that are fields of the solution
 _PATCH_VALUES = (
@@ -82,25 +75,11 @@ class StepTaken:
     rejected: int = 0  # longer steps that were tried
     stages: int = 0  # of the rule
     reason: str = STEP_LIMITS[0]  # one of `STEP_LIMITS`: what limits its length
-    end: Solved | None = None  # contact of the state it led to, if the step left it as it was
+    end: Evaluation | None = None  # contact of the state it led to, if the step left it as it was
 
 
 NO_STEP = StepTaken(0.0, 0.0)
 """The step of length 0 to a state without wear."""
-
-
-@dataclass(frozen=True)
-class Evaluation:
-    """Contact of one state, and the wear rate and measures that follow from it."""
-
-    collective: WearRate  # of the points solved with their weights
-    # (n,) those of the step that led to the state; in the initial state, after a reprofiling and at the end
-    # of the distance those of the full collective
-    weight: FloatArray
-    passage: Passage
-    measures: Mapping[str, np.ndarray]  # of the wheels, from `recorded_measures`
-    wear: PatchWear  # of the patches of the passage
-    points: PointHistory | None = None  # for the state after this one
 
 
 def build_row(
@@ -173,32 +152,25 @@ def _rank(point: np.ndarray) -> np.ndarray:
 
 
 def recorded_measures(state: State, setup: CampaignSetup) -> dict[str, np.ndarray]:
-    """Measures of both wheels and the wheelset that the row of a state holds, or that have a limit.
+    """Measures of both wheels and the wheelset that a row holds, or that may have a limit.
 
     By variable of the result file; fill values where a measure does not exist on a worn profile [SI].
     """
-    names = {*_MEASURES, *(name for name, _ in setup.control.limits)}
-    if setup.templates is not None:
-        names.add("wheel_diameter")
     wheelset = setup.wheelset
 
     def diameter(y: np.ndarray, z: np.ndarray) -> float:
         return 2.0 * (wheelset.radius + measures.running_circle_level(y, z))
 
     per_wheel: dict[str, Callable[..., float | None]] = {
-        "flange_height": measures.flange_height,
-        "flange_thickness": measures.flange_thickness,
-        "flange_gradient": measures.flange_gradient,
-        "hollowing": measures.hollowing,
+        **{name: getattr(measures, name) for name in _OF_WHEELS},
         "wheel_diameter": diameter,
     }
     values: dict[str, np.ndarray] = {
         name: np.array([_or_missing(measure, state.y[w], state.z[w]) for w in (0, 1)])
         for name, measure in per_wheel.items()
-        if name in names
     }
     values["max_wear_depth"] = state.wear_depth.max(axis=1)
-    if "fatigue_damage" in names and state.fatigue_damage:
+    if state.fatigue_damage:
         values["fatigue_damage"] = np.stack(state.fatigue_damage, axis=1)
     wheels = worn_wheels(wheelset, state.y, state.z)
     conicity = _or_missing(equivalent_conicity, *wheels, setup.counterface.profile)
@@ -212,27 +184,6 @@ def _or_missing(measure: Callable[..., float | None], *arguments: object) -> flo
     except ProfileError:
         return FILL_FLOAT
     return FILL_FLOAT if value is None else float(value)
-
-
-def state_of(row: Mapping[str, np.ndarray], index: int) -> State:
-    """Return the state that the row of step `index` holds, bit by bit."""
-    return State(
-        step=index,
-        **{field: row[name] for name, field in _OF_STATE.items() if name != "distance"},
-        distance=float(row["distance"]),
-        correction=correction_of(row),
-        comparison_depth=_by_law(row, "comparison_wear_depth"),
-        comparison_area=row.get("comparison_worn_area", np.zeros((2, 0))),
-        fatigue_damage=_by_law(row, "fatigue_damage"),
-        counterface=counterface_of(row),
-        reprofiled=int(row.get("last_reprofiling", 0)),
-        points=history_of(row),
-        running=running_of(row),
-    )
-
-
-def _by_law(row: Mapping[str, np.ndarray], name: str) -> tuple[np.ndarray, ...]:
-    return tuple(row[name].swapaxes(0, 1)) if name in row else ()
 
 
 def versions() -> str:
@@ -272,9 +223,19 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         **static_counterface(setup),
         **({} if setup.templates is None else {"wheel_template": [one.name for one in setup.templates]}),
     }
-    wear, models, limits = setup.wear, setup.models, setup.control
-    auto = setup.tolerance is not None
-    rotation = conditions.rotation
+    wear, models, limits, rules = setup.wear, setup.models, setup.control, setup.control.reprofiling
+    auto, rotation = setup.tolerance is not None, conditions.rotation
+    given: dict[str, str | int | float] = {}
+    if setup.reduction is not None:
+        given = {"recorded_samples": float(setup.reduction.samples), "binning_error": setup.reduction.error}
+    if setup.vehicle:
+        given["vehicle"] = setup.vehicle
+    if rules is not None:
+        given |= {
+            REPROFILED_AT: " ".join(rules.limits),
+            "reprofiling_distances": " ".join(f"{place:.12g}" for place in rules.places),
+            "reprofiling_least_cut": rules.cut,
+        }
     attributes: dict[str, str | int | float] = {
         "title": setup.title or f"wear campaign, {setup.kind}",
         "history": command,
@@ -292,12 +253,7 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         "contact_tangential": "auto" if auto else models.tangential,
         "contact_tolerance": setup.tolerance if setup.tolerance is not None else "",
         "contact_parameters": ", ".join(f"{name} = {value:g}" for name, value in models.parameters),
-        "youngs_modulus": models.youngs_modulus,
-        "poisson_ratio": models.poisson_ratio,
-        "strips": models.strips,
-        "cells": models.cells,
-        "cell_size": models.cell_size,
-        "most_cells": models.most_cells,
+        **{name: getattr(models, name) for name in _OF_MODELS},
         "rotation_rule": rotation if isinstance(rotation, str) else "given",
         "roll_rule": "free" if conditions.free_roll else "given",
         "axle_torque": float(np.mean(conditions.torque)),
@@ -308,10 +264,8 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         "integrator": limits.integrator,
         "error_tolerance": limits.error_tolerance if limits.error_tolerance < math.inf else "",
         "target_distance": limits.distance,
-        **_record_attributes(setup.reduction),
-        **({"vehicle": setup.vehicle} if setup.vehicle else {}),
+        **given,
         **attributes_of(dict(limits.limits), limits.end_at_limit),
-        **_reprofiling_attributes(limits.reprofiling),
         "counterface_curvature": setup.counterface.curvature,
         **counterface_attributes(setup.counterface_wear),
         **comparison_attributes(comparison_laws(setup)),
@@ -329,27 +283,11 @@ def _wear_attributes(wear: WearSettings) -> dict[str, str]:
     if not law.wears:
         return {}
     texts = {key: text(coefficients_of(wear)) for key, text in SET_TEXTS.items()}
-    about = ("source", "materials", "validity", "departures", "warnings")
+    numbers, name = texts.pop("numbers"), texts.pop("coefficients")
     return {
-        "wear_coefficients": texts["coefficients"],
-        **{f"wear_coefficients_{key}": texts[key] for key in about},
-        "wear_law_numbers": texts["numbers"],
+        "wear_coefficients": name,
+        **{f"wear_coefficients_{key}": text for key, text in texts.items()},
+        "wear_law_numbers": numbers,
         "wear_form": wear.form,
         "seizure_cap": wear.seizure_cap if "seizure_cap" in law.parameters else "",
-    }
-
-
-def _record_attributes(reduction: Reduction | None) -> dict[str, str | float]:
-    if reduction is None:
-        return {}
-    return {"recorded_samples": float(reduction.samples), "binning_error": reduction.error}
-
-
-def _reprofiling_attributes(rules: ReprofilingRules | None) -> dict[str, str | float]:
-    if rules is None:
-        return {}
-    return {
-        REPROFILED_AT: " ".join(rules.limits),
-        "reprofiling_distances": " ".join(f"{place:.12g}" for place in rules.places),
-        "reprofiling_least_cut": rules.cut,
     }

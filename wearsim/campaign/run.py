@@ -20,7 +20,6 @@ from typing import Any, Literal
 
 from wearsim.campaign.changes import controls, text_of, with_changes
 from wearsim.campaign.control import reached
-from wearsim.campaign.correction import packed
 from wearsim.campaign.directory import (
     SCENE_FOLDER,
     Manifest,
@@ -33,7 +32,7 @@ from wearsim.campaign.directory import (
 )
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.record import Writer
-from wearsim.campaign.row import StepTaken, state_of
+from wearsim.campaign.row import StepTaken
 from wearsim.campaign.state import State
 from wearsim.contact.solve import available_cores
 from wearsim.errors import (
@@ -243,25 +242,25 @@ def run_evolution(
     """Run a campaign to its end, from its last step in a locked directory, and return its verified file."""
     writer = Writer(evolution.header, directory, name, evolution.digest)
     progress = Progress(name, evolution.target, directory, observer)
-    try:
-        if writer.finished():
-            progress.report("complete", **writer.outcome())
-            return writer.path
-        with _Interrupts() as interrupts:
+    with _Interrupts() as interrupts:
+        try:
+            if writer.finished():
+                progress.report("complete", **writer.outcome())
+                return writer.path
             _loop(evolution, writer, progress, interrupts)
-        progress.report("finished", ended=writer.finish())
-    except KeyboardInterrupt:
-        with _uninterrupted(), contextlib.suppress(WearsimError):
-            writer.flush()
-            progress.close("interrupted")
-        raise
-    except WearsimError as error:
-        with contextlib.suppress(WearsimError):
-            writer.flush()
-        progress.close("failed", str(error))
-        if isinstance(error, ContactError | ProfileError) and writer.records.path(0).exists():
-            raise NumericalError(str(error)) from error  # the input was usable at the start
-        raise
+            progress.report("finished", ended=writer.finish())
+        except KeyboardInterrupt:
+            with interrupts.deferred(), contextlib.suppress(WearsimError):
+                writer.flush()
+                progress.close("interrupted")
+            raise
+        except WearsimError as error:
+            with contextlib.suppress(WearsimError):
+                writer.flush()
+            progress.close("failed", str(error))
+            if isinstance(error, ContactError | ProfileError) and writer.records.path(0).exists():
+                raise NumericalError(str(error)) from error  # the input was usable at the start
+            raise
     return writer.path
 
 
@@ -269,10 +268,9 @@ def _loop(evolution: WheelsetEvolution, writer: Writer, progress: Progress, inte
     done = writer.recover()
     taken: StepTaken | None
     if done:
-        last = writer.records.entries(done - 1)
-        if writer.limit_met(last):
+        state, taken = writer.records.state(done - 1), None
+        if writer.limit_met(writer.records.row(done - 1)):
             return
-        state, taken = state_of(last, done - 1), None
     else:
         state, taken = evolution.start()
     progress.count(STEP_LIMITS[int(writer.records.row(index)["step_limit"])] for index in range(done))
@@ -288,11 +286,11 @@ def _loop(evolution: WheelsetEvolution, writer: Writer, progress: Progress, inte
         if taken is not None:
             row = evolution.row(state, evaluation, taken)
             check_row(writer.header, row)
-            with _uninterrupted():
-                deferred = writer.write(state.step, row, packed(state.correction))
+            with interrupts.deferred():
+                waits = writer.write(state, row)
                 progress.count([taken.reason])
                 progress.report("step", state, step_length=taken.length)
-            if deferred:
+            if waits:
                 progress.report("deferred")
             if ended or writer.limit_met(row):
                 return
@@ -313,52 +311,47 @@ STOPPING_SIGNALS = [
 
 
 class _Interrupts:
-    """Remembers Ctrl-C: callbacks of compiled code, as when kernels are loaded, swallow the exception."""
+    """Signals that stop a run: at once, or once record and row are both written.
+
+    They are remembered: callbacks of compiled code, as when kernels are loaded, swallow the exception.
+    """
 
     def __enter__(self) -> _Interrupts:
-        self._received = False
-        self._handlers = _stopping_handlers()
+        self._received: list[int] = []
+        self._waits = False
+        main = threading.current_thread() is threading.main_thread()
+        found = {number: signal.getsignal(number) for number in STOPPING_SIGNALS if main}
+        # neither ignored, as under nohup, nor deadly
+        self._handlers = {number: handler for number, handler in found.items() if callable(handler)}
         for number in self._handlers:
             signal.signal(number, self._handle)
         return self
 
     def _handle(self, number: int, frame: FrameType | None) -> None:
-        self._received = True
-        self._handlers[number](number, frame)
+        self._received.append(number)
+        if not self._waits:
+            self._handlers[number](number, frame)
 
     def check(self) -> None:
-        """Raise KeyboardInterrupt if Ctrl-C was pressed."""
+        """Raise KeyboardInterrupt if a signal was received."""
         if self._received:
+            raise KeyboardInterrupt
+
+    @contextlib.contextmanager
+    def deferred(self) -> Iterator[None]:
+        """Let signals wait for the end of a block."""
+        before, self._waits = len(self._received), True
+        try:
+            yield
+        finally:
+            self._waits = False
+        for number in self._received[before:]:
+            self._handlers[number](number, None)
             raise KeyboardInterrupt
 
     def __exit__(self, *_: object) -> None:
         for number, handler in self._handlers.items():
             signal.signal(number, handler)
-
-
-@contextlib.contextmanager
-def _uninterrupted() -> Iterator[None]:
-    """Defer Ctrl-C until record and row are both written."""
-    received: list[int] = []
-    handlers = _stopping_handlers()
-    for number in handlers:
-        signal.signal(number, lambda number, _: received.append(number))
-    try:
-        yield
-    finally:
-        for number, handler in handlers.items():
-            signal.signal(number, handler)
-    if received:
-        handlers[received[0]](received[0], None)
-        raise KeyboardInterrupt
-
-
-def _stopping_handlers() -> dict[int, Callable[[int, FrameType | None], Any]]:
-    """Handlers of the signals that stop a run and are neither ignored, as under nohup, nor deadly."""
-    if threading.current_thread() is not threading.main_thread():
-        return {}
-    found = {number: signal.getsignal(number) for number in STOPPING_SIGNALS}
-    return {number: handler for number, handler in found.items() if callable(handler)}
 
 
 Kind = Literal["started", "resumed", "step", "deferred", "rebuilt", "finished", "complete"]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -85,11 +84,3 @@ def row_running(
         "axle_wear_number": np.where(known, forces.power / conditions.speed, FILL_FLOAT),
         "wear_share": area / total if total > 0.0 else np.zeros(count),
     }
-
-
-def running_of(row: Mapping[str, np.ndarray]) -> Running | None:
-    """Return where the wheelset ran in a row, bit by bit; None in rows of earlier versions."""
-    if "lateral_position" not in row:
-        return None
-    names = ("lateral_position", "wheel_loads", "lateral_stiffness", "wheelset_yaw")
-    return Running(*(row[name] for name in names))

@@ -5,8 +5,9 @@ Fields have the wheels (0 = right, 1 = left) first, `n` vertices of a wheel or `
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, is_dataclass, replace
+from typing import Any, NamedTuple, get_args, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,7 +52,7 @@ class Correction:
 
     # (n, 2, q, vertices): by regime of the active law and of the comparison laws [m/m], work [J/m3], fatigue
     wheel: FloatArray
-    below: FloatArray  # (n, 2, k) depth of the counterface in one passage, were it the wheel's [m]
+    below: FloatArray  # (n, 2, 1, k) depth of the counterface in one passage, were it the wheel's [m]
     step: IntArray  # (n,) at whose end it was solved, -1 if never
     model: IntArray  # (n,) the difference is from, in `Setup.chain`
     run: FloatArray  # (n,) distance since then times share [m]
@@ -59,6 +60,7 @@ class Correction:
     length: FloatArray  # (n,) its next step is limited to by what the last one left out [m]
     power: FloatArray  # (n, 2) of each wheel by the reference [W]
     max_pressure: FloatArray  # (n, 2) [Pa]
+    until: FloatArray  # (n,) depth up to which the reference solves it in all stages, or must not if < 0 [m]
     strictness: float = 1.0  # factor on what points may leave out by waiting [-]
     overlap: float = 1.0  # largest depth left out over the sum of the largest ones of the points alone [-]
     solved: int = 0  # points solved with the reference so far
@@ -73,10 +75,6 @@ class PointHistory:
     area_rate: FloatArray  # (n,) of both cross-sections, alone, when last solved; NaN if never [m2/m]
     left_out: NDArray[np.bool_]  # (n,) without contact solution in the last step
     share: float = 0.0  # of the wear that those carry [-]
-
-    def at(self, index: IntArray) -> PointHistory:
-        """Return the history of the points at `index`."""
-        return PointHistory(self.area_rate[index], self.left_out[index])
 
 
 @dataclass(frozen=True)
@@ -151,3 +149,29 @@ class PatchWear:
 def worn_wheels(wheelset: Wheelset, y: FloatArray, z: FloatArray) -> tuple[Profile, Profile]:
     """Return the right and left wheel of a wheelset with other profiles, (2, n) each [m]."""
     return replace(wheelset.right, y=y[0], z=z[0]), replace(wheelset.left, y=y[1], z=z[1])
+
+
+def flattened(value: Any, name: str = "") -> dict[str, np.ndarray]:
+    """Arrays of a dataclass such as `State`, and of dataclasses and tuples in it, by path; none for None."""
+    if is_dataclass(value):
+        parts = {each.name: getattr(value, each.name) for each in fields(value)}
+    elif isinstance(value, tuple):
+        parts = {str(number): each for number, each in enumerate(value)}
+    else:
+        return {} if value is None else {name: np.asarray(value)}
+    paths = (flattened(part, f"{name}/{key}") for key, part in parts.items())
+    return {path: array for inner in paths for path, array in inner.items()}
+
+
+def rebuilt(kind: Any, arrays: Mapping[str, np.ndarray], name: str = "") -> Any:
+    """Value of a type from what `flattened` made of it, bit by bit; KeyError if something is missing."""
+    inside = {path.removeprefix(f"{name}/").split("/")[0] for path in arrays if path.startswith(f"{name}/")}
+    composed: list[Any] = [one for one in (kind, *get_args(kind)) if is_dataclass(one)]
+    if composed and not inside:
+        return None
+    if composed:
+        hints = get_type_hints(composed[0])
+        return composed[0](**{key: rebuilt(hint, arrays, f"{name}/{key}") for key, hint in hints.items()})
+    if getattr(kind, "__origin__", None) is tuple:
+        return tuple(arrays[f"{name}/{number}"] for number in range(len(inside)))
+    return arrays[name].item() if kind in (int, float) else arrays[name]

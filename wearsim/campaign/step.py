@@ -27,7 +27,7 @@ from numpy.polynomial import Chebyshev
 
 from wearsim.campaign.counterface import moved_counterface, wear_off_counterface
 from wearsim.campaign.state import CounterfaceState, Increment, State, WearRate
-from wearsim.campaign.vertices import lengths_of_sides, only_worn, smooth_sides, worn_off_sides
+from wearsim.campaign.vertices import lengths_of_sides, only_worn, smooth_sides, worn_off
 from wearsim.contact.patch import FloatArray
 from wearsim.damage.fatigue.balance import damage_after
 
@@ -238,20 +238,19 @@ def error_of(before: State, after: State, start: WearRate, end: WearRate, wavele
     length = after.distance - before.distance
     ends = [smoothed(before, start, wavelength), _scaled(before, after, smoothed(after, end, wavelength))]
     mean = _sum(ends, np.array([0.5, 0.5]) * length)
-    pairs: list[tuple[State | CounterfaceState, FloatArray, FloatArray]] = [
-        (before, after.wear_depth - before.wear_depth, mean.regime_depth.sum(axis=1))
-    ]
-    if before.counterface is not None and after.counterface is not None and mean.counterface is not None:
-        worn = after.counterface.depth - before.counterface.depth
-        pairs.append((before.counterface, worn, mean.counterface))
-    largest = 0.0
-    for body, worn, expected in pairs:
+
+    def of_body(body: State | CounterfaceState, worn: FloatArray, expected: FloatArray) -> float:
         deepest = worn.max(axis=1, keepdims=True)
         stretch = np.where((worn > _BAND * deepest) & (deepest > 0.0), lengths_of_sides(body.y, body.z), 0.0)
         band = stretch.sum(axis=1)
         square = (stretch * (0.8 * (expected - worn)) ** 2).sum(axis=1)
-        largest = max(largest, float(np.sqrt(square / np.where(band > 0.0, band, 1.0)).max()))
-    return largest
+        return float(np.sqrt(square / np.where(band > 0.0, band, 1.0)).max())
+
+    largest = of_body(before, after.wear_depth - before.wear_depth, mean.regime_depth.sum(axis=1))
+    if before.counterface is None or after.counterface is None or mean.counterface is None:
+        return largest
+    worn = after.counterface.depth - before.counterface.depth
+    return max(largest, of_body(before.counterface, worn, mean.counterface))
 
 
 def smoothed(state: State, rate: WearRate, wavelength: float) -> Increment:
@@ -277,13 +276,10 @@ def _sum(rates: Sequence[Increment], lengths: FloatArray) -> Increment:
             result = result + length * value
         return result
 
+    regime_depths, comparisons, fatigues, counterfaces = zip(*rates, strict=True)
+    below = None if counterfaces[0] is None else total(*counterfaces)
     return Increment(
-        total(*(one.regime_depth for one in rates)),
-        tuple(total(*values) for values in zip(*(one.comparison for one in rates), strict=True)),
-        tuple(total(*values) for values in zip(*(one.fatigue for one in rates), strict=True)),
-        None
-        if rates[0].counterface is None
-        else total(*(one.counterface for one in rates if one.counterface is not None)),
+        total(*regime_depths), tuple(map(total, *comparisons)), tuple(map(total, *fatigues)), below
     )
 
 
@@ -308,7 +304,7 @@ def _scaled(before: State, after: State, rate: Increment) -> Increment:
 def _moved(state: State, increment: Increment) -> State:
     """State of a stage: profiles and depth alone."""
     total, counterface = increment.regime_depth.sum(axis=1), state.counterface
-    y, z = worn_off_sides(state.y, state.z, total, "wheel")
+    y, z = worn_off(state.y, state.z, total, "wheel")
     if counterface is not None and increment.counterface is not None:
         counterface = moved_counterface(counterface, increment.counterface)
     return replace(state, y=y, z=z, wear_depth=state.wear_depth + total, counterface=counterface)
@@ -339,7 +335,7 @@ def remove(state: State, regime_depth: FloatArray, step_length: float, rule: Ste
     :math:`\rho \sum 2 \pi r_j d_j l_j`.
     """
     total, length = regime_depth.sum(axis=1), lengths_of_sides(state.y, state.z)
-    y, z = worn_off_sides(state.y, state.z, total, "wheel")
+    y, z = worn_off(state.y, state.z, total, "wheel")
     mass = rule.density * 2.0 * np.pi * ((rule.radius + state.z) * total * length).sum(axis=1)
     return replace(
         state,

@@ -6,6 +6,7 @@ import numpy as np
 
 from wearsim.contact.kernel import kernel
 from wearsim.contact.patch import FloatArray, IntArray
+from wearsim.contact.problem import ContactPatches
 from wearsim.errors import NumericalError
 from wearsim.profile.shape import arc_length, offset_distance, vertex_lengths, vertex_normals
 from wearsim.profile.smoothing import smoothing_spline
@@ -53,62 +54,28 @@ def sample(strip_edges: FloatArray, arc: FloatArray, value: FloatArray, out: Flo
 
 
 def worn_off(y: FloatArray, z: FloatArray, depth: FloatArray, body: str) -> tuple[FloatArray, FloatArray]:
-    """Move the vertices (n,) of a profile, z out of the material, along their normals by a smooth depth [m].
+    """Move the vertices (2, n) of the profiles of both sides along their normals by a smooth depth [m].
 
-    The area between the polygons is the sum of depth times vertex length.
+    z is out of the material. The area between the polygons is the sum of depth times vertex length.
 
     Raises
     ------
     NumericalError
-        When the depth is too large for the curvature of the profile; it names the body.
+        When the depth is too large for the curvature of a profile; it names side and body.
     """
-    distance = offset_distance(y, z, depth)
-    normal_y, normal_z = vertex_normals(y, z)
-    new_y, new_z = y + distance * normal_y, z + distance * normal_z
-    forward = np.diff(new_y) * np.diff(y) + np.diff(new_z) * np.diff(z)
-    if not (forward > 0.0).all():
-        raise NumericalError(
-            f"a wear step of {depth.max() * 1e6:.3g} um folds the profile of the {body} at y = "
-            f"{y[int(np.argmin(forward))] * 1e3:.4g} mm; lower max_step_depth_um or raise "
-            f"smoothing_wavelength_mm"
-        )
+    new_y, new_z = np.empty_like(y), np.empty_like(z)
+    for k, side in enumerate(("right", "left")):
+        distance = offset_distance(y[k], z[k], depth[k])
+        normal_y, normal_z = vertex_normals(y[k], z[k])
+        new_y[k], new_z[k] = y[k] + distance * normal_y, z[k] + distance * normal_z
+        forward = np.diff(new_y[k]) * np.diff(y[k]) + np.diff(new_z[k]) * np.diff(z[k])
+        if not (forward > 0.0).all():
+            raise NumericalError(
+                f"a wear step of {depth[k].max() * 1e6:.3g} um folds the profile of the {side} {body} at y = "
+                f"{y[k, int(np.argmin(forward))] * 1e3:.4g} mm; lower max_step_depth_um or raise "
+                f"smoothing_wavelength_mm"
+            )
     return new_y, new_z
-
-
-def smooth(arc: FloatArray, depth: FloatArray, length: FloatArray, wavelength: float) -> FloatArray:
-    r"""Cubic smoothing spline of a wear increment over arc length, its area kept.
-
-    Parameters
-    ----------
-    arc : (n,) array
-        Arc length at the vertices, strictly rising [m].
-    depth : (..., n) array
-        Wear depth, not negative [m]; rows are independent.
-    length : (n,) array
-        Length of profile each vertex stands for [m].
-    wavelength : float
-        Wavelength whose amplitude is halved [m]; 0: no smoothing.
-
-    Returns
-    -------
-    (..., n) array
-        Smoothed depth, nowhere negative, with the same sum(depth * length) in each row [m].
-
-    Notes
-    -----
-    `wearsim.profile.smoothing.smoothing_spline`: the amplitude at wavelength :math:`\Lambda` is halved.
-    Negative side lobes of a worn band are set to 0, then each row is scaled to its area.
-    """
-    if wavelength == 0.0 or not depth.any():
-        return depth.copy()
-    rows = depth.reshape(-1, depth.shape[-1])
-    smoothed = np.maximum(smoothing_spline(arc, rows, length, wavelength), 0.0)
-
-    area = (rows * length).sum(axis=1)
-    kept = (smoothed * length).sum(axis=1)
-    scale = np.where(kept > 0.0, area / np.where(kept > 0.0, kept, 1.0), 0.0)
-    result: FloatArray = (smoothed * scale[:, None]).reshape(depth.shape)
-    return result
 
 
 def lengths_of_sides(y: FloatArray, z: FloatArray) -> FloatArray:
@@ -116,13 +83,15 @@ def lengths_of_sides(y: FloatArray, z: FloatArray) -> FloatArray:
     return np.stack([vertex_lengths(y[side], z[side]) for side in (0, 1)])
 
 
-def worn_off_sides(
-    y: FloatArray, z: FloatArray, depth: FloatArray, body: str
-) -> tuple[FloatArray, FloatArray]:
-    """Move the vertices (2, n) of the profiles of both sides, see `worn_off` [m]."""
-    moved = [worn_off(y[k], z[k], depth[k], f"{side} {body}") for k, side in enumerate(("right", "left"))]
-    new_y, new_z = zip(*moved, strict=True)
-    return np.stack(new_y), np.stack(new_z)
+def strip_heights(contact: ContactPatches, y: FloatArray, z: FloatArray) -> FloatArray:
+    """Height (m, ny) of the wheel profiles (2, n) at the centres of the strips of patches [m]."""
+    centre = 0.5 * (contact.strip_edges_wheel_y[:, 1:] + contact.strip_edges_wheel_y[:, :-1])
+    height = np.empty_like(centre)
+    for wheel in (0, 1):
+        at = contact.side == wheel
+        # a worn flank may overhang by rounding; interpolation needs a rising y
+        height[at] = np.interp(centre[at], np.maximum.accumulate(y[wheel]), z[wheel])
+    return height
 
 
 def spline_sides(y: FloatArray, z: FloatArray, rows: FloatArray, wavelength: float) -> FloatArray:
@@ -130,10 +99,8 @@ def spline_sides(y: FloatArray, z: FloatArray, rows: FloatArray, wavelength: flo
 
     Neither clipped nor scaled to its area, which `smooth_sides` are; no smoothing with a wavelength of 0.
     """
-    if wavelength == 0.0:
-        return rows
-    result = np.empty_like(rows)
-    for side in (0, 1):
+    result = rows.copy()
+    for side in (0, 1) if wavelength > 0.0 and rows.any() else ():
         arc, length = arc_length(y[side], z[side]), vertex_lengths(y[side], z[side])
         flat = rows[..., side, :, :].reshape(-1, rows.shape[-1])
         smoothed = smoothing_spline(arc, flat, length, wavelength)
@@ -142,11 +109,36 @@ def spline_sides(y: FloatArray, z: FloatArray, rows: FloatArray, wavelength: flo
 
 
 def smooth_sides(y: FloatArray, z: FloatArray, depth: FloatArray, wavelength: float) -> FloatArray:
-    """Smooth a wear increment (2, ..., n) along the profiles (2, n) of both sides, see `smooth` [m]."""
-    return np.stack([
-        smooth(arc_length(y[side], z[side]), depth[side], vertex_lengths(y[side], z[side]), wavelength)
-        for side in (0, 1)
-    ])  # fmt: skip
+    r"""Smooth a wear increment (2, ..., n) along the profiles (2, n) of both sides, its areas kept.
+
+    Parameters
+    ----------
+    y, z : (2, n) array
+        Of both sides [m].
+    depth : (2, ..., n) array
+        Wear depth, not negative [m]; rows are independent.
+    wavelength : float
+        Wavelength whose amplitude is halved [m]; 0: no smoothing.
+
+    Returns
+    -------
+    (2, ..., n) array
+        Cubic smoothing spline over the arc length, nowhere negative, with the same sum(depth * length) in
+        each row [m].
+
+    Notes
+    -----
+    `wearsim.profile.smoothing.smoothing_spline`: the amplitude at wavelength :math:`\Lambda` is halved.
+    Negative side lobes of a worn band are set to 0, then each row is scaled to its area.
+    """
+    if wavelength == 0.0:
+        return depth.copy()
+    rows, length = depth.reshape(2, -1, depth.shape[-1]), lengths_of_sides(y, z)[:, None]
+    smoothed = np.maximum(spline_sides(y, z, rows, wavelength), 0.0)
+    area, kept = (rows * length).sum(axis=-1), (smoothed * length).sum(axis=-1)
+    scale = np.where(kept > 0.0, area / np.where(kept > 0.0, kept, 1.0), 0.0)
+    result: FloatArray = (smoothed * scale[:, :, None]).reshape(depth.shape)
+    return result
 
 
 def only_worn(depth: FloatArray, length: FloatArray) -> tuple[FloatArray, float]:

@@ -27,22 +27,14 @@ wearsim profile --fleet profiles/measured --against S1002 --plot fleet.pdf"""
 _FLAGS = {
     "reading of files (stated for every file given; else detected by extension, header and points)": (
         ("kind", "KIND", "wheel or rail"),
-        ("format", "FORMAT", "simpack, miniprof, miniprof-parts, slices, gensys, uic519 or two-column"),
+        ("format", "FORMAT", "simpack, miniprof, gensys, uic519 or two-column"),
         ("units", "UNIT", "mm, m, cm or in"),
         ("mirror", "", "flange (wheel) or gauge side (rail) at the end of larger y"),
         ("no-mirror", "", "at the end of smaller y"),
         ("z-up", "", "z grows away from the flange tip or the foot of the rail"),
         ("z-down", "", "z grows towards it"),
         ("origin", "ORIGIN", "y of a wheel counts from the running_circle or the flange_back"),
-        ("part", "N", "number or name of a curve in a multi-part file"),
-        ("slice", "N", "number of a slice in a list of slices"),
         ("at-km", "X", "of a result file (.nc): distance; interpolated between steps (default: the last)"),
-    ),
-    "measures of a wheel": (
-        ("below-tip-mm", "X", "depth of the upper point of qR below the flange tip (default 2)"),
-        ("level-mm", "X", "height of Sd and of the lower point of qR above the running circle (default 10)"),
-        ("running-circle-mm", "X", "distance of the running circle from the flange back (default 70)"),
-        ("limits", "FILE", "limits (TOML) instead of the shipped ones"),
     ),
     "wheelset and track": (
         ("left", "FILE", "left wheel, if it differs (NAME|FILE is the right one)"),
@@ -51,18 +43,13 @@ _FLAGS = {
         ("inclination", "1:N", "of the rail, or none (default 1:40; measured rails stand as measured)"),
         ("gauge-mm", "X", "gauge, 14 mm below the top (default 1435)"),
         ("back-to-back-mm", "X", "back-to-back distance; stated, it is checked, too (default 1360)"),
-        ("wheel-radius-mm", "X", "wheel radius at the running circle"),
-        ("diameter-mm", "X", "wheel diameter at the running circle, instead of the radius"),
+        ("diameter-mm", "X", "wheel diameter at the running circle"),
         ("left-diameter-mm", "X", "diameter of the left wheel, if it differs"),
+        ("limits", "FILE", "limits (TOML) of the measures instead of the shipped ones"),
     ),
     "comparison": (
         ("against", "NAME|FILE", "earlier or new profile: wear between the two"),
-        (
-            "align",
-            "RULE",
-            "how NAME|FILE is laid on it: none, flange_back, back_and_tip, flange_tip, running_circle, "
-            "best_fit, top (default best_fit for measured profiles, else none)",
-        ),
+        ("align", "RULE", "lay NAME|FILE on it by best_fit (default for measured profiles) or none"),
         ("rotate", "", "best_fit may rotate it, too: for profiles measured at a tilt"),
         ("reprofile-to", "NAME", "template a worn wheel is reprofiled to; with --left both to one diameter"),
         ("smooth-mm", "X", "take out waves shorter than this before anything is measured"),
@@ -95,13 +82,12 @@ def add_flags(parser: argparse.ArgumentParser) -> None:
                 group.add_argument(f"--{name}", metavar=placeholder, help=meaning)
             else:
                 group.add_argument(f"--{name}", action="store_true", help=meaning)
-    renamed = {"tape-mm": "running-circle-mm", "flange-back-mm": "back-to-back-mm", "turn-to": "reprofile-to"}
+    renamed = {"flange-back-mm": "back-to-back-mm", "turn-to": "reprofile-to"}
     add_renamed(parser, {f"--{old}": f"--{new}" for old, new in renamed.items()})
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Measure and print; write what is asked for."""
-    from wearsim.cli.profile_fleet import measure_fleet
-    from wearsim.cli.profile_run import measure_one
+    from wearsim.cli.profile_run import measure_fleet, measure_one
 
     return measure_one(arguments) if arguments.fleet is None else measure_fleet(arguments)

@@ -30,7 +30,7 @@ def read_wheel(request: Request, key: str, kind: str | None) -> ProfileInput | N
         return None
     wheel, back_to_back = found
     if key != "against":
-        request.numbers.setdefault("back_to_back_mm", back_to_back)
+        request.numbers.setdefault("back_to_back", back_to_back)
     return wheel
 
 
@@ -57,26 +57,25 @@ def worn_wheel(path: Path, side: str, at_km: str | None) -> tuple[ProfileInput, 
     )
     row = int(rows_at(run, np.array([distance]))[0])
     km = f"{1e-3 * distance:.10g} km"
-    between = f"interpolated between the stored states at {1e-3 * run[row]:.6g} km and "
+    how = "the last stored state" if row == run.size - 1 else "a stored state"
     if run[row] < distance:
-        how = f"{between}{1e-3 * run[row + 1]:.6g} km"
+        ends = f"{1e-3 * run[row]:.6g} km and {1e-3 * run[row + 1]:.6g} km"
+        how = f"interpolated between the stored states at {ends}"
     elif row and run[row - 1] == distance:
         how = "the stored state after the reprofiling there"
-    else:
-        how = "the last stored state" if row == run.size - 1 else "a stored state"
     radius = float(attributes["wheel_radius"])
     diameter = 2.0 * (radius + running_circle_level(y, z))
     back_to_back = 2.0 * (float(attributes["half_span"]) - RUNNING_CIRCLE)
-    origin = f"z counts from the new running circle, radius {1e3 * radius:g} mm"
-    source = f"{side} wheel of {path.name} after {km}, {how}; {origin}"
     notes = (
         f"{side} wheel after {km}: {how}",
-        f"{origin}; now the diameter is {1e3 * diameter:.3f} mm there",
+        f"z counts from the new running circle, radius {1e3 * radius:g} mm; now the diameter is "
+        f"{1e3 * diameter:.3f} mm there",
         f"this diameter and the back-to-back distance {1e3 * back_to_back:g} mm are taken, if none is stated",
     )
+    source = f"{side} wheel of {path.name} after {km}, {how}"
+    profile = Profile(f"{path.stem}_{side}_{km.replace(' ', '')}", "wheel", y, z, source)
     wheel = ProfileInput(
-        profile=Profile(f"{path.stem}_{side}_{km.replace(' ', '')}", "wheel", y, z, source), format="result",
-        header={}, files=(path,), notes=notes, given=str(path), title="worn wheel of a result file",
-        source=source, diameter=diameter,
+        profile=profile, format="result", header={}, notes=notes, given=str(path),
+        title="worn wheel of a result file", source=source, diameter=diameter,
     )  # fmt: skip
     return wheel, back_to_back

@@ -1,20 +1,19 @@
-"""`wearsim profile` on one profile: measured, printed, written."""
+"""`wearsim profile` on one profile, or on every profile of a folder: measured, printed, written."""
 
 from __future__ import annotations
 
 import sys
 from argparse import Namespace
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 from wearsim.cli import print_json
 from wearsim.cli.profile_result import read_wheel
+from wearsim.cli.streams import formula_warning
 from wearsim.profile.files import WRITTEN_FORMATS, is_file, write_profile
 from wearsim.profile.inspection import Inspection, inspect_profile, reprofiled_wheels, tables
-from wearsim.profile.inspection.inputs import ProfileInput
+from wearsim.profile.inspection.fleet import fleet_rows, profile_files
 from wearsim.profile.inspection.request import Request, flag_of, is_result
-from wearsim.profile.placement import RUNNING_CIRCLE
 from wearsim.whole_files import write_whole
 
 
@@ -31,81 +30,110 @@ def measure_one(arguments: Namespace) -> int:
     against = read_wheel(request, "against", kind)
     template = request.read("reprofile_to", "wheel") if kind != "rail" else None
     at, limits = request.common(kind)
-    target = _target(request, given)
     files = [request.given[key] for key in ("name", "left", "against", "reprofile_to", "rail", "wheel")]
     if request.statements and not any(is_file(name) and not is_result(name) for name in files if name):
         stated = ", ".join(map(flag_of, request.statements))
         request.faults.append(
             f"{stated}: is a statement on a file of points, but none is given; leave it out"
         )
+    target = Path(request.out) if request.out else None
+    if given is not None and request.convert is not None and target is None:
+        stem = given.profile.name.replace("/", "_").replace(":", "_").replace("%", "pct")
+        target = Path(f"{stem}{WRITTEN_FORMATS[request.convert][given.kind]}")
+        request.check_new("convert", target)
     request.raise_any()
     assert given is not None
-    if at is not None and is_result(request.name) and against and against.format in ("definition", "result"):
+    if is_result(request.name) and against and against.format in ("definition", "result"):
         at = replace(at, align=at.align or "none")  # both are in the axes in which wheels wear
-    inspection = inspect_profile(given, at, limits, left=left, against=against)
-    reprofile = partial(reprofiled_wheels, inspection)
-    wheels = request.take(partial(reprofile, template), "--reprofile-to") if template is not None else None
+    result = inspect_profile(given, at, limits, left=left, against=against)
+    wheels = template and request.take(lambda: reprofiled_wheels(result, template), "--reprofile-to")
     request.raise_any()
-    written = _write(request, inspection, target)
+    written = _write(request, result, target)
     if request.json:
-        value = tables.as_json(inspection) | ({"files": written} if written else {})
-        if template is not None and wheels is not None:
+        value = tables.as_json(result) | ({"files": written} if written else {})
+        if template and wheels:
             value["reprofiled"] = tables.reprofiled_json(template, wheels)
         print_json(value, allow_nan=False)
         return 0
     if request.csv == "-":
-        sys.stdout.write(tables.points_csv(inspection))
+        sys.stdout.write(tables.points_csv(result))
     else:
-        print(tables.as_text(inspection))
-        if template is not None and wheels is not None:
+        print(tables.as_text(result))
+        if template and wheels:
             print("\n" + tables.reprofiled_text(template, wheels))
     for line in written:
         print(f"wrote {line}", file=sys.stderr if request.csv == "-" else sys.stdout)
     return 0
 
 
-def _target(request: Request, given: ProfileInput | None) -> Path | None:
-    """File of the conversion, checked."""
-    if request.convert is None:
-        return None
-    circle = request.numbers.get("running_circle_mm") or (given.running_circle if given else RUNNING_CIRCLE)
-    if circle != RUNNING_CIRCLE:
-        request.faults.append(
-            f"--convert writes wheels whose running circle is {1e3 * RUNNING_CIRCLE:g} mm from the flange "
-            f"back, here it is {1e3 * circle:g} mm: the file would not say so; leave it out"
-        )
-    if given is None:
-        return None
-    stem = given.profile.name.replace("/", "_").replace(":", "_").replace("%", "pct")
-    target = Path(request.out or f"{stem}{WRITTEN_FORMATS[request.convert][given.kind]}")
-    if target.exists() and not request.overwrite:
-        named = f"--out = {target}" if request.out else f"--convert: {target}"
-        other = "" if request.out else " with --out"
-        request.faults.append(f"{named} exists already; choose another name{other} or add --overwrite")
-    return target
-
-
-def _write(request: Request, inspection: Inspection, target: Path | None) -> list[str]:
+def _write(request: Request, result: Inspection, target: Path | None) -> list[str]:
     """Write the converted profile, the table and the figure; returns what was written."""
-    written = [] if target is None else [_convert(request, inspection, target)]
+    written = []
+    if target is not None:
+        aligned = request.against is not None and request.align is not None
+        profile = result.aligned if aligned else result.given.profile
+        write_profile(profile, target, request.convert, overwrite=bool(request.overwrite))
+        changes = [word for word, is_so in (("aligned", aligned), ("smoothed", request.smooth_mm)) if is_so]
+        changed = f", {' and '.join(changes)} as stated" if changes else ""
+        written.append(f"{target} ({request.convert}, {len(profile.y)} points{changed})")
     if request.csv not in (None, "-"):
-        write_whole(Path(request.csv), tables.points_csv(inspection))
+        write_whole(Path(request.csv), tables.points_csv(result))
         written.append(request.csv)
     if request.plot is not None:
-        from wearsim.profile.inspection.datasets import profile_dataset
         from wearsim.report.figures.profile import profile_figure
         from wearsim.report.style import write_figure
 
-        write_figure(profile_figure(profile_dataset(inspection)), Path(request.plot))
+        write_figure(profile_figure(result), Path(request.plot))
         written.append(request.plot)
     return written
 
 
-def _convert(request: Request, inspection: Inspection, target: Path) -> str:
-    """Write a profile and say what was written."""
-    aligned = request.against is not None and request.align is not None
-    profile = inspection.aligned if aligned else inspection.given.profile
-    write_profile(profile, target, request.convert, overwrite=bool(request.overwrite))
-    changes = [*(["aligned"] if aligned else []), *(["smoothed"] if "smooth_mm" in request.numbers else [])]
-    changed = f", {' and '.join(changes)} as stated" if changes else ""
-    return f"{target} ({request.convert}, {len(profile.y)} points{changed})"
+def measure_fleet(arguments: Namespace) -> int:
+    """Measure a folder and print its table; the exit code is 2 if nothing could be measured."""
+    request = Request(arguments)
+    request.raise_any()
+    folder = Path(request.fleet)
+    against = request.read("against", request.kind)
+    kind = request.kind or (against.kind if against is not None else "wheel")
+    request.check_kind(kind, folder.name or str(folder))
+    at, limits = request.common(kind)
+    files, skipped = request.take(lambda: profile_files(folder, "format" in request.statements)) or ([], [])
+    if not files and not request.faults:
+        request.faults.append(
+            f"--fleet = {folder} holds no profile files (.whl, .ban, .prw, .csv, ...); give another folder, "
+            "or the format of all its files with --format"
+        )
+    request.raise_any()
+    rows = []
+    for row in fleet_rows(files, at, limits, kind=request.kind, against=against):
+        rows.append(row)
+        if sys.stderr.isatty():
+            end = "" if len(rows) < len(files) else "\r" + " " * 40 + "\r"
+            print(f"\r{len(rows)} of {len(files)} files", end=end, file=sys.stderr, flush=True)
+    table = tables.fleet_csv(rows)
+    if request.csv is not None:
+        formula_warning(table, "--csv")
+    if request.csv not in (None, "-"):
+        write_whole(Path(request.csv), table)
+        print(f"wrote {request.csv}", file=sys.stderr)
+    if request.json:
+        print_json({"wheels": list(map(tables.fleet_json, rows))}, allow_nan=False)
+    elif request.csv == "-":
+        sys.stdout.write(table)
+    else:
+        print(tables.fleet_text(rows))
+    measured = [row for row in rows if row.profile is not None]
+    if request.plot is not None and measured:
+        from wearsim.report.figures.profile import fleet_figure
+        from wearsim.report.style import write_figure
+
+        write_figure(fleet_figure(measured, against.profile if against else None), Path(request.plot))
+        print(f"wrote {request.plot}: {len(measured)} profiles drawn", file=sys.stderr)
+    faulty, alone = len(rows) - len(measured), sum(1 for row in measured if row.values["fault"])
+    summary = [f"{len(rows)} files: {len(measured)} measured, {faulty} with faults"]
+    summary += [f"{alone} not compared"] if alone else []
+    if skipped:
+        names = ", ".join(skipped[:3]) + (", ..." if len(skipped) > 3 else "")
+        summary.append(f"{len(skipped)} other files or folders left out ({names})")
+    print("; ".join(summary), file=sys.stderr)
+    return 0 if measured else 2

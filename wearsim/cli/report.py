@@ -8,20 +8,24 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-SUMMARY = "write the self-contained HTML report of a run directory"
+SUMMARY = "write the self-contained HTML report of a run directory or a sweep"
 EXAMPLES = "wearsim report out"
 
 
 def add_flags(parser: argparse.ArgumentParser) -> None:
     """Add the flags."""
-    parser.add_argument("directory", metavar="DIR", help="run directory, finished or not")
+    parser.add_argument("directory", metavar="DIR", help="run directory, or that of a sweep, finished or not")
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Write the report and print where it is."""
     from wearsim.report.html import write_report
+    from wearsim.report.sweep import write_sweep_report
+    from wearsim.studies.sweep import SWEEP_FILE
 
-    print(write_report(Path(arguments.directory)))
+    directory = Path(arguments.directory)
+    write = write_sweep_report if (directory / SWEEP_FILE).is_file() else write_report
+    print(write(directory))
     return 0
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
@@ -66,9 +67,14 @@ def execute(arguments: argparse.Namespace) -> int:
         tables = {"factors": rows, "points": points, "causes": causes.reset_index(), "power_causes": power}
         tables |= {"bands": sure, "materials": steels}
         tables |= {f"{of}_distance": answer for of, answer in found.items()}
-        # NaN is null
-        plain = {name: one.astype(object).where(one.notna(), None) for name, one in tables.items()}
-        print_json({name: one.to_dict(orient="records") for name, one in plain.items()}, allow_nan=False)
+        plain = {  # JSON has neither NaN nor infinity
+            name: [
+                {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in row.items()}
+                for row in part.to_dict(orient="records")
+            ]
+            for name, part in tables.items()
+        }
+        print_json(plain, allow_nan=False)
     else:
         states = {state: points[points["state"] == state] for state in dict.fromkeys(points["state"])}
         shown = {

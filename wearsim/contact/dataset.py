@@ -267,10 +267,7 @@ def solve_contact(
         "counterface_curvature": counterface.curvature,
         "normal_model": models.normal,
         "tangential_model": models.tangential,
-        "strips": models.strips,
-        "cells": models.cells,
-        "cell_size": models.cell_size,
-        "most_cells": models.most_cells,
+        **{name: getattr(models, name) for name in ("strips", "cells", "cell_size", "most_cells")},
         "rotation_rule": conditions.rotation if isinstance(conditions.rotation, str) else "given",
     }
     return dataset
@@ -335,14 +332,11 @@ def patch_columns(solution: ContactSolution, fields: bool) -> Columns:
         "strip_work": (strip, cells.strip_work),
         **{name: (cell, getattr(cells, name)) for name in _CELLS},
     }
-    if patch.grid is not None:
+    if (grid := patch.grid) is not None:
         columns |= {
-            "cell_pressure": (("patch", "grid_cell", "strip"), patch.grid.pressure),
-            "grid_lead": (("patch",), patch.grid.x_lead),
-            "grid_trail": (
-                ("patch",),
-                patch.grid.x_lead - patch.grid.pressure.shape[1] * patch.grid.cell_length,
-            ),
+            "cell_pressure": (("patch", "grid_cell", "strip"), grid.pressure),
+            "grid_lead": (("patch",), grid.x_lead),
+            "grid_trail": (("patch",), grid.x_lead - grid.pressure.shape[1] * grid.cell_length),
         }
     return columns
 
@@ -373,22 +367,17 @@ def _rail(
     profile: str | Path | Profile, inclination: float | None, gauge: float | None, back_to_back: float | None
 ) -> Profile:
     """Rail profile by name or file, placed in the track, or as it is."""
-    if isinstance(profile, Profile):
-        given = {"inclination": inclination, "gauge": gauge, "back_to_back": back_to_back}
-        again = [name for name, value in given.items() if value is not None]
-        if again:
-            raise ProfileError(
-                f"profile {profile.name!r} is placed in the track already; give {again[0]} to "
-                "wearsim.standard_profile or wearsim.read_profile"
-            )
-        return _of_kind(profile, "rail")
-    return load_profile(
-        profile,
-        "rail",
-        inclination=INCLINATION if inclination is None else inclination,
-        gauge=GAUGE if gauge is None else gauge,
-        half_span=half_span(1.360 if back_to_back is None else back_to_back),
-    )
+    place = {"inclination": inclination, "gauge": gauge, "back_to_back": back_to_back}
+    given: dict[str, Any] = {name: value for name, value in place.items() if value is not None}
+    if not isinstance(profile, Profile):
+        placed: dict[str, Any] = {"inclination": INCLINATION, "gauge": GAUGE, "back_to_back": 1.360} | given
+        return load_profile(profile, "rail", half_span=half_span(placed.pop("back_to_back")), **placed)
+    if given:
+        raise ProfileError(
+            f"profile {profile.name!r} is placed in the track already; give {next(iter(given))} to "
+            "wearsim.standard_profile or wearsim.read_profile"
+        )
+    return _of_kind(profile, "rail")
 
 
 def _of_kind(profile: Profile, kind: str) -> Profile:

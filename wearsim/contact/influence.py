@@ -109,11 +109,7 @@ def normal_influence(
 
 
 def tangential_influence(
-    cell_length: float,
-    cell_width: float,
-    shape: tuple[int, int],
-    shear_modulus: float,
-    poisson_ratio: float,
+    cell_length: float, cell_width: float, shape: tuple[int, int], shear_modulus: float, poisson_ratio: float
 ) -> FloatArray:
     """Tangential displacements at cell centres under unit shear on the first cell of a grid (Cerruti).
 
@@ -222,7 +218,8 @@ def waves_of(field: FloatArray, along: FloatArray, across: FloatArray) -> FloatA
             c, d = size * field[rear, right], size * field[rear, left]
             part[0, 0, i, j], part[0, 1, i, j] = a + b + c + d, a + b - c - d
             part[1, 0, i, j], part[1, 1, i, j] = a - b + c - d, a - b - c + d
-    of_x, of_y = along[: 2 * nx * hx].reshape(2, nx, hx), across[2 * ny * hy :].reshape(2, hy, ny)
+    of_x = along[: 2 * nx * hx].reshape(2, nx, hx)
+    of_y = across[2 * ny * hy : 4 * ny * hy].reshape(2, hy, ny)
     half, waves = np.empty((2 * hx, ny)), np.empty((2, 2, nx, ny))
     for q in range(2):
         multiply(part[q].reshape(2 * hx, hy), of_y[q], half)
@@ -236,7 +233,8 @@ def field_of(waves: FloatArray, along: FloatArray, across: FloatArray, field: Fl
     """Field (nx, ny) with given waves; the way back of `waves_of` but for the weights of `spectrum`."""
     nx, ny = field.shape
     hx, hy = (nx + 1) // 2, (ny + 1) // 2
-    of_x, of_y = along[2 * nx * hx :].reshape(2, hx, nx), across[: 2 * ny * hy].reshape(2, ny, hy)
+    of_x = along[2 * nx * hx : 4 * nx * hx].reshape(2, hx, nx)
+    of_y = across[: 2 * ny * hy].reshape(2, ny, hy)
     half, part = np.empty((2 * hx, ny)), np.empty((2, 2, hx, hy))
     for q in range(2):
         for p in range(2):

@@ -131,11 +131,10 @@ class ContactConditions:
         >>> points.friction.tolist()
         [0.3, 0.3, 0.3]
         """
-        given = {"shift": shift, "yaw": yaw, "wheel_load": wheel_load, "speed": speed, "friction": friction}
-        given = {"roll": 0.0, "track_curvature": 0.0, **given, "rotation": rotation, **others}
+        given = {"roll": 0.0, "track_curvature": 0.0, "shift": shift, "yaw": yaw, "wheel_load": wheel_load}
+        given |= {"speed": speed, "friction": friction, "rotation": rotation, **others}
         names = [field.name for field in fields(cls)]
-        unknown = [name for name in given if name not in names]
-        if unknown:
+        if unknown := [name for name in given if name not in names]:
             raise ContactError(f"{unknown[0]} is not a contact condition; known: {', '.join(names)}")
         whole: dict[str, Any] = {name: given.pop(name) for name in ("free_roll",) if name in given}
         if isinstance(rotation, str):
@@ -144,32 +143,33 @@ class ContactConditions:
                 known = ", ".join(RULES)
                 raise ContactError(f"rotation = {rotation!r} must be a number [rad/s] or one of {known}")
         arrays = {name: np.asarray(value, dtype=float) for name, value in given.items() if value is not None}
-        creepage = arrays.pop("creepage", np.zeros(3))
-        wide = {name: arrays.pop(name) for name in ("wheel_load",) if arrays[name].ndim == 2}
-        rows = [array.shape[:1] for array in wide.values()] + [array.shape for array in arrays.values()]
+        # Numbers of a point: three creepages, the loads of both wheels if they differ.
+        columns = {"creepage": 3} | ({"wheel_load": 2} if arrays["wheel_load"].ndim == 2 else {})
+        rows = [array.shape[: array.ndim - (name in columns)] for name, array in arrays.items()]
         try:
-            shape = np.broadcast_shapes((1,), creepage.shape[:-1], *rows)
+            shape = np.broadcast_shapes((1,), *rows)
         except ValueError:
             shape = ()
-        pairs = all(array.shape[1] == 2 for array in wide.values())
-        if len(shape) != 1 or 0 in shape or creepage.shape[-1:] != (3,) or not pairs:
-            named = {**arrays, **wide}.items()
-            shapes = ", ".join(f"{name} {array.shape}" for name, array in named if array.ndim)
+        wide = all(arrays[name].shape[-1:] == (size,) for name, size in columns.items() if name in arrays)
+        if len(shape) != 1 or 0 in shape or not wide:
+            shapes = ", ".join(
+                f"{name} {array.shape}" for name, array in arrays.items() if array.ndim and name != "creepage"
+            )
             raise ContactError(
                 f"contact conditions must be numbers or arrays (n,) of points, creepage (n, 3): {shapes}"
             )
         others = {"rotation": "rotation_speed", "torque": "axle_torque"}
-        for name, array in {**arrays, **wide}.items():
-            quantity = QUANTITIES[others.get(name, name)]
+        for name, array in arrays.items():
+            if name == "creepage":
+                continue
             for value in (float(array.min()), float(array.max())):
-                if fault := quantity.fault(value, name):
+                if fault := QUANTITIES[others.get(name, name)].fault(value, name):
                     raise ContactError(fault)
-        if not np.isfinite(creepage).all():
+        if not np.isfinite(arrays.get("creepage", 0.0)).all():
             raise ContactError("creepage must be finite")
-        whole |= {name: np.array(np.broadcast_to(array, shape)) for name, array in arrays.items()}
-        whole |= {name: np.array(np.broadcast_to(array, (*shape, 2))) for name, array in wide.items()}
-        if given.get("creepage") is not None:
-            whole["creepage"] = np.array(np.broadcast_to(creepage, (*shape, 3)))
+        for name, array in arrays.items():
+            size = (columns[name],) if name in columns else ()
+            whole[name] = np.array(np.broadcast_to(array, (*shape, *size)))
         return cls(**whole)
 
 
@@ -273,6 +273,11 @@ class Counterface:
     def profiles(self) -> tuple[Profile, Profile]:
         """Of the right and the left side."""
         return self.profile, self.profile if self.left is None else self.left
+
+    @property
+    def seen_in_motion(self) -> float:
+        """Curvature as the motion of the surfaces sees it [1/m]."""
+        return self.curvature if self.rolling_curvature is None else self.rolling_curvature
 
     @cached_property
     def surfaces(self) -> tuple[CounterfaceProfile, CounterfaceProfile]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import fields, replace
+from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
@@ -135,14 +135,17 @@ def solve_each(
         What `each` returned, in the order of the points.
     """
     count = conditions.shift.size
-    task = _task(wheelset, counterface, models, sides, vertical)
+    task = Task(
+        wheelset.surfaces, counterface.surfaces, wheelset, counterface.curvature, counterface.seen_in_motion,
+        models, sides, vertical,
+    )  # fmt: skip
     starts = range(0, max(count, 1), CHUNK)
 
     def part(start: int) -> Result:
         index = np.arange(start, min(start + CHUNK, count))
         while True:
             try:
-                solution = _solve_chunk(task, _part(conditions, index), index)
+                solution = _solve_chunk(task, conditions.at(index), index)
                 break
             except ContactError as error:
                 if failed is None or error.row is None:
@@ -157,44 +160,11 @@ def solve_each(
     return [part(start) for start in starts]
 
 
-def _task(
-    wheelset: Wheelset,
-    counterface: Counterface,
-    models: ContactModels,
-    sides: tuple[int, ...],
-    vertical: bool,
-) -> Task:
-    rolling = (
-        counterface.curvature if counterface.rolling_curvature is None else counterface.rolling_curvature
-    )
-    return Task(
-        wheels=wheelset.surfaces,
-        counterfaces=counterface.surfaces,
-        wheelset=wheelset,
-        curvature=counterface.curvature,
-        rolling_curvature=counterface.curvature if rolling is None else rolling,
-        models=models,
-        sides=sides,
-        vertical=vertical,
-    )
-
-
-def _part(conditions: ContactConditions, part: IntArray) -> ContactConditions:
-    changed = {
-        f.name: getattr(conditions, f.name)[part]
-        for f in fields(conditions)
-        if isinstance(getattr(conditions, f.name), np.ndarray)
-    }
-    return replace(conditions, **changed)
-
-
 def _placed(error: ContactError, chunk: ContactConditions, index: IntArray) -> ContactError:
     """Return the same error with its operating point."""
     row, side = error.row or 0, error.side
-    wheel = "" if side is None else "left wheel" if side else "right wheel"
-    shift, yaw = 1e3 * chunk.shift[row], 1e3 * chunk.yaw[row]
-    place = f"shift {shift:g} mm, yaw {yaw:g} mrad"
-    place = f"{wheel}, {place}" if wheel else place
+    wheel = "" if side is None else "left wheel, " if side else "right wheel, "
+    place = f"{wheel}shift {1e3 * chunk.shift[row]:g} mm, yaw {1e3 * chunk.yaw[row]:g} mrad"
     point = int(index[row])
     if point > 0 or chunk.shift.size > 1:  # a single point needs no number
         place = f"point {point}, {place}"
@@ -281,7 +251,7 @@ def _at_rest(
         if len(rolls) > QUICK_ROLLS:  # where loads jump, equilibria hang on where they began
             nearby = None
         rows = np.flatnonzero(wanted)
-        tilted = _part(replace(chunk, roll=angle), rows)
+        tilted = replace(chunk, roll=angle).at(rows)
         given = None if speed is None else speed[rows]
         try:
             sides = [side_of(task, number, tilted) for number in (0, 1)]
@@ -319,7 +289,7 @@ def _near_rest(task: Task, chunk: ContactConditions) -> tuple[FloatArray, FloatA
 
     def displacements(angle: FloatArray, wanted: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
         rows = np.flatnonzero(wanted)
-        tilted = _part(replace(chunk, roll=angle), rows)
+        tilted = replace(chunk, roll=angle).at(rows)
         both = np.zeros((2, wanted.size))
         for number in (0, 1):
             try:
@@ -374,11 +344,15 @@ def _finish(
     power = np.maximum(-(contact.force * creepage).sum(axis=1) * solved.speed, 0.0)
     assert contact.cells is not None
     pressure, shear_x, shear_y, slip_x, slip_y = contact.cells
-    local, local_power = np.empty(pressure.shape), np.empty(power.size)
+    work, local_power = np.empty(pressure.shape), np.empty(power.size)
     cell_area = contact.cell_length * patch.width[:, None]
     below = [np.interp(normal.centre_y, one.y, one.z) for one in task.counterfaces]
     z = task.wheelset.radius + np.where(sign < 0.0, below[1], below[0]) - normal.vertical_displacement
-    _scale_work(shear_x, shear_y, slip_x, slip_y, cell_area, solved.speed, power, sign, local, local_power)
+    _scale_work(shear_x, shear_y, slip_x, slip_y, cell_area, solved.speed, power, sign, work, local_power)
+    fields = SurfaceFields(
+        pressure, shear_x, shear_y, slip_x, slip_y, work, contact.x_lead, contact.cell_length, patch.width,
+        solved.speed,
+    )  # fmt: skip
     return ContactSolution(
         point=index[patch.row],
         side=(sign < 0.0).astype(np.int64),
@@ -408,18 +382,7 @@ def _finish(
         strip_edges_wheel_y=solved.edges_wheel_y,
         strip_edges_rail_y=normal.edge_y,
         patch=replace(patch, row=index[patch.row]),
-        fields=SurfaceFields(
-            pressure=pressure,
-            shear_x=shear_x,
-            shear_y=shear_y,
-            slip_x=slip_x,
-            slip_y=slip_y,
-            work_density=local,
-            x_lead=contact.x_lead,
-            cell_length=contact.cell_length,
-            strip_width=patch.width,
-            speed=solved.speed,
-        ),
+        fields=fields,
     )
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,7 @@ from wearsim.contact.gap import between_points
 from wearsim.contact.geometry import CounterfaceProfile, Gap, WheelsetPose, WheelSurface, gap
 from wearsim.contact.kernel import kernel, plain
 from wearsim.contact.normal import NORMAL_MODELS, NormalSolution
-from wearsim.contact.patch import FloatArray, IntArray, Resolution
+from wearsim.contact.patch import FloatArray, IntArray, PatchGrid, Resolution
 from wearsim.contact.problem import ContactConditions, ContactModels, Wheelset
 from wearsim.contact.tangential import TangentialModel, TangentialSolution
 from wearsim.errors import ContactError
@@ -114,27 +114,21 @@ def normal_of(
     A row whose rough solution, or solution from a start, fails is solved in full; the others stay as is.
     """
     models = task.models
-
-    def solved(row: IntArray, load: FloatArray, start: NormalSolution | None, rough: bool) -> NormalSolution:
-        return NORMAL_MODELS[models.normal](
-            side.gap,
-            row,
-            load,
-            vertical=task.vertical,
-            effective_modulus=models.effective_modulus,
-            resolution=COARSE if rough else models.resolution,
-            parameters=dict(models.parameters),
-            start=start,
-            rough=rough,
-        )
-
+    solved = partial(
+        NORMAL_MODELS[models.normal],
+        side.gap,
+        vertical=task.vertical,
+        effective_modulus=models.effective_modulus,
+        parameters=dict(models.parameters),
+    )
     try:
-        return solved(row, load, start, rough)
+        resolution = COARSE if rough else models.resolution
+        return solved(row, load, resolution=resolution, start=start, rough=rough)
     except ContactError as error:
         if error.row is None or not (rough or start is not None):
             raise
         failed = np.isin(row, error.rows)
-    full = solved(row[failed], load[failed], None, False)
+    full = solved(row[failed], load[failed], resolution=models.resolution)
     parts = [replace(full, reference_point=None) if rough else full]
     if not failed.all():
         rest = row[~failed]
@@ -287,12 +281,8 @@ def stretched(wheels: Wheels, load: FloatArray) -> Wheels:
     wide = s[:, None]
     grid = patch.grid
     if grid is not None:
-        grid = replace(
-            grid,
-            x_lead=s * grid.x_lead,
-            cell_length=s * grid.cell_length,
-            pressure=wide[:, :, None] * grid.pressure,
-        )
+        pressure = wide[:, :, None] * grid.pressure
+        grid = PatchGrid(s * grid.x_lead, s * grid.cell_length, pressure)
     patch = replace(
         patch,
         y=wide * patch.y,

@@ -3,24 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import fields, is_dataclass
-from typing import Any, TypeVar
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearsim.contact.wheels import joined
+from wearsim.errors import NumericalError
 
 _PATCHES = 16
 
-Arrays = TypeVar("Arrays")
 
-
-def batches(count: int) -> Iterator[slice]:
-    """Yield slices of a few patches each; one, empty, if there are none."""
+def batches(arrays: Any, count: int) -> Iterator[Any]:
+    """Yield a few of the patches of arrays (m, ...), or of dataclasses of them; once, empty, without any."""
     for start in range(0, max(count, 1), _PATCHES):
-        yield slice(start, start + _PATCHES)
+        yield joined([arrays], np.arange(start, min(start + _PATCHES, count)))
 
 
-def part_of(arrays: Arrays, patches: slice) -> Arrays:
-    """Return some patches of a dataclass of arrays (m, ...), and of the dataclasses it holds."""
-    parts: dict[str, Any] = {}
-    for field in fields(arrays):  # type: ignore[arg-type]
-        value = getattr(arrays, field.name)
-        parts[field.name] = part_of(value, patches) if is_dataclass(value) else value[patches]
-    return type(arrays)(**parts)
+def require_usable(law: str, bad: NDArray[np.bool_], fault: str) -> None:
+    """Raise if some patches (m,) of the contact cannot be used by a law; `fault` says what they may be."""
+    if bad.any():
+        raise NumericalError(
+            f"{law} got contact fields that are {fault} in {int(bad.sum())} of {bad.size} patches "
+            f"(first: {int(np.argmax(bad))}); look at this operating point with the contact command"
+        )

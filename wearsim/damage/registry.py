@@ -5,21 +5,11 @@ from __future__ import annotations
 import importlib
 import pkgutil
 from collections.abc import Iterable
-from typing import Protocol, TypeVar
+from typing import Any, TypeVar
 
 from wearsim.errors import Fault, SceneError, suggestion
 
-
-class Named(Protocol):
-    """A record with a name."""
-
-    @property
-    def name(self) -> str:
-        """Key in its registry."""
-        ...
-
-
-Record = TypeVar("Record", bound=Named)
+Record = TypeVar("Record")
 
 
 class Registry(dict[str, Record]):
@@ -30,10 +20,10 @@ class Registry(dict[str, Record]):
     kind : str
         What a record is called in messages, such as "wear law".
     records : iterable of records
-        Each with its own name.
+        Each with its own `name`.
     """
 
-    def __init__(self, kind: str, records: Iterable[Record]) -> None:
+    def __init__(self, kind: str, records: Iterable[Any]) -> None:
         self.kind = kind
         super().__init__()
         for record in records:

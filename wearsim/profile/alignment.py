@@ -1,11 +1,9 @@
-"""Where a measured profile lies against a reference: rules that hold one unworn thing or another."""
+"""Where a measured profile lies against a reference: the parts that do not wear laid on each other."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -14,12 +12,6 @@ from numpy.typing import NDArray
 from wearsim.errors import ProfileError, suggestion
 from wearsim.profile.shape import FloatArray, Profile, extremum, resample, vertex_lengths
 
-_BACK_FROM = 8e-3  # depth below the flange tip from which the flange back is used [m]
-# half the width around the tip, top or running circle over which a parabola takes out the noise [m]
-_TIP_HALF_WIDTH = 3e-3
-_EITHER_SIDE = 0.5e-3  # how far points must reach on both sides of it [m]
-_TIP_ROUNDS = 20
-_TIP_CLOSE = 1e-9  # change of the tip's place at which it is settled [m]
 _STEEPEST = math.radians(80.0)  # slope from which a piece of the reference is flange back
 _FEWEST = 5  # points a rule needs on whatever it holds
 _SPACING = 0.1e-3  # of the reference's points [m]: chords bulge by 0.1 um on 12 mm
@@ -54,7 +46,7 @@ def _zones(reference: Profile) -> tuple[_Zone, ...]:
     """
     if reference.kind == "wheel":
         back = _Zone("flange back and tip", (-math.inf, -52e-3))
-        return back, _Zone("field side of the tread", (50e-3, math.inf))
+        return back, _Zone("field side of the tread", (50e-3, math.inf), needed=False)
     top = extremum(reference.y, reference.z, int(np.argmin(reference.z)))[1]
     middle = 0.5 * float(reference.y.min() + reference.y.max())
     return (
@@ -64,14 +56,21 @@ def _zones(reference: Profile) -> tuple[_Zone, ...]:
 
 
 @dataclass(frozen=True)
-class Move:
-    """How a profile is moved by an alignment."""
+class Alignment:
+    """How a profile was moved, and the profile after it, which its source notes."""
 
+    rule: str  # one of `ALIGNMENTS`
+    profile: Profile = field(repr=False)
     dy: float = 0.0  # shift, after the rotation [m]
     dz: float = 0.0
     angle: float = 0.0  # rotation about the origin of the measured profile; turns y towards z [rad]
     rms: float | None = None  # of the normal distances left on the zones of a best fit [m]
-    note: str = ""  # what was held, in one sentence
+    note: str = "as measured, nothing moved"  # what was held, in one sentence
+
+    def moved(self, y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Points y, z (n,) [m] after the move."""
+        c, s = math.cos(self.angle), math.sin(self.angle)
+        return c * y - s * z + self.dy, s * y + c * z + self.dz
 
 
 def prolonged(reference: Profile) -> Profile:
@@ -94,7 +93,7 @@ def prolonged(reference: Profile) -> Profile:
     return replace(reference, y=y, z=z)
 
 
-def _best_fit(profile: Profile, reference: Profile, *, rotation: bool = False) -> Move:
+def _best_fit(profile: Profile, reference: Profile, *, rotation: bool) -> Alignment:
     """Least squares of the normal distances to the reference on its unworn zones.
 
     With `rotation` the profile may also be rotated, as gauges tilt. Raises `ProfileError` if a zone that is
@@ -152,13 +151,10 @@ def _best_fit(profile: Profile, reference: Profile, *, rotation: bool = False) -
     total = place - np.array([c * centre[0] - s * centre[1], s * centre[0] + c * centre[1]])
     names = " and ".join(zone.name for zone, members in zip(zones, inside, strict=True) if np.any(members))
     freedom = "shifted and rotated" if rotation else "shifted, not rotated"
-    return Move(
-        float(total[0]),
-        float(total[1]),
-        angle,
-        rms,
-        f"{names} fitted to {reference.name} by least squares over {np.count_nonzero(use)} points, {freedom}",
+    note = (
+        f"{names} fitted to {reference.name} by least squares over {np.count_nonzero(use)} points, {freedom}"
     )
+    return Alignment("best_fit", profile, float(total[0]), float(total[1]), angle, rms, note)
 
 
 def _step(
@@ -236,180 +232,39 @@ class _Nearest:
         return foot, normal, signed
 
 
-@dataclass(frozen=True)
-class Alignment(Move):
-    """A profile after alignment, which its source notes, and the rule, a key of `ALIGNMENTS`."""
-
-    profile: Profile = field(kw_only=True)
-    rule: str = field(kw_only=True)
+ALIGNMENTS = ("none", "best_fit")
+"""Rules of alignment: points stay as measured, or what does not wear is laid on the reference."""
 
 
-class AlignmentRule(NamedTuple):
-    """One way to align: `(profile, reference, **options) -> Move`, and the kinds of profile it is for."""
-
-    move: Callable[..., Move]
-    kinds: tuple[str, ...]
-
-
-def align(profile: Profile, reference: Profile, rule: str, **options: object) -> Alignment:
-    """Move a measured profile so that a stated part of it lies where the reference has it.
+def align(profile: Profile, reference: Profile, rule: str, *, rotation: bool = False) -> Alignment:
+    """Move a measured profile so that the parts of it that do not wear lie where the reference has them.
 
     Parameters
     ----------
     profile, reference : Profile
         As measured; new shape or earlier measurement, in whose axes the profile is moved.
     rule : str
-        Key of `ALIGNMENTS`.
-    **options
-        Of best_fit: `rotation` (bool), whether the profile may be rotated, too.
+        One of `ALIGNMENTS`.
+    rotation : bool
+        Whether the profile may be rotated by best_fit, too.
 
     Raises
     ------
     ProfileError
-        The rule is unknown or for the other kind, or the profile lacks what it holds.
+        The rule is unknown, or the profile lacks what the fit holds.
     """
     if profile.kind != reference.kind:
         raise ProfileError(f"{profile.name} is a {profile.kind} and {reference.name} a {reference.kind}")
-    known = [name for name, each in ALIGNMENTS.items() if profile.kind in each.kinds]
-    if rule not in known:
-        hint = suggestion(rule, known)
-        raise ProfileError(f"{rule!r} is no rule of aligning a {profile.kind} ({', '.join(known)}){hint}")
+    if rule not in ALIGNMENTS:
+        hint = suggestion(rule, ALIGNMENTS)
+        raise ProfileError(f"{rule!r} is no rule of alignment ({', '.join(ALIGNMENTS)}){hint}")
+    if rule == "none":
+        return Alignment(rule, profile)
     try:
-        move = ALIGNMENTS[rule].move(profile, reference, **options)
+        fit = _best_fit(profile, reference, rotation=rotation)
     except ProfileError as error:
-        raise ProfileError(f"{profile.name}: alignment by {rule}: {error}; align by another rule") from error
-    c, s = math.cos(move.angle), math.sin(move.angle)
-    moved = profile
-    if move.dy or move.dz or move.angle:
-        y = c * profile.y - s * profile.z + move.dy
-        z = s * profile.y + c * profile.z + move.dz
-        source = f"{profile.source}; aligned by {rule}" if profile.source else f"aligned by {rule}"
-        moved = replace(profile, y=y, z=z, source=source)
-    return Alignment(**vars(move), profile=moved, rule=rule)
-
-
-def _parabola(profile: Profile, index: int, at: float, fault: str) -> tuple[float, float, float]:
-    """Curvature/2, slope and height at y = `at` of the run of points around `index`, a fault if too short."""
-    # other parts of the profile at the same y, such as a rail's foot, are none of it
-    sides = profile.y - at
-    far = np.flatnonzero(np.abs(sides) > _TIP_HALF_WIDTH)
-    first = int(np.max(far[far < index], initial=-1)) + 1
-    last = int(np.min(far[far > index], initial=len(sides)))
-    sides, z = sides[first:last], profile.z[first:last]
-    if len(sides) < _FEWEST or sides.min() > -_EITHER_SIDE or sides.max() < _EITHER_SIDE:
-        raise ProfileError(fault)
-    x = sides / _TIP_HALF_WIDTH
-    bend, slope, height = np.linalg.lstsq(np.vander(x, 3), z, rcond=None)[0]
-    return float(bend) / _TIP_HALF_WIDTH**2, float(slope) / _TIP_HALF_WIDTH, float(height)
-
-
-def _tip(profile: Profile) -> tuple[float, float]:
-    """Flange tip without its noise [m]."""
-    top = int(np.argmax(profile.z))
-    at, height = float(profile.y[top]), float(profile.z[top])
-    fault = "there are no points on both sides of the flange tip"
-    for _ in range(_TIP_ROUNDS):
-        bend, slope, height = _parabola(profile, top, at, fault)
-        if bend >= 0.0:
-            raise ProfileError(fault)
-        offset = float(np.clip(-0.5 * slope / bend, -0.5 * _TIP_HALF_WIDTH, 0.5 * _TIP_HALF_WIDTH))
-        at, height = at + offset, height + (slope + bend * offset) * offset
-        if abs(offset) < _TIP_CLOSE:
-            break
-    return at, height
-
-
-def _running_circle_level(profile: Profile, dy: float) -> float:
-    """Height of the tread 70 mm from the flange back once the profile is shifted by dy [m]."""
-    tip = int(np.argmax(profile.z))
-    index = tip + int(np.argmin(np.abs(profile.y[tip:] + dy)))
-    return _parabola(profile, index, -dy, "there is no tread on both sides of the running circle")[2]
-
-
-def _top_level(profile: Profile) -> float:
-    """Height of the top of a rail head [m]."""
-    top = int(np.argmin(profile.z))
-    fault = "there are no points on both sides of the top"
-    bend, slope, height = _parabola(profile, top, float(profile.y[top]), fault)
-    if bend <= 0.0:
-        return height
-    offset = float(np.clip(-0.5 * slope / bend, -_TIP_HALF_WIDTH, _TIP_HALF_WIDTH))
-    return height + (slope + bend * offset) * offset
-
-
-def _none(profile: Profile, reference: Profile) -> Move:  # noqa: ARG001 - one signature for all rules
-    return Move(note="as measured, nothing moved")
-
-
-def _by_running_circle(profile: Profile, reference: Profile) -> Move:  # noqa: ARG001
-    level = _running_circle_level(profile, 0.0)
-    return Move(dz=-level, note="z = 0 on the tread at y = 0; y as measured")
-
-
-def _by_flange_tip(profile: Profile, reference: Profile) -> Move:
-    dz = _tip(reference)[1] - _tip(profile)[1]
-    return Move(dz=dz, note=f"z of the flange tip as on {reference.name}; y as measured")
-
-
-def _by_flange_back(profile: Profile, reference: Profile) -> Move:
-    dy, held = _back_shift(profile, reference)
-    return Move(dy=dy, dz=-_running_circle_level(profile, dy), note=f"{held}; z = 0 on the tread at y = 0")
-
-
-def _by_back_and_tip(profile: Profile, reference: Profile) -> Move:
-    dy, held = _back_shift(profile, reference)
-    return Move(dy=dy, dz=_tip(reference)[1] - _tip(profile)[1], note=f"{held}; z of the flange tip, too")
-
-
-def _back_shift(profile: Profile, reference: Profile) -> tuple[float, str]:
-    """Shift that lays the flange backs on each other [m], and what was held."""
-    # at equal depth below the tip, which wears as little as the back; the tread does wear
-    tip_z, ref_tip_z = _tip(profile)[1], _tip(reference)[1]
-    ref = prolonged(reference)
-    end = int(np.argmax(ref.z)) + 1
-    ref_y, ref_depth = ref.y[:end][::-1], ref_tip_z - ref.z[:end][::-1]
-    down, out = np.diff(ref_depth), np.abs(np.diff(ref_y))
-    back = np.flatnonzero((ref_depth[1:] >= _BACK_FROM) & (down >= math.tan(_STEEPEST) * out))
-    if len(back) == 0:
-        raise ProfileError(f"{reference.name} has no steep flange back")
-    # the lowest stretch that is steep throughout
-    run = back[np.flatnonzero(np.diff(back) > 1)[-1] + 1 :] if np.any(np.diff(back) > 1) else back
-    part = slice(int(run[0]), int(run[-1]) + 2)
-    shallow, deep = float(ref_depth[part][0]), float(ref_depth[part][-1])
-    top = int(np.argmax(profile.z))
-    depth, y = tip_z - profile.z[:top], profile.y[:top]
-    use = (depth >= shallow) & (depth <= deep)
-    count = int(np.count_nonzero(use))
-    if count < _FEWEST:
-        raise ProfileError(
-            f"the flange back is not measured: {count} points lie {shallow * 1e3:.3g} mm or more below the "
-            f"flange tip behind it, {_FEWEST} are needed"
-        )
-    dy = float(np.median(np.interp(depth[use], ref_depth[part], ref_y[part]) - y[use]))
-    return dy, (
-        f"y of the flange back ({count} points {shallow * 1e3:.3g} mm or more below the tip) as on "
-        f"{reference.name}"
-    )
-
-
-def _by_top(profile: Profile, reference: Profile) -> Move:
-    dz = _top_level(reference) - _top_level(profile)
-    return Move(dz=dz, note=f"z of the top as on {reference.name}; y as measured")
-
-
-_WHEEL, _BOTH = ("wheel",), ("wheel", "rail")
-ALIGNMENTS: Mapping[str, AlignmentRule] = MappingProxyType(
-    {
-        "none": AlignmentRule(_none, _BOTH),
-        "flange_back": AlignmentRule(_by_flange_back, _WHEEL),
-        "back_and_tip": AlignmentRule(_by_back_and_tip, _WHEEL),
-        "flange_tip": AlignmentRule(_by_flange_tip, _WHEEL),
-        "running_circle": AlignmentRule(_by_running_circle, _WHEEL),
-        "best_fit": AlignmentRule(_best_fit, _BOTH),
-        "top": AlignmentRule(_by_top, ("rail",)),
-    }
-)
-"""Rules of alignment by name."""
-
-HOLD_TREAD = {"flange_back": "running circles", "running_circle": "running circles", "top": "tops"}
-"""Rules that lay worn places on each other: what is worn there does not show."""
+        fix = f"state --align none if it lies on {reference.name} as measured"
+        raise ProfileError(f"{profile.name}: best fit: {error}; {fix}") from error
+    y, z = fit.moved(profile.y, profile.z)
+    source = f"{profile.source}; aligned by {rule}" if profile.source else f"aligned by {rule}"
+    return replace(fit, profile=replace(profile, y=y, z=z, source=source))

@@ -107,35 +107,41 @@ def _order(y: FloatArray, z: FloatArray) -> Iterator[PointFault]:
 
 def _wheel_faults(y: FloatArray, z: FloatArray) -> list[PointFault]:
     """Orientation and origin of a wheel profile."""
-    tread = float(np.median(z))
+    tread, edge = float(np.median(z)), max(2, len(y) // 50)
     highest, lowest = int(np.argmax(z)), int(np.argmin(z))
-    edge = max(2, len(y) // 50)
     tip, at_circle = float(y[highest]), float(z[int(np.argmin(np.abs(y)))])
     low, high = _TIP_RANGE
+    message, point = "", highest
     if tread - z[lowest] > z[highest] - tread and edge <= lowest < len(y) - edge:
-        return [("the flange points to negative z: change the sign of z (positive radially outward)", lowest)]
-    if tip > 0.5 * float(y.min() + y.max()):
+        message = "the flange points to negative z: change the sign of z (positive radially outward)"
+        point = lowest
+    elif tip > 0.5 * float(y.min() + y.max()):
         end = f"the flange is at the end of larger y (tip at y = {tip * 1e3:.4g} mm)"
-        return [(f"{end}; mirror the file: change the sign of y", highest)]
-    if not low <= tip <= high:
+        message = f"{end}; mirror the file: change the sign of y"
+    elif not low <= tip <= high:
         fits = "; it would fit with y counted from the running circle: subtract 70 mm from y"
         hint = fits if low <= tip - 0.070 <= high else ": y counts from the running circle"
         range = f"which is not within {low * 1e3:g} .. {high * 1e3:g} mm"
-        return [(f"the flange tip is at y = {tip * 1e3:.4g} mm, {range}{hint}", highest)]
-    if y.max() < 0.020:
+        message = f"the flange tip is at y = {tip * 1e3:.4g} mm, {range}{hint}"
+    elif y.max() < 0.020:
         ends = f"the profile ends at y = {y.max() * 1e3:.4g} mm"
         return [(f"{ends}; the tread is needed up to 20 mm at least", None)]
-    if abs(at_circle) > _CIRCLE_LIMIT:
+    elif abs(at_circle) > _CIRCLE_LIMIT:
         where = f"z = {at_circle * 1e3:.4g} mm at the running circle (y = 0)"
         limit = f"which is not within +-{_CIRCLE_LIMIT * 1e3:g} mm"
         return [(f"{where}, {limit}: z counts from the running circle of the new wheel", None)]
-    return []
+    return [(message, point)] if message else []
+
+
+def head_fall(y: FloatArray, z: FloatArray) -> float:
+    """How much larger z is at the ends of a rail head y, z (n,) than in its middle [m]."""
+    inner = np.abs(y - 0.5 * (float(y.min()) + float(y.max()))) < 0.2 * np.ptp(y)
+    crown = float(np.median(z[inner])) if np.any(inner) else 0.5 * float(z[0] + z[-1])
+    return 0.5 * (float(z[0]) + float(z[-1])) - crown
 
 
 def head_faults(y: FloatArray, z: FloatArray) -> list[PointFault]:
     """Faults of the orientation of a rail head, as of `points_faults`; the gauge sets its origin later."""
-    middle = 0.5 * (float(y.min()) + float(y.max()))
-    crown = float(np.median(z[np.abs(y - middle) < 0.2 * np.ptp(y)]))
-    if not crown < 0.5 * (float(z[0]) + float(z[-1])):
+    if head_fall(y, z) <= 0.0:
         return [("the head's top has larger z than its ends: change the sign of z (positive down)", None)]
     return []

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -133,14 +134,10 @@ def _with_jumps(
     return all_shift[order], np.concatenate((difference, below, above))[order]
 
 
-def _same_shape(first: Profile, second: Profile) -> bool:
-    return np.array_equal(first.y, second.y) and np.array_equal(first.z, second.z)
-
-
 def _radius_difference(right: Profile, left: Profile, rail: Profile) -> Callable[[FloatArray], FloatArray]:
     """Right minus left rolling radius [m] over shifts [m], NaN where a contact leaves the profiles."""
     at_right = _touching_heights(right, rail)
-    if not _same_shape(right, left):
+    if not (np.array_equal(right.y, left.y) and np.array_equal(right.z, left.z)):
         at_left = _touching_heights(left, rail)
         return lambda shift: at_right(shift) - at_left(-shift)
 
@@ -331,7 +328,22 @@ AMPLITUDES = (1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6e-3)
 JUDGED_AMPLITUDE = 3e-3
 """Amplitude of the conicity that limits speak of [m]."""
 
-_REACH, _STEP = 8e-3, 0.1e-3  # shifts drawn, and their distance [m]
+_DRAWN = 0.1e-3 * np.arange(-80, 81, dtype=np.float64)  # shifts of the curve that is drawn [m]
+
+
+class RadiusDifference(NamedTuple):
+    """Rolling radius difference at a shift [m]; None: a contact lies beyond the end of a profile."""
+
+    shift: float
+    value: float | None
+
+
+class Conicity(NamedTuple):
+    """Equivalent conicity [-] at an amplitude [m], or why there is none."""
+
+    amplitude: float
+    value: float | None
+    reason: str
 
 
 @dataclass(frozen=True)
@@ -339,20 +351,22 @@ class Running:
     """Running behaviour of a pair of wheels on a pair of rails."""
 
     wheel: str
-    left: str  # empty if both wheels are alike
+    left: str
     rail: str
+    differ: bool  # whether the wheels do
     # lateral shift (n,), as far as both stay on their profiles, and right minus left rolling radius (n,) [m]
     shift: FloatArray = field(repr=False)
     difference: FloatArray = field(repr=False)
-    # shift and difference at the amplitudes, to either side if the wheels differ; None: beyond the profiles
-    at: tuple[tuple[float, float | None], ...]
-    conicity: tuple[tuple[float, float | None, str], ...]  # amplitude [m], conicity [-], why there is none
+    rolling_radius_difference: tuple[
+        RadiusDifference, ...
+    ]  # at the amplitudes, to either side if they differ
+    equivalent_conicity: tuple[Conicity, ...]
     track: str  # rail, inclination, gauge and back-to-back distance in words
 
     @property
     def judged_conicity(self) -> float | None:
         """Equivalent conicity at `JUDGED_AMPLITUDE` [-]."""
-        return next((value for a, value, _ in self.conicity if a == JUDGED_AMPLITUDE), None)
+        return next((each.value for each in self.equivalent_conicity if each[0] == JUDGED_AMPLITUDE), None)
 
 
 def running(
@@ -375,41 +389,27 @@ def running(
         other, right = _from_running_circle(other), _from_running_circle(right)
         other = replace(other, z=other.z - 0.5 * diameter_difference)
     shifts = sorted(sign * each for sign in ((-1.0, 1.0) if differ else (1.0,)) for each in amplitudes)
+    radius_difference = _radius_difference(right, other, rail)
+    differences = zip(shifts, radius_difference(np.array(shifts)), strict=True)
+    drawn = radius_difference(_DRAWN)
+    inside = np.abs(_DRAWN) < np.min(np.abs(_DRAWN)[np.isnan(drawn)], initial=np.inf)
 
-    differences = _radius_difference(right, other, rail)(np.array(shifts))
-    at = zip(shifts, differences, strict=True)
-
-    def conicity(amplitude: float) -> tuple[float, float | None, str]:
+    def conicity(amplitude: float) -> Conicity:
         try:
             value = equivalent_conicity(right, other, rail, amplitude=amplitude)
         except ProfileError:
-            return amplitude, None, "a contact lies beyond the end of a profile"
+            return Conicity(amplitude, None, "a contact lies beyond the end of a profile")
         undefined = "undefined: the wheelset is not led to and fro over this amplitude"
-        return amplitude, value, undefined if value is None else ""
+        return Conicity(amplitude, value, undefined if value is None else "")
 
     return Running(
-        right.name,
-        other.name if differ else "",
-        rail.name,
-        *_curve(right, other, rail),
-        tuple((shift, None if np.isnan(value) else float(value)) for shift, value in at),
-        tuple(map(conicity, amplitudes)),
-        track,
-    )
+        right.name, other.name, rail.name, differ, _DRAWN[inside], drawn[inside],
+        tuple(RadiusDifference(at, None if np.isnan(each) else float(each)) for at, each in differences),
+        tuple(map(conicity, amplitudes)), track,
+    )  # fmt: skip
 
 
 def _from_running_circle(wheel: Profile) -> Profile:
     """Wheel with z counted from its own running circle."""
     tip = extremum(wheel.y, wheel.z, int(np.argmax(wheel.z)))[1]
     return replace(wheel, z=wheel.z - (tip - flange_height(wheel.y, wheel.z)))
-
-
-def _curve(right: Profile, left: Profile, rail: Profile) -> tuple[FloatArray, FloatArray]:
-    """Radius difference over as much of the range of shifts as the profiles allow."""
-    for count in range(round(_REACH / _STEP), 0, -2):
-        shift = _STEP * np.arange(-count, count + 1, dtype=np.float64)
-        try:
-            return shift, rolling_radius_difference(right, left, rail, shift)
-        except ProfileError:
-            continue
-    return np.empty(0), np.empty(0)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
@@ -181,6 +181,7 @@ def load_limits(name_or_path: str | Path = "TSI") -> LimitSet:
 class Judgement:
     """One measure against one bound, SI units."""
 
+    wheel: str  # what was measured: "right", "left" or "axle"
     measure: str  # name in `wearsim.quantities`
     value: float | None  # None: not measured
     bound: Literal["min", "max"]
@@ -193,97 +194,61 @@ class Judgement:
     reason: str = ""  # why it is open
 
 
-def judge(
-    measures: Measures | Mapping[str, float], limits: LimitSet, *, diameter: float | None = None
-) -> list[Judgement]:
-    """Compare measures (SI, by name) with limits, each bound of what is measured or was tried.
+def judge(measures: Mapping[str, Measures], limits: LimitSet) -> list[Judgement]:
+    """Compare the measures of "right", "left" and "axle", or of one wheel, with each bound there is for them.
 
-    The wheel diameter [m] chooses among the limits; `wheel_diameter` of the measures if not given. Without a
-    diameter, a value beyond the limits of all diameters is exceeded (with the margin to the most lenient
-    one), one within all of them is within (to the strictest one); anything else stays open.
+    The wheel diameter chooses among the limits, of an axle that of its smaller wheel if both are known: a
+    wheel of unknown size may be the smaller one. Without a diameter, a value beyond the limits of all
+    diameters is exceeded (with the margin to the most lenient one), one within all of them is within (to the
+    strictest one); anything else stays open.
     """
-    values = measures.values if isinstance(measures, Measures) else measures
-    missing = measures.missing if isinstance(measures, Measures) else {}
-    diameter = values.get("wheel_diameter") if diameter is None else diameter
-    result: list[Judgement] = []
+    known = {body: each.values.get("wheel_diameter") for body, each in measures.items() if body != "axle"}
+    if "axle" in measures:
+        sizes = [size for size in known.values() if size is not None]
+        known["axle"] = min(sizes) if len(sizes) == 2 else None
     groups: dict[tuple[str, str], list[Limit]] = {}
     for limit in limits.limits:
         groups.setdefault((limit.measure, limit.source), []).append(limit)
-    for (measure, source), group in groups.items():
-        if measure not in values and measure not in missing:
-            continue
-        value = values.get(measure)
-        reason = "" if value is not None else missing.get(measure) or _NOT_MEASURED
-        for bound in _BOUNDS:
-            blank = Judgement(measure, value, bound, None, None, None, "", source, "", reason)
-            result += _judged(blank, group, diameter)
-    return result
-
-
-def judge_wheelset(wheelset: Mapping[str, Measures], limits: LimitSet) -> dict[str, list[Judgement]]:
-    """Compare the measures of "right", "left" and "axle", or of one wheel, with limits, see `judge`.
-
-    Of an axle the diameter of the smaller wheel chooses among the limits, if both are known: a wheel of
-    unknown size may be the smaller one.
-    """
-    diameters = [
-        each.values["wheel_diameter"] for each in wheelset.values() if "wheel_diameter" in each.values
+    return [
+        _judged(body, each, group, bound, known[body])
+        for body, each in measures.items()
+        for (measure, _), group in groups.items()
+        if measure in each.values or measure in each.missing
+        for bound in _BOUNDS
+        if any(limit.bound(bound) is not None for limit in group)
     ]
-    smaller = min(diameters) if len(diameters) == 2 else None
-    return {
-        body: judge(each, limits, diameter=smaller if body == "axle" else None)
-        for body, each in wheelset.items()
-    }
 
 
-def _judged(blank: Judgement, group: list[Limit], diameter: float | None) -> list[Judgement]:
-    """Judgements on one bound by the limits of one source."""
-    bounded = [(each, number) for each in group if (number := each.bound(blank.bound)) is not None]
-    if diameter is None:
-        always = [_by_number(blank, *pair) for pair in bounded if pair[0].diameter_mm is None]
-        ranged = [pair for pair in bounded if pair[0].diameter_mm is not None]
-        return always + _by_all(blank, ranged, sum(limit.diameter_mm is not None for limit in group))
-    chosen = [pair for pair in bounded if pair[0].diameter_mm is None or diameter in pair[0].diameter_mm]
-    if bounded and not chosen:
-        reason = blank.reason or f"no limit is given for a wheel diameter of {diameter * 1e3:.6g} mm"
-        return [replace(blank, certainty=bounded[0][0].certainty, reason=reason)]
-    return [_by_number(blank, *pair) for pair in chosen]
-
-
-def _by_number(blank: Judgement, limit: Limit, number: float, condition: str | None = None) -> Judgement:
-    """Judgement by one number; the condition is that of the limit if no other is given."""
-    margin = None if blank.value is None else _margin(blank, number)
-    return replace(
-        blank,
-        limit=number,
-        margin=margin,
-        exceeded=None if margin is None else margin < -_ROUNDING,
-        condition=limit.condition if condition is None else condition,
-        certainty=limit.certainty,
-    )
-
-
-def _by_all(blank: Judgement, bounded: list[tuple[Limit, float]], count: int) -> list[Judgement]:
-    """Judge by `count` limits of which one holds, but nobody knows which: beyond all, within all, or open."""
-    if not bounded:
-        return []
-    bounded.sort(key=lambda pair: pair[1], reverse=blank.bound == "max")
-    (lenient, loose), (strict, tight) = bounded[0], bounded[-1]
-    if count == 1:
-        return [_by_number(blank, lenient, loose)]
-    blank = replace(blank, certainty=strict.certainty)
-    if blank.value is None:
-        return [replace(blank, limit=loose if loose == tight else None)]
-    # diameters for which this bound is not given do not condemn a value
-    if len(bounded) == count and _margin(blank, loose) < -_ROUNDING:
-        return [_by_number(blank, lenient, loose, _ANY_DIAMETER)]
-    if _margin(blank, tight) >= -_ROUNDING:
-        return [_by_number(blank, strict, tight, _ANY_DIAMETER)]
-    return [replace(blank, reason=NO_DIAMETER)]
-
-
-def _margin(blank: Judgement, number: float) -> float:
-    """Return what is left to a limit, negative beyond it."""
-    assert blank.value is not None
-    size = abs(blank.value) if blank.measure == "wheel_diameter_difference" else blank.value
-    return size - number if blank.bound == "min" else number - size
+def _judged(
+    body: str, measures: Measures, group: list[Limit], bound: Literal["min", "max"], diameter: float | None
+) -> Judgement:
+    """Judge a measure by one bound of limits of one source, each for other diameters."""
+    measure = group[0].measure
+    value = measures.values.get(measure)
+    size = abs(value or 0.0) if measure == "wheel_diameter_difference" else value or 0.0
+    sign = -1.0 if bound == "min" else 1.0
+    stated = [(limit, number) for limit in group if (number := limit.bound(bound)) is not None]
+    if diameter is not None:
+        stated = [pair for pair in stated if pair[0].diameter_mm is None or diameter in pair[0].diameter_mm]
+    stated.sort(key=lambda pair: sign * pair[1])  # the strictest first
+    rooms = [sign * (number - size) for _, number in stated]  # what is left to each, negative beyond it
+    limit, number, condition, reason = group[0], None, "", ""
+    if diameter is not None and not stated:
+        reason = f"no limit is given for a wheel diameter of {diameter * 1e3:.6g} mm"
+    elif diameter is not None or len(group) == 1:
+        (limit, number), condition = stated[0], stated[0][0].condition
+    elif value is None:
+        limit, number = stated[0][0], stated[0][1] if stated[0][1] == stated[-1][1] else None
+    elif len(stated) == len(group) and rooms[-1] < -_ROUNDING:
+        # diameters for which this bound is not given would not condemn a value
+        (limit, number), condition = stated[-1], _ANY_DIAMETER
+    elif rooms[0] >= -_ROUNDING:
+        (limit, number), condition = stated[0], _ANY_DIAMETER
+    else:
+        limit, reason = stated[0][0], NO_DIAMETER
+    margin = None if number is None or value is None else sign * (number - size)
+    return Judgement(
+        body, measure, value, bound, number, margin, None if margin is None else margin < -_ROUNDING,
+        condition, limit.source, limit.certainty,
+        reason if value is not None else measures.missing.get(measure) or _NOT_MEASURED,
+    )  # fmt: skip

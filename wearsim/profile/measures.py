@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,6 +12,12 @@ from wearsim.errors import ProfileError
 from wearsim.profile.placement import RUNNING_CIRCLE
 from wearsim.profile.shape import FloatArray, Profile, crossing, extremum
 from wearsim.quantities import QUANTITIES
+
+LEVEL = 10e-3
+"""Height of Sd and of the lower point of qR above the running circle [m]."""
+
+BELOW_TIP = 2e-3
+"""Depth of the upper point of qR below the flange tip [m]."""
 
 HOLLOWING_REACH = 50e-3
 """y up to which the tread must be measured for its hollowing [m]: no contact band reaches so far."""
@@ -52,39 +58,36 @@ def flange_height(y: FloatArray, z: FloatArray) -> float:
     return extremum(y, z, tip)[1] - running_circle_level(y, z)
 
 
-def _flank_at_level(y: FloatArray, z: FloatArray, level: float) -> float:
-    """Lateral position where the active flank has the height `level` above the running circle [m]."""
+def _flank_at_level(y: FloatArray, z: FloatArray) -> float:
+    """Lateral position where the active flank has the height `LEVEL` above the running circle [m]."""
     tip = _tread_side(y, z)
     height = z - running_circle_level(y, z)
-    above = np.flatnonzero((height[tip:] >= level) & (y[tip:] < 0.0))
-    if level <= 0.0 or len(above) == 0:
-        raise ProfileError(f"the flange does not reach {level * 1e3:g} mm above the running circle for Sd")
-    return crossing(y, height, tip + int(above[-1]), level)
+    above = np.flatnonzero((height[tip:] >= LEVEL) & (y[tip:] < 0.0))
+    if len(above) == 0:
+        raise ProfileError(f"the flange does not reach {LEVEL * 1e3:g} mm above the running circle for Sd")
+    return crossing(y, height, tip + int(above[-1]), LEVEL)
 
 
-def flange_thickness(
-    y: FloatArray, z: FloatArray, *, level: float = 10e-3, flange_back: float = 70e-3
-) -> float:
+def flange_thickness(y: FloatArray, z: FloatArray) -> float:
     """Flange thickness Sd of a wheel profile y, z (n,), from the nominal flange back, all in m.
 
-    At a height `level` above the running circle, which lies at `flange_back` from the flange back; 32.5 mm
-    for a new S1002.
+    At the height `LEVEL` above the running circle; 32.5 mm for a new S1002.
     """
-    return flange_back + _flank_at_level(y, z, level)
+    return RUNNING_CIRCLE + _flank_at_level(y, z)
 
 
-def flange_gradient(y: FloatArray, z: FloatArray, *, level: float = 10e-3, below_tip: float = 2e-3) -> float:
+def flange_gradient(y: FloatArray, z: FloatArray) -> float:
     """Flange gradient qR of a wheel profile y, z (n,): lateral distance of two points of its flank, all in m.
 
-    From the height `level` above the running circle to the depth `below_tip` below the flange tip; 10.794 mm
+    From the height `LEVEL` above the running circle to the depth `BELOW_TIP` below the flange tip; 10.794 mm
     for a new S1002, falling as the flank gets steeper. Raises `ProfileError` for a flank without one of them.
     """
     tip = _tread_side(y, z)
-    upper = extremum(y, z, tip)[1] - below_tip
+    upper = extremum(y, z, tip)[1] - BELOW_TIP
     under = np.flatnonzero(z[tip:] < upper)
-    if below_tip <= 0.0 or len(under) == 0:
-        raise ProfileError(f"the flange has no point {below_tip * 1e3:g} mm below its tip for qR")
-    return _flank_at_level(y, z, level) - crossing(y, z, tip + int(under[0]) - 1, upper)
+    if len(under) == 0:
+        raise ProfileError(f"the flange has no point {BELOW_TIP * 1e3:g} mm below its tip for qR")
+    return _flank_at_level(y, z) - crossing(y, z, tip + int(under[0]) - 1, upper)
 
 
 def hollowing(y: FloatArray, z: FloatArray, *, start: float = -30e-3, end: float = 60e-3) -> float:
@@ -100,24 +103,6 @@ def hollowing(y: FloatArray, z: FloatArray, *, start: float = -30e-3, end: float
 
 
 @dataclass(frozen=True)
-class GaugeDistances:
-    """Where a gauge measures a flange, with the usual distances [m]."""
-
-    below_tip: float = 2e-3  # depth of the upper point of qR below the flange tip
-    level: float = 10e-3  # height of Sd and of the lower point of qR above the running circle
-    flange_back: float = RUNNING_CIRCLE  # distance of the running circle from it
-
-    def __post_init__(self) -> None:
-        for each in fields(self):
-            _check(each.name, getattr(self, each.name))
-
-
-def _check(name: str, value: float) -> None:
-    if fault := QUANTITIES[name].fault(value):
-        raise ProfileError(fault)
-
-
-@dataclass(frozen=True)
 class Measures:
     """Gauge values [m] by their names in `wearsim.quantities`, and why the others could not be measured."""
 
@@ -125,17 +110,13 @@ class Measures:
     missing: Mapping[str, str]
 
 
-def wheel_measures(
-    profile: Profile, distances: GaugeDistances | None = None, *, diameter: float | None = None
-) -> Measures:
+def wheel_measures(profile: Profile, *, diameter: float | None = None) -> Measures:
     """Gauge values of one wheel; what cannot be measured is missing with the reason.
 
     Parameters
     ----------
     profile : Profile
         Wheel with the flange back at y = -70 mm, see `wearsim.profile.alignment`.
-    distances : GaugeDistances, optional
-        Where the gauge measures.
     diameter : float, optional
         At the running circle as it is now, which is not in the profile [m].
 
@@ -146,55 +127,43 @@ def wheel_measures(
     """
     if profile.kind != "wheel":
         raise ProfileError(f"{profile.name} is a {profile.kind}; gauge values are of wheels")
-    at = distances or GaugeDistances()
-    y, z = profile.y, profile.z
-    gauge: dict[str, Callable[[], float]] = {
-        "flange_height": lambda: flange_height(y, z),
-        "flange_thickness": lambda: flange_thickness(y, z, level=at.level, flange_back=at.flange_back),
-        "flange_gradient": lambda: flange_gradient(y, z, level=at.level, below_tip=at.below_tip),
-        "hollowing": lambda: _whole_hollowing(y, z),
-        "rim_width": lambda: _rim_width(y, z, at.flange_back),
+    gauge: dict[str, Callable[[FloatArray, FloatArray], float]] = {
+        "flange_height": flange_height,
+        "flange_thickness": flange_thickness,
+        "flange_gradient": flange_gradient,
+        "hollowing": _whole_hollowing,
+        "rim_width": _rim_width,
     }
     values: dict[str, float] = {}
     missing: dict[str, str] = {}
     for name, measure in gauge.items():
         try:
             if name != "hollowing":
-                _check_flange(y, z, tip=name in ("flange_height", "flange_gradient"))
-            values[name] = float(measure())
+                _check_flange(profile.y, profile.z, tip=name in ("flange_height", "flange_gradient"))
+            values[name] = float(measure(profile.y, profile.z))
         except ProfileError as error:
             missing[name] = str(error)
-    if diameter is None:
-        missing["wheel_diameter"] = "not stated (--diameter-mm)"
-    else:
-        values["wheel_diameter"] = diameter
-    return Measures(values, missing)
+    return Measures(values if diameter is None else {**values, "wheel_diameter": diameter}, missing)
 
 
 def axle_measures(right: Measures, left: Measures, back_to_back: float | None = None) -> Measures:
-    """Measures of an axle from those of its wheels and their back-to-back distance AR [m].
+    """Measures of an axle from those of its wheels and their back-to-back distance AR [m], as far as known.
 
     back_to_back; front_to_front, which is AR + Sd of the right + Sd of the left wheel, at the level of Sd;
     wheel_diameter_difference, right minus left. Raises `ProfileError` for a distance out of its range.
     """
     values: dict[str, float] = {}
-    missing: dict[str, str] = {}
-    if back_to_back is None:
-        reason = "the back-to-back distance of the wheelset is not given"
-        missing |= dict.fromkeys(("back_to_back", "front_to_front"), reason)
-    else:
-        _check("back_to_back", back_to_back)
+    both = right.values.keys() & left.values.keys()
+    if back_to_back is not None:
+        if fault := QUANTITIES["back_to_back"].fault(back_to_back):
+            raise ProfileError(fault)
         values["back_to_back"] = back_to_back
-        if "flange_thickness" in right.values and "flange_thickness" in left.values:
+        if "flange_thickness" in both:
             sides = right.values["flange_thickness"], left.values["flange_thickness"]
             values["front_to_front"] = back_to_back + sides[0] + sides[1]
-        else:
-            missing["front_to_front"] = "the flange thickness cannot be measured"
-    if "wheel_diameter" in right.values and "wheel_diameter" in left.values:
+    if "wheel_diameter" in both:
         values["wheel_diameter_difference"] = right.values["wheel_diameter"] - left.values["wheel_diameter"]
-    else:
-        missing["wheel_diameter_difference"] = "the diameters of both wheels are needed"
-    return Measures(values, missing)
+    return Measures(values, {})
 
 
 def _check_flange(y: FloatArray, z: FloatArray, *, tip: bool) -> None:
@@ -216,7 +185,7 @@ def _whole_hollowing(y: FloatArray, z: FloatArray) -> float:
     return hollowing(y, z)
 
 
-def _rim_width(y: FloatArray, z: FloatArray, flange_back: float) -> float:
+def _rim_width(y: FloatArray, z: FloatArray) -> float:
     """From the nominal flange back to the outermost point, if that is on the chamfer or the outer face."""
     end = int(np.argmax(y))
     before = int(np.flatnonzero(y[: end + 1] <= y[end] - 1e-3)[-1])
@@ -225,4 +194,4 @@ def _rim_width(y: FloatArray, z: FloatArray, flange_back: float) -> float:
             f"the profile ends on the tread at y = {y[end] * 1e3:.4g} mm; the width needs the rim chamfer or "
             "the outer face"
         )
-    return flange_back + float(y[end])
+    return RUNNING_CIRCLE + float(y[end])

@@ -85,7 +85,7 @@ def read_profile(
     Parameters
     ----------
     path : str or Path
-        MiniProf, SIMPACK, GENSYS, CONTACT slices, UIC 519 or columns of points.
+        MiniProf, SIMPACK, GENSYS, UIC 519 or columns of points.
     kind : {"wheel", "rail"}
         What it is.
     inclination : float
@@ -94,8 +94,8 @@ def read_profile(
     gauge, back_to_back : float
         As of `standard_profile` [m].
     **statements
-        What the file does not say or says wrongly: `format`, `units`, `mirror`, `z_up`, `origin`, `part`,
-        `slice`, see `wearsim.profile.files.Statements`.
+        What the file does not say or says wrongly: `format`, `units`, `mirror`, `z_up`, `origin`, see
+        `wearsim.profile.files.axes.Statements`.
 
     Returns
     -------

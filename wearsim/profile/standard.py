@@ -9,14 +9,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from wearsim.errors import ProfileError, suggestion
-from wearsim.profile.definitions import (
-    Definition,
-    Parameter,
-    TangentArc,
-    Template,
-    read_template,
-    sample,
-)
+from wearsim.profile.definitions import Definition, Parameter, TangentArc, Template, read_template, sample
 from wearsim.profile.placement import GAUGE_DEPTH, placement
 from wearsim.profile.segments import Arc, Polynomial, Segment, height_at, part_moved, tangent_arc
 from wearsim.profile.shape import Kind, Profile

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -41,12 +41,13 @@ def write_report(directory: str | Path) -> Path:
     """
     directory = Path(directory)
     states = read_status(directory).get("campaigns") or {}
-    datasets = []
-    for path in (directory / "rig.nc", directory / "field.nc"):
-        if path.exists():
-            datasets.append(load_results(path))
+    paths = (directory / "rig.nc", directory / "field.nc")
+    datasets = [load_results(path) for path in paths if path.exists()]
     if not datasets:
-        raise ResultError(f"{directory}: there is no rig.nc or field.nc; {_advice(directory, states)}")
+        failures = [str(one.get("message")) for one in states.values() if one.get("state") == "failed"]
+        why = f"the campaign failed: {'; '.join(failures)}"
+        advice = why if failures else f"`wearsim run SCENE --out {directory}` makes them"
+        raise ResultError(f"{directory}: there is no rig.nc or field.nc; {advice}")
     factors = None
     if len(datasets) == 2:
         factors = with_known_causes(translate(datasets[0], datasets[1]), directory / "translation.nc")
@@ -56,21 +57,6 @@ def write_report(directory: str | Path) -> Path:
     path = directory / "report.html"
     write_whole(path, text, "make room, or make the directory writable")
     return path
-
-
-def _advice(directory: Path, states: Mapping[str, Mapping[str, Any]]) -> str:
-    """Say what to do with a directory without results."""
-    if (directory / "sweep.json").is_file():
-        cases = (path.parent for path in directory.glob("case_*/*.nc"))
-        example = min(cases, default=directory / "case_0001")
-        table = directory / "sweep.csv"
-        whose = f", whose table is {table}" if table.is_file() else ""
-        return (
-            f"it is the directory of a sweep{whose}; report on one of its cases: `wearsim report {example}`"
-        )
-    if failures := [str(one.get("message")) for one in states.values() if one.get("state") == "failed"]:
-        return f"the campaign failed: {'; '.join(failures)}"
-    return f"`wearsim run SCENE --out {directory}` makes them"
 
 
 def render(
@@ -95,17 +81,16 @@ def render(
     if factors is None and len(datasets) == 2:
         factors = translate(datasets[0], datasets[1])
     campaigns = Campaigns(datasets, factors, *(bands or (None, pd.DataFrame())), states or {})
-    page = environment()
-    page.filters |= {
-        "svg": lambda plate: to_svg(plate.figure, plate.name),
-        "exact": exact,
-    }
     layers = {
-        layer: [(one.key, one.title, blocks) for one in sections if (blocks := list(one.content(campaigns)))]
+        layer: [(key, title, list(content(campaigns))) for key, title, content in sections]
         for layer, sections in LAYERS.items()
     }
-    return page.get_template("report.html.j2").render(
-        title=" against ".join(str(data.attrs.get("title", role_of(data))) for data in datasets),
-        datasets=datasets,
-        layers=layers,
-    )
+    return page(" against ".join(str(data.attrs.get("title", role_of(data))) for data in datasets), layers)
+
+
+def page(title: str, layers: Mapping[str, Sequence[tuple[str, str, Sequence[Any]]]]) -> str:
+    """Write the sections of each layer: id, heading and blocks, left out where there are none."""
+    templates = environment()
+    templates.filters |= {"svg": lambda plate: to_svg(plate.figure, plate.name), "exact": exact}
+    layers = {layer: [one for one in sections if one[2]] for layer, sections in layers.items()}
+    return templates.get_template("report.html.j2").render(title=title, layers=layers)

@@ -88,7 +88,7 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
         entry.name: {"limit": entry.limit, "met": list(entry.distance)} for entry in limits_met(dataset)
     }
     content["reprofilings"] = [
-        {"distance": one.distance, "before": list(one.before), "after": list(one.after)}
+        {"distance": one.distance, "before": _plain(one.before), "after": _plain(one.after)}
         for one in checks.reprofilings(dataset)
     ]
     content["cracks_left"] = checks.cracks_left(dataset)

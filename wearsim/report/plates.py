@@ -62,11 +62,15 @@ class Plate:
 
 
 def plate(
-    draw: Callable[..., Figure | None], datasets: Datasets, *factors: xr.Dataset | None
+    draw: Callable[..., Figure | None], datasets: Datasets, of: xr.Dataset | None = None
 ) -> Plate | None:
-    """Draw one of the figures below, of its function's name; None if there is nothing to draw."""
-    figure, name = draw(datasets, *factors), draw.__name__
-    return None if figure is None else Plate(name, figure, caption("figure", name, datasets=datasets))
+    """Draw one of the figures below, of its function's name; None if there is nothing to draw.
+
+    Figures of factors or bands are drawn from the dataset `of`; others add to theirs what it has.
+    """
+    figure, name = draw(datasets) if of is None else draw(datasets, of), draw.__name__
+    text = caption("figure", name, datasets=datasets, of=of)
+    return None if figure is None else Plate(name, figure, text)
 
 
 def _range(places: list[np.ndarray], depths: list[np.ndarray], margin: float) -> tuple[float, float]:
@@ -171,8 +175,8 @@ def profiles(datasets: Datasets, factors: xr.Dataset | None = None) -> Figure:
         elif len(datasets) == 2:
             _difference(datasets, distances, ax, wheel)
 
-    width = 6.4 if len(ends) == 1 else 9.6  # that the whole profile has room at equal scales
-    size: dict[str, Any] = {"width": width, "height": 1.75, "between": 0.42}
+    height = 2.4 if len(ends) == 1 else 1.75  # that the whole profile has room at equal scales
+    size: dict[str, Any] = {"height": height, "between": 0.42}
     return panels(4, len(ends), draw, sharex="col", keys=(slice(2), 0), key_columns=5, **size)
 
 
@@ -188,16 +192,19 @@ def _difference(datasets: Datasets, distances: list[float | None], ax: Axes, whe
     ax.plot(x, difference, color=COLOURS["difference"], lw=0.9, label="rig minus field")
 
 
-def wear_depth(datasets: Datasets) -> Figure:
-    """Wear depth of both wheels over lateral position, at the end of each campaign."""
+def wear_depth(datasets: Datasets, bands: xr.Dataset | None = None) -> Figure:
+    """Wear depth of both wheels over lateral position, at the end of each campaign, with its band."""
 
     def draw(ax: Axes, _: int, wheel: int) -> None:
         for data in datasets:
             campaign.plot_wear_depth(data, ax, wheel=wheel, history=True)
+            if bands is not None:
+                band_figures.plot_depth_band(bands, data, ax, wheel=wheel)
         ax.set_xlim(worn_range(datasets, wheel))
         ax.set_title(f"{WHEELS[wheel].capitalize()} wheel")
 
-    return panels(1, 2, draw, gap=0.3, sharey=True)
+    top = 0.6 if bands is None else 0.8  # for the legend
+    return panels(1, 2, draw, gap=0.3, sharey=True, edges=(0.95, 0.15, 0.5, top))
 
 
 def positions(datasets: Datasets) -> Figure | None:
@@ -240,7 +247,7 @@ def counterface_wear(datasets: Datasets) -> Figure | None:
 
 def counterface_over_distance(datasets: Datasets) -> Figure | None:
     """Largest depth and worn area of rails or rollers over the distance."""
-    worn, plot = list(filter(wears, datasets)), campaign.plot_counterface_over_distance
+    worn, plot = list(filter(wears, datasets)), campaign.plot_over_distance
     return _by_campaign(worn, plot, COUNTERFACE_MEASURES[:2], gap=0.6, sharey=False) if worn else None
 
 
@@ -253,7 +260,14 @@ def wear_laws(datasets: Datasets) -> Figure | None:
 def measures(datasets: Datasets) -> Figure:
     """Flange height, thickness, gradient, hollowing and equivalent conicity over the distance."""
     names = ("flange_height", "flange_thickness", "flange_gradient", "hollowing", "equivalent_conicity")
-    return _by_campaign(datasets, campaign.plot_over_distance, names)
+    # a wheel without a hollow tread has no curve to look at
+    seen = [name for name in names if any(np.nan_to_num(data[name].values).any() for data in datasets)]
+    return _by_campaign(datasets, campaign.plot_over_distance, seen)
+
+
+def wear_index(datasets: Datasets) -> Figure:
+    """Wear index of every patch against the regimes of the law."""
+    return _by_campaign(datasets, campaign.plot_wear_index, height=2.6, gap=0.6)
 
 
 def contact(datasets: Datasets) -> Figure:
@@ -292,8 +306,7 @@ def balance(datasets: Datasets) -> Figure | None:
 
 def factors_wear(_: Datasets, factors: xr.Dataset) -> Figure:
     """Factors of wear over distance and over worn depth."""
-    series = {"max_wear_depth": "largest wear depth", "worn_area": "worn area", "worn_mass": "worn mass"}
-    return _factor_curves(factors, series)
+    return _factor_curves(factors, {"max_wear_depth": "largest wear depth", "worn_area": "worn area"})
 
 
 def causes(_: Datasets, factors: xr.Dataset) -> Figure | None:
@@ -346,28 +359,27 @@ def steps(datasets: Datasets) -> Figure:
     names = ["step_length", "stability_number"]
     if any(bool(data["step_error"].notnull().any()) for data in datasets):
         names.append("step_error")
-    return _by_campaign(datasets, campaign.plot_steps, names, height=1.6, gap=0.85, sharey=False)
+    return _by_campaign(datasets, campaign.plot_over_distance, names, height=2.2, gap=0.85, sharey=False)
 
 
-def bands(made: xr.Dataset) -> Figure:
-    """Bands of what 1 km on the rig stands for, of the depth over the distance and along the profile."""
+def bands(_: Datasets, made: xr.Dataset) -> Figure:
+    """Bands of what 1 km on the rig stands for, and of the depth over the distance."""
     roles = [role for role in CAMPAIGN if f"{role}_way" in made]
     draws = [partial(band_figures.plot_band, made, role) for role in roles]
-    draws += [partial(band_figures.plot_depth_band, made, role) for role in roles]
     if len(roles) == len(CAMPAIGN):
         draws = [partial(band_figures.plot_per_km, made, basis) for basis in (0, 1)] + draws
 
     def draw(ax: Axes, row: int, column: int) -> None:
         draws[len(roles) * row + column](ax=ax)
 
-    return panels(len(draws) // len(roles), len(roles), draw, height=2.2, gap=0.5)
+    return panels(len(draws) // len(roles), len(roles), draw, height=2.2, gap=0.85)
 
 
-def sensitivity(made: xr.Dataset) -> Figure:
+def sensitivity(_: Datasets, made: xr.Dataset) -> Figure:
     """Which inputs decide the answers."""
     names = asked_of(made)[: len(PER_KM)]
 
-    def draw(ax: Axes, _: int, column: int) -> None:
+    def draw(ax: Axes, _row: int, column: int) -> None:
         band_figures.plot_sensitivity(made, names[column], ax)
         ax.set_title(wrapped(capital(str(made[names[column]].attrs["long_name"])), 40))
 

@@ -1,4 +1,4 @@
-"""The sections of a report, in order: each is one entry of `SECTIONS` and the function that fills it.
+"""The sections of a report, in order: each is one entry of `LAYERS` and the function that fills it.
 
 To add a section: its figure or table in a file of its own subject, and an entry here.
 """
@@ -17,7 +17,7 @@ from wearsim.report import answer, plates, sources, tables, tables_damage, table
 from wearsim.report.plates import Plate
 from wearsim.report.style import role_of, role_title
 from wearsim.report.tables import Table
-from wearsim.report.texts import caption, lines
+from wearsim.report.texts import lines
 from wearsim.translation.translate import table
 
 
@@ -48,21 +48,15 @@ class Campaigns:
 Content = Iterable[Table | Block | Plate]
 
 
-@dataclass(frozen=True)
-class Section:
-    """A section of a report: its id, its heading, and what it consists of; absent if that is nothing."""
-
-    key: str
-    title: str
-    content: Callable[[Campaigns], Content]
-
-
 def figures(
-    campaigns: Campaigns, *draw: Callable[..., Figure | None], factors: bool = False
+    campaigns: Campaigns, *draw: Callable[..., Figure | None], of: xr.Dataset | None = None
 ) -> Iterator[Plate]:
-    """Draw figures one after the other, those of factors from the translation, too."""
-    given = (campaigns.factors,) if factors else ()
-    yield from filter(None, (plates.plate(one, campaigns.datasets, *given) for one in draw))
+    """Draw figures one after the other, those of factors or bands from that dataset, too."""
+    yield from filter(None, (plates.plate(one, campaigns.datasets, of) for one in draw))
+
+
+def _list(lines: list[str]) -> Content:
+    return [Block("list", lines)] if lines else []
 
 
 def _answer(c: Campaigns) -> Content:
@@ -73,11 +67,6 @@ def _answer(c: Campaigns) -> Content:
     yield plates.worn_profiles(c.datasets)
     yield from answer.limits(c.datasets)
     yield Block("list", answer.assumptions(c.datasets, len(lines("warnings", **said))))
-
-
-def _warnings(c: Campaigns) -> Content:
-    if warned := lines("warnings", datasets=c.datasets, factors=c.factors):
-        yield Block("list", warned)
 
 
 def _verdict(c: Campaigns) -> Content:
@@ -100,8 +89,9 @@ def _running(c: Campaigns) -> Content:
 
 
 def _wear(c: Campaigns) -> Content:
+    yield from figures(c, plates.wear_depth, of=c.bands)
     yield from figures(
-        c, plates.wear_depth, plates.wear_over_distance, plates.wear_by_regime, plates.counterface_wear,
+        c, plates.wear_over_distance, plates.wear_by_regime, plates.counterface_wear,
         plates.counterface_over_distance, plates.wear_laws,
     )  # fmt: skip
     yield from c.each(lambda data: [*tables_damage.wear_laws(data), *tables.counterface(data)])
@@ -123,13 +113,10 @@ def _measures(c: Campaigns) -> Content:
 
 
 def _fatigue(c: Campaigns) -> Content:
-    campaigns = Campaigns([data for data in c.datasets if "fatigue_name" in data])
-    if not campaigns.datasets:
-        return
-    yield from c.each(tables_damage.fatigue_tables)
-    yield from _factors_of(c, "fatigue")
-    draw = (plates.shakedown, plates.fatigue_damage, plates.balance)
-    yield from figures(campaigns, *draw)
+    if tired := [data for data in c.datasets if "fatigue_name" in data]:
+        yield from c.each(tables_damage.fatigue_tables)
+        yield from _factors_of(c, "fatigue")
+        yield from figures(Campaigns(tired), plates.shakedown, plates.fatigue_damage, plates.balance)
 
 
 def _factors(c: Campaigns) -> Content:
@@ -139,15 +126,10 @@ def _factors(c: Campaigns) -> Content:
     yield from tables_translation.causes(c.factors)
     yield from figures(
         c, plates.causes, plates.factors_wear, plates.equivalent_distance,
-        plates.factors_at_points, factors=True,
+        plates.factors_at_points, of=c.factors,
     )  # fmt: skip
     yield from tables_translation.zones(c.factors)
     yield from tables_translation.power_causes(c.factors)
-
-
-def _coefficients(c: Campaigns) -> Content:
-    yield sources.laws(c.datasets)
-    yield sources.coefficients(c.datasets)
 
 
 def _again(c: Campaigns) -> Content:
@@ -157,14 +139,10 @@ def _again(c: Campaigns) -> Content:
 
 
 def _bands(c: Campaigns) -> Content:
-    if c.bands is None:
-        return
-    yield tables_translation.bands_table(c.bands)
-    yield from tables_translation.materials(c.materials)
-    for draw in (plates.bands, plates.sensitivity):
-        drawn = draw(c.bands)
-        text = caption("figure", draw.__name__, datasets=c.datasets)
-        yield Plate(draw.__name__, drawn, text)
+    if c.bands is not None:
+        yield tables_translation.bands_table(c.bands)
+        yield from tables_translation.materials(c.materials)
+        yield from figures(c, plates.bands, plates.sensitivity, of=c.bands)
 
 
 def _quality(c: Campaigns) -> Content:
@@ -172,34 +150,42 @@ def _quality(c: Campaigns) -> Content:
     yield from figures(c, plates.steps)
 
 
-LAYERS = {
-    "": (Section("answer", "Answer", _answer),),
+LAYERS: Mapping[str, tuple[tuple[str, str, Callable[[Campaigns], Content]], ...]] = {
+    "": (("answer", "Answer", _answer),),
     "For engineers": (
-        Section("warnings", "Before you use these numbers", _warnings),
-        Section("verdict", "Values at the end", _verdict),
-        Section("profiles", "Profiles", lambda c: figures(c, plates.profiles, factors=True)),
-        Section("wear", "Wear", _wear),
-        Section("measures", "Wheel measures and limits", _measures),
-        Section("running", "Where the wheelset runs and wears", _running),
-        Section("contact", "Contact", lambda c: figures(c, plates.contact)),
-        Section("fatigue", "Rolling contact fatigue", _fatigue),
-        Section("factors", "Factors and causes", _factors),
-        Section("bands", "How sure it is", _bands),
-        Section("quality", "Numerical quality", _quality),
+        (
+            "warnings",
+            "Before you use these numbers",
+            lambda c: _list(lines("warnings", datasets=c.datasets, factors=c.factors)),
+        ),
+        ("verdict", "Values at the end", _verdict),
+        ("profiles", "Profiles", lambda c: figures(c, plates.profiles, of=c.factors)),
+        ("wear", "Wear", _wear),
+        ("measures", "Wheel measures and limits", _measures),
+        ("running", "Where the wheelset runs and wears", _running),
+        ("contact", "Contact", lambda c: figures(c, plates.contact, plates.wear_index)),
+        ("fatigue", "Rolling contact fatigue", _fatigue),
+        ("factors", "Factors and causes", _factors),
+        ("bands", "How sure it is", _bands),
+        ("quality", "Numerical quality", _quality),
     ),
     "Appendix": (
-        Section("settings", "Settings and operating points", _settings),
-        Section("coefficients", "Coefficients and their certainty", _coefficients),
-        Section("bibliography", "Bibliography", lambda c: [Block("list", sources.bibliography(c.datasets))]),
-        Section("again", "How to make it again", _again),
+        ("settings", "Settings and operating points", _settings),
+        (
+            "coefficients",
+            "Coefficients and their certainty",
+            lambda c: [sources.laws(c.datasets), sources.coefficients(c.datasets)],
+        ),
+        ("bibliography", "Bibliography", lambda c: _list(sources.bibliography(c.datasets))),
+        ("again", "How to make it again", _again),
     ),
 }
-"""Sections of the report by layer: page one, what engineers ask for, and where it all comes from."""
+"""Sections by layer (page one, what engineers ask for, where it comes from): id, heading, content if any."""
 
 SECTIONS = tuple(section for layer in LAYERS.values() for section in layer)
 
 
 def all_figures(campaigns: Campaigns) -> list[Plate]:
     """Figures of all sections, in the order of the report."""
-    blocks = (block for section in SECTIONS for block in section.content(campaigns))
+    blocks = (block for *_, content in SECTIONS for block in content(campaigns))
     return [block for block in blocks if isinstance(block, Plate)]

@@ -47,8 +47,8 @@ class Table:
         Significant digits of all or of each column, `GIVEN` for numbers as they were given.
     look : {"laws", "points", "regimes", "text", "numbers"}
         How it looks: "text" without columns of numbers, "numbers" with nothing but those.
-    fold, unfolded : str, bool
-        Title it is folded under, "" if it is not; whether the fold is open.
+    fold : str
+        Title it is folded under, "" if it is not.
     shaded : set of int
         Rows that stand out.
     title : str
@@ -63,7 +63,6 @@ class Table:
     digits: int | Sequence[int] = 4
     look: str = "laws"
     fold: str = ""
-    unfolded: bool = False
     shaded: frozenset[int] = frozenset()
     title: str = ""
     bands: Sequence[tuple[str, int]] = ()
@@ -95,11 +94,15 @@ class Table:
         return replace(self, name=f"{self.name}-{role}", caption=f"{heading}: {self.caption}")
 
 
-def table(name: str, rows: Iterable[Iterable[Any]], *more: str, context: Any = None, **options: Any) -> Table:
-    """Make a table of a name in the texts: rows, heads of `more` columns, what the texts need."""
+def table(
+    name: str, rows: Iterable[Iterable[Any]], *more: str, context: Any = None, key: str | None = None,
+    **options: Any,
+) -> Table:  # fmt: skip
+    """Make a table of a name in the texts: rows, heads of `more` columns, what the texts need, its `key`."""
     heads = [*columns(name, **context or {}), *more]
     frame = pd.DataFrame([list(row) for row in rows], columns=heads, dtype=object)
-    return Table(name.replace("_", "-"), frame, caption("table", name, **context or {}), **options)
+    key = name.replace("_", "-") if key is None else key
+    return Table(key, frame, caption("table", name, **context or {}), **options)
 
 
 def exact(value: Any) -> str:
@@ -126,25 +129,23 @@ def operating_points(dataset: xr.Dataset) -> Table:
     data = (dataset["operating_point_name"].values, *(values_of(dataset, name) for name in names))
     heads = (label(dataset, name) for name in names)
     fold = f"{role_title(dataset)}: all {len(data[0])} operating points"
-    made = table("operating_points", zip(*data, strict=True), *heads, look="numbers", fold=fold, digits=GIVEN)
-    return replace(made, name="")
+    rows = zip(*data, strict=True)
+    return table("operating_points", rows, *heads, look="numbers", fold=fold, digits=GIVEN, key="")
 
 
 def running(dataset: xr.Dataset) -> list[Table]:
     """Where the wheelset ran at the end, and the forces on it; nothing of results that do not hold it."""
     if "lateral_position" not in dataset:
         return []
-    row = last_worn_row(dataset)
     acting = dataset["weight"].values > 0.0
-    names = [
+    names = (
         "lateral_position", "wheelset_yaw", "lateral_force", "steering_moment", "axle_wear_number",
-        "wear_share",
-    ]  # fmt: skip
-    columns = [values_of(dataset, name, row) for name in names]
-    values = np.column_stack([*columns, values_of(dataset, "derailment_quotient", row)])[acting]
+        "wear_share", "derailment_quotient",
+    )  # fmt: skip
+    columns = [values_of(dataset, name, last_worn_row(dataset))[acting] for name in names]
     points = dataset["operating_point_name"].values[acting]
-    heads = [*(label(dataset, name) for name in names), "Y/Q right", "left"]
-    rows = [[name, *numbers] for name, numbers in zip(points, values, strict=True)]
+    heads = [*(label(dataset, name) for name in names[:-1]), "Y/Q right", "left"]
+    rows = [[name, *numbers] for name, numbers in zip(points, np.column_stack(columns), strict=True)]
     fold = f"{role_title(dataset)}: lateral position, forces and wear number at the end"
     return [table("running", rows, *heads, digits=3, look="numbers", fold=fold)]
 
@@ -178,10 +179,8 @@ def _setting(value: Any, factor: float) -> str:
 
 
 def _range(name: str, values: np.ndarray) -> str:
-    if values.size == 0:
-        return "none"
-    low, high = map(given, shown(name, [values.min(), values.max()]))
-    return low if low == high else f"{low} to {high}"
+    ends = [given(end) for end in shown(name, [values.min(), values.max()])] if values.size else ["none"]
+    return " to ".join(dict.fromkeys(ends))
 
 
 def limits(datasets: list[xr.Dataset]) -> list[Table]:
@@ -227,17 +226,17 @@ def _where_met(dataset: xr.Dataset, limit: LimitMet) -> str:
 
 def reprofiled_wheels(datasets: list[xr.Dataset]) -> list[Table]:
     """Diameter before, after and lost by each reprofiling of the wheels, for campaigns that have any."""
-    tables = []
+    tables, context = [], {"datasets": datasets}
     for data in datasets:
         rows = []
         for one in reprofilings(data):
-            rows.append([float(shown("distance", one.distance))])
-            for pair in zip(one.before, one.after, strict=True):
-                before, after = (np.nan if value is None else 1e3 * value for value in pair)
-                rows[-1] += [before, after, before - after]
-        context, digits = {"datasets": datasets}, (4, 6, 6, 4, 6, 6, 4)
-        made = table("reprofilings", rows, context=context, look="numbers", digits=digits)
-        tables += [replace(made, name=f"reprofilings-{role_of(data)}")] if rows else []
+            pairs = 1e3 * np.array([one.before, one.after]).T
+            sides = [[before, after, before - after] for before, after in pairs]
+            rows.append([float(shown("distance", one.distance)), *sides[0], *sides[1]])
+        digits, key = (4, 6, 6, 4, 6, 6, 4), f"reprofilings-{role_of(data)}"
+        if rows:
+            made = table("reprofilings", rows, context=context, look="numbers", digits=digits, key=key)
+            tables.append(made)
     return tables
 
 
@@ -262,4 +261,4 @@ def state(datasets: list[xr.Dataset]) -> Table:
         sides = (", right", ", left") if new.ndim else ("",)
         for side, start, end in zip(sides, np.atleast_1d(new), np.atleast_1d(worn), strict=True):
             rows.append([label(dataset, name) + side, start, end, end - start])
-    return replace(table("state", rows, context={"datasets": datasets}, look="numbers"), name="verdict")
+    return table("state", rows, context={"datasets": datasets}, look="numbers", key="verdict")

@@ -7,41 +7,41 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from wearsim.damage.fatigue.balance import LIMITED_BY, balance
 from wearsim.quantities import QUANTITIES
 from wearsim.report.figures.campaign import WHEELS
 from wearsim.report.style import shown, with_unit
 from wearsim.report.tables import Table, table
 from wearsim.results.checks import depth_by_regime, last_worn_row, new_row
-from wearsim.results.fatigue import cycles, damage_from, largest_index, lives, quantity_of
+from wearsim.results.fatigue import cycles, damage_from, largest_index, quantity_of
 
 
 def wear_laws(dataset: xr.Dataset) -> list[Table]:
     """Compare the active law and the comparison laws."""
     row = last_worn_row(dataset)  # depth begins anew at a reprofiling, area goes on
-    depth = [dataset["wear_depth"].values[row]]
     by_regime = depth_by_regime(dataset)
     total = by_regime.sum(axis=1, keepdims=True)
     # of the active law the file has depths by regime: their sums share out the exact area
     share = np.divide(by_regime, total, out=np.zeros_like(by_regime), where=total > 0.0)
-    names = [f"{dataset.attrs.get('wear_law', 'law')}, active"]
-    area = [share * dataset["worn_area"].values[-1][:, None]]
-    regime_names = [[str(name) for name in dataset["regime_name"].values]]
+    active = share * dataset["worn_area"].values[-1][:, None]
+    name = f"{dataset.attrs.get('wear_law', 'law')}, active"
+    laws = [(name, dataset["regime_name"].values.tolist(), dataset["wear_depth"].values[row], active)]
     if "comparison_name" in dataset:
         pairs = [str(text).split(": ", 1) for text in dataset["comparison_regime_name"].values]
-        for k, law in enumerate(str(name) for name in dataset["comparison_name"].values):
+        for k, law in enumerate(map(str, dataset["comparison_name"].values)):
             here = [i for i, (owner, _) in enumerate(pairs) if owner == law]
-            names.append(law)
-            depth.append(dataset["comparison_wear_depth"].values[row, :, k])
-            area.append(dataset["comparison_worn_area"].values[-1][:, here])
-            regime_names.append([pairs[i][1] for i in here])
-    rows = []
-    for name, worn, deep, regimes in zip(names, area, depth, regime_names, strict=True):
-        right_left, deepest = worn.sum(axis=1), deep.max(axis=1)
-        rows.append([
-            name, *shown("worn_area", right_left), _ratio(right_left.sum(), area[0].sum()),
-            *shown("wear_depth", deepest), _ratio(deepest.max(), depth[0].max()),
-            _shares(regimes, worn.sum(axis=0)),
-        ])  # fmt: skip
+            depth = dataset["comparison_wear_depth"].values[row, :, k]
+            area = dataset["comparison_worn_area"].values[-1][:, here]
+            laws.append((law, [pairs[i][1] for i in here], depth, area))
+    whole, deepest = active.sum(axis=1).sum(), laws[0][2].max()
+    rows = [
+        [
+            law, *shown("worn_area", area.sum(axis=1)), _ratio(area.sum(axis=1).sum(), whole),
+            *shown("wear_depth", depth.max(axis=1)), _ratio(depth.max(), deepest),
+            _shares(regimes, area.sum(axis=0)),
+        ]
+        for law, regimes, depth, area in laws
+    ]  # fmt: skip
     return [table("wear_laws", rows, context={"data": dataset}, digits=(4, 4, 4, 3, 4, 4, 3, 4))]
 
 
@@ -64,19 +64,34 @@ def fatigue_laws(dataset: xr.Dataset) -> Table:
 
 def life(dataset: xr.Dataset) -> Table | None:
     """Say what limits the life of each wheel, from new at the rates of the last state; None if unknown."""
+    end = last_worn_row(dataset)
+    wear, y = dataset["wear_depth_rate"].values[end], dataset["profile_y"].values[new_row(dataset, end)]
     rows, of_rails = [], {}
     materials = str(dataset.attrs.get("fatigue_materials", "")).split("\n")
-    for one in lives(dataset):
-        name = str(dataset["fatigue_name"].values[one.law])
-        steel = materials[one.law] if one.law < len(materials) else ""
-        if "rail" in steel and "wheel" not in steel:
-            of_rails[name] = (name, steel, str(dataset["fatigue_coefficients"].values[one.law]))
-        rows.append([
-            f"{name}, {WHEELS[one.wheel]} wheel", 1e3 * one.crack_depth, 1e3 * one.wear_limit,
-            *map(_distance, (*one.crack_distances, one.wear_distance)), one.ended_by,
-            None if one.y is None else 1e3 * one.y, None if one.cracked is None else 100.0 * one.cracked,
-            shown("magic_wear_rate", one.magic_wear_rate)[()],
-        ])  # fmt: skip
+    for k, crack in enumerate(dataset["fatigue_crack_depth"].values.tolist()):
+        name, limit = str(dataset["fatigue_name"].values[k]), float(dataset["fatigue_wear_limit"].values[k])
+        steel = materials[k] if k < len(materials) else ""
+        if np.isfinite(crack) and "rail" in steel and "wheel" not in steel:
+            of_rails[name] = (name, steel, str(dataset["fatigue_coefficients"].values[k]))
+        for wheel, side in enumerate(WHEELS) if np.isfinite(crack) else ():
+            rate = dataset["fatigue_damage_rate"].values[end, wheel, k]
+            result, *other = (
+                balance(part * rate, wear[wheel], crack_depth=crack, wear_limit=limit)
+                for part in (1.0, 0.5, 2.0)  # of the width of a place
+            )
+            distances = {"wear": result.wear_distance, "cracks": result.crack_distance}
+            first = min(distances, key=lambda what: distances[what].min())
+            ends = np.isfinite(distances[first].min())
+            acts = (rate > 0.0) | (wear[wheel] > 0.0)
+            cracked = (result.limited_by == LIMITED_BY.index("cracks")) & acts
+            rows.append([
+                f"{name}, {side} wheel", 1e3 * crack, 1e3 * limit,
+                *(_distance(one.crack_distance.min()) for one in (result, *other)),
+                _distance(result.wear_distance.min()), first if ends else "nothing",
+                1e3 * y[wheel, distances[first].argmin()] if ends else None,
+                100.0 * cracked.sum() / acts.sum() if acts.any() else None,
+                shown("magic_wear_rate", result.magic_wear_rate.max())[()],
+            ])  # fmt: skip
     digits = (3, 3, 3, 4, 4, 4, 4, 3, 3, 3, 3)
     return table("life", rows, context={"of_rails": of_rails.values()}, digits=digits) if rows else None
 

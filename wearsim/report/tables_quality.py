@@ -48,11 +48,10 @@ def _checks(dataset: xr.Dataset) -> dict[str, Any]:
     rows[text] = 100.0 * scaling.distance_share if scaling else "none"
     if "contact_model_name" in dataset:
         rows |= _correction(dataset)
-    if "faint_load" in dataset:
-        for name in ("load", "power", "wear"):
-            shares = [100.0 * float(dataset[f"faint_{name}{of}"].values.max()) for of in ("", "_max")]
-            text = f"Largest share of the {name} that faint patches lost, in all and of a wheel [%]"
-            rows[text] = ", ".join(f"{share:.2g}" for share in shares) if max(shares) > 0.0 else "none"
+    for name in ("load", "power", "wear"):
+        shares = [100.0 * float(dataset[f"faint_{name}{of}"].values.max()) for of in ("", "_max")]
+        text = f"Largest share of the {name} that faint patches lost, in all and of a wheel [%]"
+        rows[text] = ", ".join(f"{share:.2g}" for share in shares) if max(shares) > 0.0 else "none"
     tread = checks.tread_wear(dataset)
     if tread is not None:
         rows["Largest wear depth on the tread per 100 000 km [mm]"] = 1e3 * tread
@@ -74,12 +73,11 @@ def models_in_use(dataset: xr.Dataset) -> dict[str, int]:
 def _correction(dataset: xr.Dataset) -> dict[str, Any]:
     points = ", ".join(f"{name} at {count} points" for name, count in models_in_use(dataset).items())
     reference = str(dataset["contact_model_name"].values[-1])
-    error = 100.0 * float(dataset["correction_error"].values[-1])
-    tolerance = 100.0 * float(dataset.attrs["contact_tolerance"])
+    error, tolerance = dataset["correction_error"].values[-1], float(dataset.attrs["contact_tolerance"])
+    solved = "Operating points solved by the reference, each as often as it was"
+    estimate = f"Estimated error of the wear depth by the correction [%], tolerance {100.0 * tolerance:g} %"
     return {
         "Contact models": f"{points}; corrected by {reference}",
-        "Operating points solved by the reference, each as often as it was": int(
-            dataset["reference_solved"].values[-1]
-        ),
-        f"Estimated error of the wear depth by the correction [%], tolerance {tolerance:g} %": error,
+        solved: int(dataset["reference_solved"].values[-1]),
+        estimate: 100.0 * float(error),
     }

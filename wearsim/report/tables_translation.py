@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pandas as pd
 import xarray as xr
@@ -23,26 +21,27 @@ def verdict(factors: pd.DataFrame, translation: xr.Dataset, datasets: Datasets) 
     reasons, headings = words("reasons"), words("groups")
     rows: dict[tuple[str, str], list[object]] = {}
     shown_here = factors[factors["basis"].isin(BASIS[:2])]  # figures show them at equal area, too
-    for name, both in shown_here.groupby("variable", sort=False):
-        variable = str(name)
+    for variable, both in shown_here.groupby("variable", sort=False):
         notes = [reasons[key] for key in dict.fromkeys([*both["status"], variable]) if key in reasons]
-        values = [
-            (one.rig, one.field, one.factor if one.status == "defined" else UNDEFINED)
-            for one in both.itertuples()
-        ]
+        values = both[["rig", "field", "factor"]].astype(object)
+        values.loc[both["status"] != "defined", "factor"] = UNDEFINED
         first = both.iloc[0]
         quantity = capital(first["quantity"].removesuffix(", collective mean"))
         quantity += "" if first["unit"] in ("", "1") else f" [{first['unit']}]"
-        group = next(text for end, text in headings.items() if variable.endswith(end))
-        rows[group, variable] = [quantity, *sum(values, ()), "; ".join(notes) or "–"]
+        group = next(text for end, text in headings.items() if str(variable).endswith(end))
+        rows[group, str(variable)] = [quantity, *values.to_numpy().ravel(), "; ".join(notes) or "–"]
     run = plain(shown("distance", translation["distance_run"].values[0, -1, 0]))
     depth = plain(shown("max_wear_depth", translation["worn_depth"].values[1, -1, 0]), 3)
     bands = [("", 1), (f"{BASES[0]}, {run} km each", 3), (f"{BASES[1]}, {depth} mm each", 3), ("", 1)]
-    digits, context = (4, 4, 4, 3, 4, 4, 3, 4), {"datasets": datasets}
-    made = table("verdict", rows.values(), context=context, bands=bands, digits=digits, look="verdict")
-    groups = dict.fromkeys(group for group, _ in rows)
-    made.frame.index = pd.MultiIndex.from_tuples(rows)
-    return replace(made, frame=pd.concat([made.frame.loc[[group]] for group in groups]))
+    # rows of a group stand together, in the order of their first ones
+    groups = list(dict.fromkeys(group for group, _ in rows))
+    places = sorted(rows, key=lambda place: groups.index(place[0]))
+    made = table(
+        "verdict", [rows[place] for place in places], context={"datasets": datasets}, bands=bands,
+        digits=(4, 4, 4, 3, 4, 4, 3, 4), look="verdict",
+    )  # fmt: skip
+    made.frame.index = pd.MultiIndex.from_tuples(places)
+    return made
 
 
 def regime_bands(translation: xr.Dataset, rig: xr.Dataset) -> list[str]:
@@ -74,7 +73,7 @@ def damage_factors(translation: xr.Dataset, group: str) -> list[Table]:
             values = shown(name, translation[name].values[:2, -1, :, k, 2])
             factors = translation[f"{name}_factor"].values[:2, -1, k, 2:]
             rows.append([text, *np.hstack((values, factors)).ravel()])
-    return [replace(table("damage_factors", rows, digits=3), name=f"{group}-factors-translation")]
+    return [table("damage_factors", rows, digits=3, key=f"{group}-factors-translation")]
 
 
 def causes(translation: xr.Dataset) -> list[Table]:
@@ -86,7 +85,9 @@ def causes(translation: xr.Dataset) -> list[Table]:
 
 def bands_table(bands: xr.Dataset) -> Table:
     """Quantiles of the answers, and what decides them."""
-    rows = [[capital(str(row[0])), *row[1:]] for row in band_table(bands).to_numpy()[:, 1:].tolist()]
+    frame = band_table(bands).drop(columns="variable").replace(np.inf, "not in sight").astype(object)
+    frame["error/width"] = frame["error/width"].where(frame["error/width"].notna(), None)
+    rows = [[capital(str(name)), *values] for name, *values in frame.to_numpy().tolist()]
     return table("bands", rows, digits=3)
 
 
@@ -102,13 +103,11 @@ def power_causes(translation: xr.Dataset) -> list[Table]:
     frame = power_cause_table(translation)
     if not len(frame):
         return []
-    rows = [[row[0], row[2], row[1], *row[3:]] for row in frame.to_numpy().tolist()]
+    rows = [[point, wheel, shift, *causes] for point, shift, wheel, *causes in frame.to_numpy().tolist()]
     heads = [capital(str(name)) for name in frame.columns[3:]]
     fold = "Frictional power at equal operating points: patch, creepages and spin, new wheels"
-    made = table(
-        "power_causes", rows, *heads, look="points", fold=fold, digits=(3, 3, GIVEN, *[3] * len(heads))
-    )
-    return [replace(made, name="")]
+    digits = (3, 3, GIVEN, *[3] * len(heads))
+    return [table("power_causes", rows, *heads, look="points", fold=fold, digits=digits, key="")]
 
 
 def zones(translation: xr.Dataset) -> list[Table]:

@@ -17,23 +17,7 @@ from wearsim.results.schema import (
 )
 
 __all__ = [
-    "FILL_FLOAT",
-    "FILL_INT",
-    "GROUPS",
-    "LAYOUT",
-    "PATCH_SLOTS",
-    "ROW",
-    "Header",
-    "Row",
-    "append",
-    "attribute_of",
-    "check_row",
-    "create",
-    "layout_of",
-    "load_results",
-    "open_results",
-    "result_warnings",
-    "row_count",
-    "row_names",
-    "verify",
+    "FILL_FLOAT", "FILL_INT", "GROUPS", "LAYOUT", "PATCH_SLOTS", "ROW", "Header", "Row", "append",
+    "attribute_of", "check_row", "create", "layout_of", "load_results", "open_results", "result_warnings",
+    "row_count", "row_names", "verify",
 ]  # fmt: skip

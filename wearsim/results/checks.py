@@ -49,8 +49,8 @@ class Reprofiling(NamedTuple):
     """One reprofiling of both wheels, with their diameters at the running circle [m]."""
 
     distance: float  # [m]
-    before: tuple[float | None, ...]  # right and left wheel
-    after: tuple[float | None, ...]
+    before: tuple[float, ...]  # right and left wheel, NaN where it has none
+    after: tuple[float, ...]
 
 
 def reprofiled_rows(dataset: xr.Dataset) -> list[int]:
@@ -63,15 +63,11 @@ def reprofiled_rows(dataset: xr.Dataset) -> list[int]:
 
 def reprofilings(dataset: xr.Dataset) -> tuple[Reprofiling, ...]:
     """Return the reprofilings of the wheels in order; none where wheels are not reprofiled."""
-
-    def diameters(row: int) -> tuple[float | None, ...]:
-        values = dataset["wheel_diameter"].values[row]
-        return tuple(float(value) if np.isfinite(value) else None for value in values)
-
-    return tuple(
-        Reprofiling(float(dataset["distance"].values[row]), diameters(row - 1), diameters(row))
-        for row in reprofiled_rows(dataset)
-    )
+    made = []
+    for row in reprofiled_rows(dataset):
+        before, after = dataset["wheel_diameter"].values[row - 1 : row + 1].tolist()
+        made.append(Reprofiling(float(dataset["distance"].values[row]), tuple(before), tuple(after)))
+    return tuple(made)
 
 
 def spans(dataset: xr.Dataset) -> Iterator[tuple[int, int]]:
@@ -92,8 +88,8 @@ def wear_steps(dataset: xr.Dataset) -> int:
 
 
 def step_limits(dataset: xr.Dataset) -> dict[str, int]:
-    """Count the wear steps that each limit held, most first; empty for files of older versions."""
-    reasons = dataset["step_limit"].values.astype(int).tolist() if "step_limit" in dataset else []
+    """Count the wear steps that each limit held, most first."""
+    reasons = dataset["step_limit"].values.astype(int).tolist()
     # the first of them, of initial states and reprofilings, is no limit
     return {STEP_LIMITS[which]: count for which, count in Counter(filter(None, reasons)).most_common()}
 
@@ -136,16 +132,15 @@ def cracks_left(dataset: xr.Dataset) -> str:
     if not reprofiled_rows(dataset) or "fatigue_name" not in dataset:
         return ""
     left, lines = damage_left(dataset), []
-    for law in dataset["fatigue_name"].values:
-        if law not in left:
-            lines.append(
-                f"The lathe is assumed to take all damage of {law}, which states no depth of its cracks."
-            )
-            continue
-        damage, crack = left[law]
+    for law in map(str, dataset["fatigue_name"].values):
+        damage, crack = left.get(law, (0.0, 0.0))
         kept = f"left at most {damage:.3g} of it" if damage > 0.0 else "left none"
         reached = f"the damage its cut reached (1 is a crack of {1e3 * crack:g} mm)"
-        lines.append(f"Of {law} the lathe took {reached} and {kept}.")
+        lines.append(
+            f"Of {law} the lathe took {reached} and {kept}."
+            if law in left
+            else f"The lathe is assumed to take all damage of {law}, which states no depth of its cracks."
+        )
     return " ".join(lines)
 
 
@@ -166,19 +161,17 @@ def tread_wear(dataset: xr.Dataset) -> float | None:
     run = float(dataset["distance"].values[-1])
     if run <= 0.0:
         return None
-    deepest = 0.0
-    for wheel in (0, 1):
-        # depth counts from the last reprofiling; the deepest places of all spans together, wherever they are
-        total = 0.0
-        for first, last in spans(dataset):
+    # depth counts from the last reprofiling; the deepest places of all spans together, wherever they are
+    deepest = np.zeros(2)
+    for first, last in spans(dataset):
+        for wheel in (0, 1):
             y, z = (dataset[name].values[first, wheel] for name in ("profile_y", "profile_z"))
             # on a steep flank y may stand still; only the tread's slopes count, and there it rises
             steep = np.flatnonzero(np.abs(np.diff(z)) > TREAD_SLOPE * np.diff(y))
             inner = steep[y[steep] < 0.0]
             tread = np.arange(y.size) > (inner[-1] if inner.size else -1)
-            total += float(dataset["wear_depth"].values[last, wheel, tread].max(initial=0.0))
-        deepest = max(deepest, total)
-    return deepest * SERVICE_DISTANCE / run
+            deepest[wheel] += dataset["wear_depth"].values[last, wheel, tread].max(initial=0.0)
+    return float(deepest.max()) * SERVICE_DISTANCE / run
 
 
 def tread_wear_warning(dataset: xr.Dataset) -> str | None:
@@ -371,14 +364,9 @@ def cracks_warning(dataset: xr.Dataset) -> str | None:
 def result_warnings(dataset: xr.Dataset) -> list[str]:
     """Return all warnings of this module for one result, one line each."""
     checks = (
-        tread_wear_warning,
-        left_out_warning,
-        load_scale_warning,
-        seizure_warning,
-        low_friction_warning,
-        outside_warning,
-        cracks_warning,
-    )
+        tread_wear_warning, left_out_warning, load_scale_warning, seizure_warning, low_friction_warning,
+        outside_warning, cracks_warning,
+    )  # fmt: skip
     return [line for check in checks if (line := check(dataset)) is not None]
 
 

@@ -1,18 +1,16 @@
-"""What a result says of fatigue: first crack, what ends a life, largest index, agreement of the laws."""
+"""What a result says of fatigue: first crack, largest index, agreement of the laws."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wearsim.damage.fatigue import FATIGUE_LAWS, counts_cycles
 from wearsim.damage.fatigue.agreement import Agreement, agreement
-from wearsim.damage.fatigue.balance import LIMITED_BY, balance
-from wearsim.results.checks import last_worn_row, new_row
+from wearsim.results.checks import last_worn_row
 from wearsim.results.limits import laws_of
 
 if TYPE_CHECKING:
@@ -35,49 +33,6 @@ def crack_distances(dataset: xr.Dataset) -> dict[str, NDArray[np.float64]]:
             with np.errstate(divide="ignore"):
                 found[law] = 1.0 / np.maximum(grown, 0.0)
     return found
-
-
-class Life(NamedTuple):
-    """What ends the life of a wheel by one law, from new at the rates of the last worn state [SI]."""
-
-    law: int  # index of the law
-    wheel: int
-    crack_depth: float
-    wear_limit: float
-    crack_distances: tuple[float, ...]  # with the stated width of a place, half and double of it
-    wear_distance: float
-    ended_by: str  # cracks, wear or nothing
-    y: float | None  # where on the wheel profile
-    cracked: float | None  # share of the points that wear or tire which cracks limit
-    magic_wear_rate: float  # largest along the profile
-
-
-def lives(dataset: xr.Dataset) -> Iterator[Life]:
-    """Give the life of each wheel by the laws that state the depth of their cracks."""
-    end = last_worn_row(dataset)
-    wear = dataset["wear_depth_rate"].values[end]
-    y = dataset["profile_y"].values[new_row(dataset, end)]
-    for k, crack in enumerate(dataset["fatigue_crack_depth"].values):
-        limit = float(dataset["fatigue_wear_limit"].values[k])
-        for wheel in range(2) if np.isfinite(crack) else ():
-            rate = dataset["fatigue_damage_rate"].values[end, wheel, k]
-            result, half, double = (
-                balance(part * rate, wear[wheel], crack_depth=float(crack), wear_limit=limit)
-                for part in (1.0, 0.5, 2.0)  # of the width of a place
-            )
-            distances = {"wear": result.wear_distance, "cracks": result.crack_distance}
-            first = min(distances, key=lambda what: distances[what].min())
-            ends = np.isfinite(distances[first].min())
-            acts = (rate > 0.0) | (wear[wheel] > 0.0)
-            grown = (result.limited_by == LIMITED_BY.index("cracks")) & acts
-            yield Life(
-                law=k, wheel=wheel, crack_depth=float(crack), wear_limit=limit,
-                crack_distances=tuple(float(one.crack_distance.min()) for one in (result, half, double)),
-                wear_distance=float(result.wear_distance.min()), ended_by=first if ends else "nothing",
-                y=float(y[wheel, distances[first].argmin()]) if ends else None,
-                cracked=float(grown.sum() / acts.sum()) if acts.any() else None,
-                magic_wear_rate=float(result.magic_wear_rate.max()),
-            )  # fmt: skip
 
 
 def cycles(dataset: xr.Dataset) -> Agreement:

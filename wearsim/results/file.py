@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import errno
 import itertools
+import math
 import os
 import shutil
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import netCDF4
 import numpy as np
@@ -22,19 +23,17 @@ import numpy as np
 from wearsim.errors import ResultError
 from wearsim.quantities import Quantity
 from wearsim.results.schema import (
-    ADDED,
     FILL_FLOAT,
     FILL_INT,
+    KINDS,
     LABELS,
-    OLDER_SCHEMAS,
+    PACKED,
     REGIME_FLAGS,
-    RENAMED,
     SCHEMA,
     Header,
     Row,
     check_row,
     layout_of,
-    renamed,
     row_names,
     structure_fault,
     value_fault,
@@ -223,7 +222,7 @@ def open_results(path: str | Path) -> xr.Dataset:
     from wearsim.results.index import INDEXES, DistanceIndex
 
     path = Path(path)
-    with _open(path, older=True) as file:
+    with _open(path) as file:
         try:
             for variable in file.variables.values():
                 if "step" in variable.dimensions:
@@ -238,7 +237,7 @@ def open_results(path: str | Path) -> xr.Dataset:
         opened = _with_retries(lambda: xr.open_dataset(path, engine="netcdf4", decode_times=False))
     except UNREADABLE as error:
         raise _unreadable(path, "cannot be read", error) from error
-    dataset = renamed(opened)
+    dataset = opened
     if dataset.sizes["step"] != sound:
         dataset = dataset.isel(step=slice(0, sound))
     for dimension in INDEXES:
@@ -269,7 +268,21 @@ def load_results(path: str | Path) -> xr.Dataset:
     return dataset
 
 
-def _open(path: Path, *, older: bool = False) -> netCDF4.Dataset:
+def load_beside(path: Path) -> xr.Dataset:
+    """Load what stands beside results, factors or bands; ValueError if it states more than its size holds."""
+    import xarray as xr
+
+    with netCDF4.Dataset(path) as file:
+        unpacked = 8 * sum(math.prod(variable.shape) for variable in file.variables.values())
+        if unpacked > PACKED * path.stat().st_size:
+            raise ValueError("it states more values than a file of its size holds")
+        if any(len(set(one.dimensions)) < len(one.dimensions) for one in file.variables.values()):
+            raise ValueError("a variable has a dimension twice")
+    with xr.open_dataset(path, engine="netcdf4") as opened:
+        return opened.load()
+
+
+def _open(path: Path) -> netCDF4.Dataset:
     """Open for reading, exact values unmasked, or raise with what is wrong with the file."""
     require_utf8(path)
     if not path.exists():
@@ -282,34 +295,34 @@ def _open(path: Path, *, older: bool = False) -> netCDF4.Dataset:
         raise _unreadable(path, "cannot be read as netCDF", error) from error
     try:
         file.set_auto_maskandscale(False)
-        stated = getattr(file, "wearsim_schema", None)
-        schema = int(stated) if isinstance(stated, np.integer) else None
-        older = older and schema in OLDER_SCHEMAS
-        names = [RENAMED.get(name, name) if older else name for name in file.variables]
-        missing = [name for name in layout_of(names) if name not in (*names, *(ADDED if older else ()))]
-        fault = (
-            "" if missing or not (schema == SCHEMA or older) else structure_fault(file, path.stat().st_size)
-        )
+        fault = _foreign(file, path)
     except UNREADABLE as error:
+        fault = _unreadable(path, "is damaged", error)
+    if fault is not None:
         file.close()
-        raise _unreadable(path, "is damaged", error) from error
-    if (schema == SCHEMA or older) and not missing and not fault:
-        return file
-    file.close()
-    if fault:
-        raise _damaged(path, fault)
-    if schema is None or schema == SCHEMA or older:
+        raise fault
+    return file
+
+
+def _foreign(file: netCDF4.Dataset, path: Path) -> ResultError | None:
+    """Return what is wrong with a netCDF file that is no result file of this version, None if it is one."""
+    stated = getattr(file, "wearsim_schema", None)
+    schema = int(stated) if isinstance(stated, np.integer) else None
+    missing = [name for name in layout_of(file.variables) if name not in file.variables]
+    if schema == SCHEMA and not missing:
+        fault = structure_fault(file, path.stat().st_size)
+        return _damaged(path, fault) if fault else None
+    another = "run its scene again in another directory"
+    if schema is None or schema == SCHEMA:
         without = f" of this version (without {missing[0]})" if missing else ""
-        raise ResultError(
+        return ResultError(
             f"{path} is not a result file of a wearsim campaign{without}; give a .nc that `wearsim run` "
-            f"wrote, or run its scene again in another directory"
+            f"wrote, or {another}"
         )
     if schema > SCHEMA:
-        raise ResultError(f"{path} has schema {schema}, this wearsim reads {SCHEMA}; update wearsim")
-    raise ResultError(
-        f"{path} was written by an older wearsim (schema {schema}, this one reads {SCHEMA}); run its scene "
-        f"again in another directory"
-    )
+        return ResultError(f"{path} has schema {schema}, this wearsim reads {SCHEMA}; update wearsim")
+    older = f"was written by an older wearsim (schema {schema}, this one reads {SCHEMA})"
+    return ResultError(f"{path} {older}; {another}")
 
 
 def _unreadable(path: Path, what: str, error: Exception) -> ResultError:
@@ -334,55 +347,43 @@ def _define(file: netCDF4.Dataset, header: Header) -> None:
     for name, value in attributes.items():
         if value != "":
             file.setncattr(name, utf8(value) if isinstance(value, str) else value)
-    layout = layout_of(header.static)
-    for name, variable in layout.items():
-        _define_variable(file, name, variable, header)
-    for name, variable in layout.items():
-        if "step" in variable.dimensions:
-            continue
-        value = header.static[name]
-        if variable.kind == "str":
-            file.variables[name][:] = np.array([str(text) for text in value], dtype=object)
-        else:
-            file.variables[name][:] = np.asarray(value, dtype=np.float64)
+    for name, variable in layout_of(header.static).items():
+        made = _defined(file, name, variable, header)
+        if "step" not in variable.dimensions:
+            value = header.static[name]
+            texts = variable.kind == "str"
+            made[:] = np.array([*map(str, value)], dtype=object) if texts else np.asarray(value, dtype=float)
     file.set_auto_maskandscale(False)
 
 
-def _define_variable(file: netCDF4.Dataset, name: str, variable: Quantity, header: Header) -> None:
-    if variable.kind == "str":
-        made = file.createVariable(name, str, variable.dimensions)
-    else:
-        chunks = None
-        if "step" in variable.dimensions:
-            inner = [header.sizes[d] for d in variable.dimensions[1:]]
-            # a chunk per step for the long ones; short ones share a chunk, which each append writes anew
-            chunks = [1 if np.prod(inner) >= 64 else 16, *inner]
-        fill = {"f8": FILL_FLOAT, "i4": FILL_INT}[variable.kind] if variable.missing else None
-        made = file.createVariable(
-            name, variable.kind, variable.dimensions, chunksizes=chunks, fill_value=fill,
-            # empty slots of patches pack better with their bytes together, digits of profiles shuffled;
-            # level 4 takes half as long again
-            zlib=bool(chunks), shuffle=variable.dimensions[-1:] in (("point",), ("counterface_point",)),
-            complevel=1,
-        )  # fmt: skip
-    if variable.unit:
-        made.units = variable.unit
-    made.long_name = variable.meaning
-    if variable.sign:
-        made.comment = variable.sign
+def _defined(file: netCDF4.Dataset, name: str, variable: Quantity, header: Header) -> Any:
+    """Define a variable with its attributes."""
+    options: dict[str, Any] = {}
+    if "step" in variable.dimensions:
+        inner = [header.sizes[d] for d in variable.dimensions[1:]]
+        # a chunk per step for the long ones; short ones share a chunk, which each append writes anew.
+        # Empty slots of patches pack better with their bytes together, digits of profiles shuffled; level 4
+        # takes half as long again
+        shuffle = variable.dimensions[-1] in ("point", "counterface_point")
+        options = {"chunksizes": [1 if np.prod(inner) >= 64 else 16, *inner]}
+        options |= {"zlib": True, "shuffle": shuffle, "complevel": 1}
+    if variable.missing:
+        options["fill_value"] = {"f8": FILL_FLOAT, "i4": FILL_INT}[variable.kind]
+    made: Any = file.createVariable(name, KINDS[variable.kind], variable.dimensions, **options)
+    made.setncatts(variable.attributes)
     # CF 5: coordinates that are not dimensions are named by the variables that have them
     layout = layout_of(header.static)
-    near = [c for c in LABELS if c in layout and c != name]
-    labels = [c for c in near if set(layout[c].dimensions) <= set(variable.dimensions)]
+    labels = [c for c in LABELS if c in layout and set(layout[c].dimensions) <= set(variable.dimensions)]
     if name not in LABELS and labels:
         made.coordinates = " ".join(labels)
-    if variable.flags:
-        made.flag_values = np.arange(len(variable.flags), dtype=np.int32)
-        made.flag_meanings = " ".join(variable.flags)
+    meanings, first = list(variable.flags), 0
     if name in REGIME_FLAGS:
-        regimes = [str(text).replace(" ", "_") for text in header.static["regime_name"]]
-        made.flag_values = np.arange(-1, len(regimes), dtype=np.int32)
-        made.flag_meanings = " ".join(["none", *regimes])
+        meanings = ["none", *(str(text).replace(" ", "_") for text in header.static["regime_name"])]
+        first = -1
+    if meanings:
+        made.flag_values = np.arange(first, first + len(meanings), dtype=np.int32)
+        made.flag_meanings = " ".join(meanings)
+    return made
 
 
 def _need_room(path: Path, rows: Sequence[Row]) -> None:

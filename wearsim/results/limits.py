@@ -95,9 +95,13 @@ class LimitMet(NamedTuple):
 
 def limits_met(dataset: xr.Dataset) -> tuple[LimitMet, ...]:
     """Limits of a campaign, finished or not, and where they were met, in the order of `LIMITED`."""
-    limits, laws = limits_of(dataset.attrs), laws_of(dataset)
-    worst = {name: np.stack([worst_of(name, row, laws) for row in dataset[name].values]) for name in limits}
-    return _met(dataset["distance"].values, worst, limits)
+    limits = limits_of(dataset.attrs)
+    return _met(dataset["distance"].values, {name: _worst(dataset, name) for name in limits}, limits)
+
+
+def _worst(dataset: xr.Dataset, name: str) -> NDArray[np.float64]:
+    laws = laws_of(dataset)
+    return np.stack([worst_of(name, row, laws) for row in dataset[name].values])
 
 
 def distances_to(dataset: xr.Dataset, limit: LimitMet) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
@@ -106,8 +110,7 @@ def distances_to(dataset: xr.Dataset, limit: LimitMet) -> tuple[NDArray[np.float
     If not yet, at the mean rate over the last half of the way; infinite beyond ten times the way, where
     nothing nears the limit, and where wheels are reprofiled.
     """
-    run, laws = dataset["distance"].values, laws_of(dataset)
-    values = np.stack([worst_of(limit.name, row, laws) for row in dataset[limit.name].values])
+    run, values = dataset["distance"].values, _worst(dataset, limit.name)
     half = int(np.argmin(np.abs(run - 0.5 * run[-1])))
     gained, left = (LIMITED[limit.name] * d for d in (values[-1] - values[half], limit.limit - values[-1]))
     nears = (gained > 0.0) & (REPROFILED_AT not in dataset.attrs)

@@ -5,16 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Container, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import netCDF4
 import numpy as np
 
-from wearsim.errors import NumericalError, ResultError
+from wearsim.errors import NumericalError, ResultError, brief
 from wearsim.quantities import QUANTITIES, Quantity
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 SCHEMA = 5
 PATCH_SLOTS = 8
@@ -97,41 +94,10 @@ def check_row(header: Header, row: Row) -> None:
             )
 
 
-OLDER_SCHEMAS = (3, 4)
-"""Schemas that differ from the present one in names and variables added since alone (3: wearsim 0.1)."""
-
 FAINT = tuple(f"faint_{name}{largest}" for name in ("load", "power", "wear") for largest in ("", "_max"))
 """Variables on what faint patches lost."""
 
-ADDED = (*FAINT, "step_limit", "stages", "point_length", "point_error", "point_stiffness")
-"""Variables that older schemas do not have."""
-
-RENAMED: Mapping[str, str] = {
-    **{each.formerly: each.name for each in QUANTITIES.values() if each.formerly},
-    "beside": "comparison",
-    "beside_regime": "comparison_regime",
-    **{f"beside_{name}": f"comparison_{name}" for name in ("numbers", "materials", "validity", "departures")},
-    "wear_coefficients_doubts": "wear_coefficients_warnings",
-    **{f"turning_{name}": f"reprofiling_{name}" for name in ("limits", "distances", "least_cut")},
-}
-"""Present name by the name of schema 3."""
-
-
-def renamed(dataset: xr.Dataset) -> xr.Dataset:
-    """Give a dataset of an older result or translation file the present names; others stay as they are."""
-    names = {str(name) for name in (*dataset.variables, *dataset.dims)}
-    new = {old: present for old, present in RENAMED.items() if old in names}
-    if not new:
-        return dataset
-    dataset = dataset.rename(new)
-    dataset.attrs = {RENAMED.get(str(key), key): value for key, value in dataset.attrs.items()}
-    for name in new.values():
-        if name in QUANTITIES and name in dataset:
-            dataset[name].attrs["long_name"] = QUANTITIES[name].meaning
-    return dataset
-
-
-KINDS = {"f8": np.dtype("f8"), "i4": np.dtype("i4"), "str": str}
+KINDS: dict[str, Any] = {"f8": np.dtype("f8"), "i4": np.dtype("i4"), "str": str}
 """Types of variables in result files by the kind of their quantity."""
 
 LEAST = {"point": 4, "counterface_point": 4}
@@ -149,18 +115,17 @@ NUMBERS = ("stability_limit", "error_tolerance", "target_distance")
 
 def structure_fault(file: netCDF4.Dataset, size: int) -> str:
     """Say what of a file of `size` [B] with all variables is not as the table of quantities has it, or ""."""
-    names = {RENAMED.get(name, name): name for name in file.variables}
+    for name, variable in file.variables.items():
+        if len(set(variable.dimensions)) < len(variable.dimensions):
+            return f"{name} has a dimension twice"
     unpacked = 0
-    for name, quantity in layout_of(names).items():
-        if name not in names:  # added since the schema of the file
-            continue
-        variable = file.variables[names[name]]
-        dimensions = tuple(RENAMED.get(dimension, dimension) for dimension in variable.dimensions)
-        if dimensions != quantity.dimensions:
-            return f"{name} has dimensions {dimensions} where {quantity.dimensions} are needed"
+    for name, quantity in layout_of(file.variables).items():
+        variable = file.variables[name]
+        if variable.dimensions != quantity.dimensions:
+            return f"{name} has dimensions {variable.dimensions} where {quantity.dimensions} are needed"
         if variable.dtype != KINDS[quantity.kind]:
             return f"{name} has type {variable.dtype} where {quantity.kind} is needed"
-        for dimension, length in zip(dimensions, variable.shape, strict=True):
+        for dimension, length in zip(quantity.dimensions, variable.shape, strict=True):
             if length < LEAST.get(dimension, 1) or (dimension == "wheel" and length != 2):
                 return f"{name} has {length} values along {dimension}"
         unpacked += 8 * math.prod(variable.shape)
@@ -168,20 +133,19 @@ def structure_fault(file: netCDF4.Dataset, size: int) -> str:
             return f"{name} has {variable.shape} values, more than a file of {size} bytes holds"
         units = getattr(variable, "units", "")
         if not isinstance(units, str) or units != quantity.unit:
-            return f"{name} has units {units!s:.40} where {quantity.unit or 'none'} are needed"
+            return f"{name} has units {brief(str(units))} where {quantity.unit or 'none'} are needed"
         decoded = {"scale_factor", "add_offset", "missing_value", "_Unsigned", "dtype"} & {
             *variable.ncattrs()
         }
         if decoded or ("_FillValue" in variable.ncattrs()) != quantity.missing:
             return f"{name} has another {(*decoded, '_FillValue')[0]} than wearsim writes"
     for name in file.ncattrs():
-        value, key = file.getncattr(name), RENAMED.get(name, name)
-        known = QUANTITIES.get(key)
-        number = key in NUMBERS or key.startswith("limit_") or (known is not None and known.unit != "")
+        value, known = file.getncattr(name), QUANTITIES.get(name)
+        number = name in NUMBERS or name.startswith("limit_") or (known is not None and known.unit != "")
         if np.size(value) != 1 or (number and (isinstance(value, str) or not np.isfinite(value))):
-            return f"attribute {name} = {value!s:.40} must be {'a number' if number else 'one value'}"
-        if key in TEXTS and not isinstance(value, str):
-            return f"attribute {name} = {value!s:.40} must be a text"
+            return f"attribute {name} = {brief(str(value))} must be {'a number' if number else 'one value'}"
+        if name in TEXTS and not isinstance(value, str):
+            return f"attribute {name} = {brief(str(value))} must be a text"
     return ""
 
 

@@ -26,10 +26,7 @@ class RollerWearSection(Section):
     """[counterface.wear] on a rig: both rollers wear, each under its wheel, and are redressed together."""
 
     not_here: ClassVar[dict[str, str]] = {"area_mm2_per_1000km": _OF_ROLLERS}
-    factor: float = number(
-        "counterface_wear_factor",
-        "the wear depth of a roller in one passage over that of the wheel by the law of [wear]",
-    )
+    factor: float = number("counterface_wear_factor")
     redress_every_km: float | None = number(
         "redress_distance", "the distance after which both rollers are redressed to their new profile", None
     )

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import (
     Field,
     GetJsonSchemaHandler,
     SerializerFunctionWrapHandler,
-    Strict,
     model_serializer,
     model_validator,
 )
@@ -23,24 +21,20 @@ from wearsim.damage.fatigue.wlrm import own_function
 from wearsim.damage.wear import WEAR_LAWS, WearSettings, energy
 from wearsim.damage.wear.table import WearTable
 from wearsim.errors import SceneError
-from wearsim.scene.section import Registered, Section, Text, number, words
+from wearsim.scene.section import Registered, Section, Text, entries, number, words
 from wearsim.scene.wear_table import PathFaults, WearTableSection, wear_table
 
 
-@dataclass(frozen=True)
-class RegisteredSet(Registered):
-    """The name of a coefficient set that belongs to a law of a registry."""
-
-    def names(self) -> list[str]:
-        """Return the names of the sets."""
-        laws = set(super().names())
-        return sorted(name for name, one in COEFFICIENT_SETS.items() if laws & set(one.laws))
+def _sets(laws: Mapping[str, Any]) -> list[str]:
+    """Return the names of the coefficient sets that belong to some laws."""
+    return [name for name, one in COEFFICIENT_SETS.items() if set(laws) & set(one.laws)]
 
 
-WearLawName = Annotated[str, Registered("wearsim.damage.wear", "WEAR_LAWS")]
-WearSetName = Annotated[str, RegisteredSet("wearsim.damage.wear", "WEAR_LAWS")]
-FatigueLawName = Annotated[str, Registered("wearsim.damage.fatigue", "FATIGUE_LAWS")]
-FatigueSetName = Annotated[str, RegisteredSet("wearsim.damage.fatigue", "FATIGUE_LAWS")]
+_WEAR_LAW = Registered(lambda: WEAR_LAWS)
+WearLawName = Annotated[str, _WEAR_LAW]
+WearSetName = Annotated[str, Registered(lambda: _sets(WEAR_LAWS))]
+FatigueLawName = Annotated[str, Registered(lambda: FATIGUE_LAWS)]
+FatigueSetName = Annotated[str, Registered(lambda: _sets(FATIGUE_LAWS))]
 _FORM = "whether the law acts in each cell (where it can) or on the mean of the patch"
 
 
@@ -57,7 +51,7 @@ class ComparisonLawSection(Section):
         """Take the name of a law for a table with that law."""
         if not isinstance(data, str):
             return data
-        return {"law": Registered("wearsim.damage.wear", "WEAR_LAWS").check(data)}
+        return {"law": _WEAR_LAW.check(data)}
 
     @model_serializer(mode="wrap")
     def _as_written(self, handler: SerializerFunctionWrapHandler) -> Any:
@@ -70,8 +64,7 @@ class _OrName:
 
     @classmethod
     def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> Any:
-        names = Registered("wearsim.damage.wear", "WEAR_LAWS").names()
-        return {"anyOf": [{"type": "string", "enum": names}, handler(schema)]}
+        return {"anyOf": [{"type": "string", "enum": sorted(WEAR_LAWS)}, handler(schema)]}
 
 
 class WearSection(Section):
@@ -113,8 +106,8 @@ class WearSection(Section):
     table_file: Text | None = words(
         f"a CSV or TOML file with the table of law = {wear.laws_that_take('table')}", None
     )
-    also_evaluate: Annotated[tuple[Annotated[ComparisonLawSection, _OrName], ...], Strict(False)] = Field(
-        (), max_length=20, description="comparison laws: further wear laws evaluated on the same contacts"
+    also_evaluate: tuple[Annotated[ComparisonLawSection, _OrName], ...] = entries(
+        "comparison laws: further wear laws evaluated on the same contacts", 20
     )
 
     @model_validator(mode="before")
@@ -144,15 +137,11 @@ class DamageFunctionSection(Section):
 class FatigueSection(Section):
     """[fatigue]: rolling contact fatigue of the wheel."""
 
-    laws: Annotated[tuple[FatigueLawName, ...], Strict(False)] = Field(
-        ("surface_fatigue_index",), min_length=1, max_length=20, description="the fatigue laws"
+    laws: tuple[FatigueLawName, ...] = entries(
+        "the fatigue laws", 20, ("surface_fatigue_index",), min_length=1
     )
-    coefficients: Annotated[tuple[FatigueSetName, ...], Strict(False)] = Field(
-        (), max_length=20, description="sets that replace the laws' own ones"
-    )
-    shear_yield_MPa: float | None = number(
-        "fatigue_shear_yield", "the yield stress of the wheel in cyclic shear", None
-    )
+    coefficients: tuple[FatigueSetName, ...] = entries("sets that replace the laws' own ones", 20)
+    shear_yield_MPa: float | None = number("fatigue_shear_yield", default=None)
     wear_number: Literal["without_spin", "with_spin"] = Field(
         "without_spin", description="the wear number that laws of T-gamma take"
     )
@@ -161,17 +150,9 @@ class FatigueSection(Section):
         description=f"the form of law = {fatigue.laws_that_take('branch')}: with the removal of cracks by "
         "wear in it, or without",
     )
-    crack_depth_mm: float | None = number(
-        "fatigue_crack_depth", "the depth of a crack of damage 1, which wear removes", None
-    )
-    crack_width_mm: float = number(
-        "fatigue_crack_width", "the width of profile over which damage counts as that of one place", 10.0
-    )
-    wear_limit_mm: float = number(
-        "fatigue_wear_limit",
-        "the depth that may wear, against which cracks of a stated depth are weighed",
-        3.0,
-    )
+    crack_depth_mm: float | None = number("fatigue_crack_depth", default=None)
+    crack_width_mm: float = number("fatigue_crack_width", default=10.0)
+    wear_limit_mm: float = number("fatigue_wear_limit", default=3.0)
     damage_function: DamageFunctionSection | None = None
 
 
@@ -197,29 +178,25 @@ def wear_settings(section: WearSection, table: WearTable | None = None) -> tuple
 def _settings(
     section: WearSection, law: str, table: WearTable | None, entry: ComparisonLawSection | None
 ) -> WearSettings:
-    record, active = WEAR_LAWS[law], law == section.law
+    record, active, own = WEAR_LAWS[law], law == section.law, section.si()
+    taken = {key: own[key] for key in ("hardness", "seizure_blend", "seizure_cap") if key in own}
     coefficients: str | CoefficientSet | None = record.coefficients
-    constant = section.energy_coefficient_mm3_kJ
     if "table" in record.parameters:
         coefficients = table
     elif entry is not None and entry.coefficients is not None:
         coefficients = entry.coefficients
-    elif active and constant is not None and "energy_coefficient" in record.parameters:
-        coefficients = energy.constant(1e-12 * constant, "energy_coefficient_mm3_kJ as given in the scene")
+    elif active and section.energy_coefficient_mm3_kJ and "energy_coefficient" in record.parameters:
+        constant = 1e-12 * section.energy_coefficient_mm3_kJ
+        coefficients = energy.constant(constant, "energy_coefficient_mm3_kJ as given in the scene")
     elif active and section.coefficients is not None:
         coefficients = section.coefficients
     form = section.form if active or section.form in record.forms else None
-    if entry is not None and entry.form is not None:
-        form = entry.form
-    hardness = section.hardness_GPa if "hardness" in record.parameters else None
     return WearSettings(
         law=law,
         coefficients=coefficients or "",
-        form=form or record.forms[0],
+        form=(entry and entry.form) or form or record.forms[0],
         density=section.density_kg_m3,
-        hardness=None if hardness is None else 1e9 * hardness,
-        seizure_blend=section.seizure_blend if "seizure_blend" in record.parameters else None,
-        seizure_cap=section.seizure_cap if "seizure_cap" in record.parameters else "none",
+        **{key: value for key, value in taken.items() if key in record.parameters},
     )
 
 
@@ -229,10 +206,9 @@ def fatigue_settings(section: FatigueSection | None) -> tuple[FatigueSettings, .
 
 
 def _fatigue(section: FatigueSection, law: str) -> FatigueSettings:
-    record = FATIGUE_LAWS[law]
+    record, own, depth = FATIGUE_LAWS[law], section.damage_function, section.crack_depth_mm
     named = [name for name in section.coefficients if law in COEFFICIENT_SETS[name].laws]
     coefficients: str | CoefficientSet = named[0] if named else record.coefficients
-    own, depth = section.damage_function, section.crack_depth_mm
     if own is not None and "damage_function" in record.parameters:
         coefficients = own_function(**{key.removesuffix("_N"): value for key, value in own})
     if section.shear_yield_MPa is not None and "shear_yield" in record.parameters:
@@ -253,7 +229,8 @@ def damage_faults(section: WearSection, fatigue_section: FatigueSection | None) 
     """Return what does not fit together within [wear] and [fatigue]: paths of keys, and messages."""
     faults: PathFaults = [(("wear", *path), message) for path, message in _wear_faults(section)]
     if fatigue_section is not None:
-        faults += [(("fatigue", *path), message) for path, message in _fatigue_faults(fatigue_section)]
+        own = list(_fatigue_key_faults(fatigue_section)) or _fatigue_faults(fatigue_section)
+        faults += [(("fatigue", *path), message) for path, message in own]
     return faults
 
 
@@ -283,36 +260,34 @@ def _wear_faults(section: WearSection) -> _Faults:
             yield ("table", *path), message
     every = wear_settings(section)
     parameters = [WEAR_LAWS[one.law].parameters for one in every]
+    of_table = ["table" in taken for taken in parameters]
     alike = [
-        (one.law, one.form, isinstance(one.coefficients, WearTable) or one.coefficients) for one in every
+        (one.law, one.form, tabled or one.coefficients) for one, tabled in zip(every, of_table, strict=True)
     ]
+    given = {key for key in _PARAMETERS if getattr(section, key) not in (None, "none")}
     for k, entry in enumerate(section.also_evaluate, start=1):
         path, named = ("also_evaluate", k - 1), f'also_evaluate[{k - 1}] = "{entry.law}"'
         if alike[k] in alike[:k]:
             what = "given twice" if alike[k] in alike[1:k] else "the active law"
             yield path, f"{named} is {what}; delete it, or give it another form or other coefficients"
-        elif "table" not in parameters[k]:
-            for message in _messages(every[k]):
-                yield path, f"{named}: {message}"
+        elif not of_table[k]:
+            yield from ((path, f"{named}: {message}") for message in _messages(every[k]))
         elif entry.coefficients is not None:
             what = f'{named} with coefficients = "{entry.coefficients}": a table has its own numbers'
             yield path, f"{what}; delete coefficients"
-    given = [key for key in _PARAMETERS if getattr(section, key) not in (None, "none")]
-    for key in given:
-        parameter = _PARAMETERS[key]
+    for key, parameter in _PARAMETERS.items():
         takers = parameters[:1] if parameter == "energy_coefficient" else parameters
-        if not any(parameter in taken for taken in takers):
-            laws = wear.laws_that_take(parameter)
-            what = f'{key} acts with law = {laws} only, not with "{section.law}"'
+        if key in given and not any(parameter in taken for taken in takers):
+            what = f'{key} acts with law = {wear.laws_that_take(parameter)} only, not with "{section.law}"'
             yield (key,), f"{what}; delete it, or change the law"
-    if {"table", "table_file"} <= set(given):
+    if {"table", "table_file"} <= given:
         yield ("table_file",), "table_file and [wear.table] are both given; delete one"
-    for k, key in enumerate(["law", *["also_evaluate"] * len(section.also_evaluate)]):
-        if "table" in parameters[k] and not {"table", "table_file"} & set(given):
-            yield (key,), f'{key}: "{every[k].law}" needs its table; give [wear.table] or table_file'
-            break
+    elif True in of_table and not {"table", "table_file"} & given:
+        k = of_table.index(True)
+        key = "also_evaluate" if k else "law"
+        yield (key,), f'{key}: "{every[k].law}" needs its table; give [wear.table] or table_file'
     constant, named = "energy_coefficient_mm3_kJ", f'coefficients = "{section.coefficients}"'
-    if "table" in parameters[0]:
+    if of_table[0]:
         if section.coefficients is not None:
             yield ("coefficients",), f'{named}: law = "{section.law}" has its own numbers; delete it'
         return
@@ -324,29 +299,24 @@ def _wear_faults(section: WearSection) -> _Faults:
 
 
 def _fatigue_faults(section: FatigueSection) -> _Faults:
-    before = list(_fatigue_key_faults(section))
-    yield from before
-    for law in () if before else section.laws:
+    for law in section.laws:
         try:
             fatigue.coefficients_of(_fatigue(section, law))
         except SceneError as error:
-            for fault in error.faults:
-                points = fault.message.startswith("damage_function")
-                depth = "crack_depth_mm" if section.crack_depth_mm else "branch"
-                message = fault.message.replace("crack_depth", "crack_depth_mm")
-                yield ("damage_function" if points else depth,), message
+            for message in (fault.message for fault in error.faults):
+                key = "crack_depth_mm" if section.crack_depth_mm else "branch"
+                key = "damage_function" if message.startswith("damage_function") else key
+                yield (key,), message.replace("crack_depth", "crack_depth_mm")
 
 
 def _fatigue_key_faults(section: FatigueSection) -> _Faults:
-    laws = section.laws
+    laws, named = section.laws, dict[str, str]()
     for k, law in enumerate(laws):
         if law in laws[:k]:
             yield ("laws", k), f'laws[{k}] = "{law}" is given twice; delete it'
-    named: dict[str, str] = {}
     for k, name in enumerate(section.coefficients):
         own = COEFFICIENT_SETS[name].laws
-        fitting = [law for law in laws if law in own]
-        what = ""
+        fitting, what = [law for law in laws if law in own], ""
         if not fitting:
             what = f"belongs to {', '.join(own)}, of which laws has none; delete it"
         elif fitting[0] in named:
@@ -356,13 +326,14 @@ def _fatigue_key_faults(section: FatigueSection) -> _Faults:
         if what:
             yield ("coefficients", k), f'coefficients[{k}] = "{name}" {what}'
         named.update(dict.fromkeys(fitting, name))
-    default = {key: info.default for key, info in type(section).model_fields.items()}
+    changed = {
+        key for key, info in type(section).model_fields.items() if getattr(section, key) != info.default
+    }
     for key in ("damage_function", "branch", "crack_depth_mm", "wear_number", "shear_yield_MPa"):
         parameter = key.removesuffix("_mm").removesuffix("_MPa")
-        taken = any(parameter in FATIGUE_LAWS[law].parameters for law in laws)
-        if getattr(section, key) != default[key] and not taken:
+        if key in changed and not any(parameter in FATIGUE_LAWS[law].parameters for law in laws):
             takers = fatigue.laws_that_take(parameter)
             yield (key,), f"{key} acts with {takers} among the laws only; delete it"
-    if section.wear_limit_mm != default["wear_limit_mm"] and section.crack_depth_mm is None:
+    if "wear_limit_mm" in changed and section.crack_depth_mm is None:
         message = "wear_limit_mm acts with crack_depth_mm only; give that too, or delete it"
         yield ("wear_limit_mm",), message

@@ -25,6 +25,10 @@ LARGEST_TILT = 1e-3
 """Roll that a scene may leave out without a warning [rad]: contact angles change by as much."""
 
 
+_Failed = Mapping[int, ContactError]
+"""Errors of points without contact, by their row."""
+
+
 def check_contact(scene: CampaignScene) -> tuple[Fault, ...]:
     """Solve the contact of the new wheels at all operating points of a scene of `load_scene`.
 
@@ -97,13 +101,11 @@ def _failed(setup: CampaignSetup) -> tuple[dict[int, ContactError], float]:
 
 
 def _faults(
-    scene: RigScene | FieldScene,
-    setup: CampaignSetup,
-    places: list[KeyPath],
-    failed: Mapping[int, ContactError],
+    scene: RigScene | FieldScene, setup: CampaignSetup, places: list[KeyPath], failed: _Failed
 ) -> list[Fault]:
     """One fault for each place with points that failed, of the first of them."""
     faults: dict[KeyPath, Fault] = {}
+    conditions = setup.points.conditions
     problem = (setup.wheelset, setup.counterface, replace(setup.models, tangential="fastsim"))
     for row, error in sorted(failed.items()):
         place = places[row]
@@ -112,10 +114,9 @@ def _faults(
             continue
         if error.row != row:  # several that failed together share the error of the first one
             try:
-                solve_each(setup.points.conditions.at(np.array([row])), *problem, lambda _: None)
+                solve_each(conditions.at(np.array([row])), *problem, lambda _: None)
             except ContactError as own:
                 error = own
-        conditions = setup.points.conditions
         shift, yaw = 1e3 * conditions.shift[row], 1e3 * conditions.yaw[row]
         who = "wheelset" if error.side is None else "left wheel" if error.side else "right wheel"
         reach = f"check the shift, gauge_mm = {scene.counterface.gauge_mm:g} and how far both profiles reach"
@@ -126,16 +127,13 @@ def _faults(
 
 
 def _roll_warnings(
-    scene: RigScene | FieldScene,
-    setup: CampaignSetup,
-    places: list[KeyPath],
-    failed: Mapping[int, ContactError],
+    scene: RigScene | FieldScene, setup: CampaignSetup, places: list[KeyPath], failed: _Failed
 ) -> list[Fault]:
     """Where the wheelset would roll much further: the worst outermost point of each block or class."""
-    conditions, resting = setup.points.conditions, dict[int, float]()
+    conditions, shift = setup.points.conditions, setup.points.conditions.shift
     if conditions.free_roll:
         return []
-    shift, rows = conditions.shift, defaultdict[KeyPath, list[int]](list)
+    rows = defaultdict[KeyPath, list[int]](list)
     for row, place in enumerate(places):
         if row not in failed and "monitor" not in place:
             rows[place].append(row)
@@ -143,15 +141,17 @@ def _roll_warnings(
     # how far it rolls hardly depends on the models
     models = replace(setup.models, normal="kik_piotrowski", tangential="fastsim", strips=16, cells=16)
     index = np.array(sorted(ends), dtype=np.int64)
-    free = replace(setup.points.conditions.at(index), free_roll=True)
+    free = replace(conditions.at(index), free_roll=True)
+    resting: dict[int, float] = {}
 
     def roll(solution: ContactSolution) -> None:
         resting.update(zip(index[solution.point].tolist(), solution.roll.tolist(), strict=True))
 
     solve_each(free, setup.wheelset, setup.counterface, models, roll, failed={})
+    tilt = {row: abs(resting[row] - conditions.roll[row]) for row in sorted(resting)}
     worst: dict[KeyPath, int] = {}
-    for row in sorted(resting, key=lambda row: -abs(resting[row] - conditions.roll[row])):
-        if abs(resting[row] - conditions.roll[row]) > LARGEST_TILT:
+    for row in sorted(tilt, key=lambda row: -tilt[row]):
+        if tilt[row] > LARGEST_TILT:
             worst.setdefault(places[row], row)
     return [
         scene.fault(

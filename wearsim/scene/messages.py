@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -12,13 +12,12 @@ from wearsim.damage.fatigue import FATIGUE_LAWS, counts_cycles
 from wearsim.damage.wear import WEAR_LAWS
 from wearsim.errors import Fault, ProfileError
 from wearsim.operation.points import REACH
-from wearsim.operation.recorded import Reduction
 from wearsim.profile import measures
 from wearsim.profile.conicity import equivalent_conicity
 from wearsim.profile.shape import Profile
 from wearsim.quantities import QUANTITIES
 from wearsim.results.limits import LIMITED
-from wearsim.scene.campaign import LIMIT_KEYS, STABILITY, LimitsSection, RollerWearSection
+from wearsim.scene.campaign import LIMIT_KEYS, STABILITY, RollerWearSection
 from wearsim.scene.damage import damage_faults
 from wearsim.scene.implausible import implausible
 from wearsim.scene.models import BlockSection, ClassSection, FieldScene, RigScene
@@ -57,8 +56,8 @@ def by_line(faults: list[Fault]) -> list[Fault]:
 def cross_faults(scene: Campaign) -> list[Fault]:
     """Faults between values that are each in range."""
     checks = (
-        _share_faults, _load_faults, _block_faults, _contact_faults, _step_faults, _limit_faults,
-        _reprofiling_faults,
+        _share_faults, _load_faults, _block_faults, _contact_faults, _torque_faults, _step_faults,
+        _limit_faults, _reprofiling_faults,
     )  # fmt: skip
     messages = [message for check in checks for message in check(scene)]
     messages += damage_faults(scene.wear, scene.fatigue)
@@ -76,11 +75,11 @@ def scene_warnings(
 
     Wheels and flange clearances [m] are right and left, the counterface is placed.
     """
-    warnings = beyond_clearance(scene, clearance)[1]
-    warnings += [scene.fault(*message) for message in _warnings(scene)]
-    if isinstance(scene, FieldScene) and scene.vehicle is not None:
+    messages = list(_warnings(scene))
+    if scene.vehicle is not None:
         free = min((one for one in clearance if one is not None), default=math.inf)
-        warnings += [scene.fault(*message) for message in cut_motion(scene.vehicle, free)]
+        messages += cut_motion(scene.vehicle, free)
+    warnings = beyond_clearance(scene, clearance)[1] + [scene.fault(*message) for message in messages]
     return by_line(warnings + limit_faults(scene, wheels, counterface, end=False))
 
 
@@ -106,11 +105,9 @@ def _warnings(scene: Campaign) -> _Messages:
     if runs and all(run.friction == 0 for run in runs.values()) and WEAR_LAWS[scene.wear.law].needs_friction:
         yield (*next(iter(runs)), "friction"), "friction = 0 everywhere: nothing will wear"
     if contact.torque_Nm != 0 and contact.rotation != "free":
-        yield (
-            ("contact", "torque_Nm"),
-            f"torque_Nm = {contact.torque_Nm:g} is without effect where rotation = {shown(contact.rotation)} "
-            f'gives the speed; write rotation = "free", or delete it',
-        )
+        text = f"torque_Nm = {contact.torque_Nm:g} is without effect where rotation = "
+        text += f'{shown(contact.rotation)} gives the speed; write rotation = "free", or delete it'
+        yield ("contact", "torque_Nm"), text
     classes = {path: run for path, run in runs.items() if isinstance(run, ClassSection)}
     total = sum(run.share for run in classes.values())
     if classes and abs(total - 1.0) > 1e-6:
@@ -119,115 +116,94 @@ def _warnings(scene: Campaign) -> _Messages:
     for path, run in classes.items():
         step = 2.0 * REACH * run.shift_std_mm / (run.positions - 1)
         if step > WIDEST_POSITION_SPACING_MM:
-            yield (
-                (*path, "positions"),
-                f"positions = {run.positions} lie {step:.2g} mm apart in class {shown(run.name)}; more than "
-                f"half a patch width (about {WIDEST_POSITION_SPACING_MM:g} mm) leaves ridges between them",
+            text = (
+                f"positions = {run.positions} lie {step:.2g} mm apart in class {shown(run.name)}; more than"
             )
-    wear, distance = scene.counterface.wear, campaign.distance_km
+            text += (
+                f" half a patch width (about {WIDEST_POSITION_SPACING_MM:g} mm) leaves ridges between them"
+            )
+            yield (*path, "positions"), text
+    wear, rules, distance = scene.counterface.wear, campaign.reprofiling, campaign.distance_km
     every = wear.redress_every_km if isinstance(wear, RollerWearSection) else None
     if every is not None and every >= distance:
-        yield (
-            ("counterface", "wear", "redress_every_km"),
-            f"redress_every_km = {every:g} is not reached in distance_km = {distance:g}: the rollers are not "
-            "redressed at it",
-        )
-    rules = campaign.reprofiling
+        text = f"redress_every_km = {every:g} is not reached in distance_km = {distance:g}: the rollers are "
+        yield ("counterface", "wear", "redress_every_km"), f"{text}not redressed at it"
     beyond = [f"{place:g}" for place in (rules.at_km if rules else ()) if place >= distance]
     if beyond:
-        yield (
-            (*_REPROFILING, "at_km"),
-            f"at_km = {', '.join(beyond)} is not below the distance of the campaign, {distance:g} km: the "
-            "wheels are not reprofiled there",
-        )
+        text = f"at_km = {', '.join(beyond)} is not below the distance of the campaign, {distance:g} km"
+        yield (*_REPROFILING, "at_km"), f"{text}: the wheels are not reprofiled there"
     if campaign.smoothing_wavelength_mm == 0:
         path = ("campaign", "smoothing_wavelength_mm")
         yield path, "smoothing_wavelength_mm = 0: wear increments are not smoothed"
 
 
+def _sum(shares: Sequence[float]) -> str:
+    """Write a sum of the first few shares."""
+    more = f" + ... ({len(shares) - 10} more)" if len(shares) > 10 else ""
+    return f"{' + '.join(f'{share:g}' for share in shares[:10])}{more}"
+
+
 def _share_faults(scene: Campaign) -> _Messages:
     shares = [run.share for run in scene.operation.runs.values() if isinstance(run, ClassSection)]
     if shares and abs(sum(shares) - 1.0) > SHARES_ROUNDED:
-        yield (
-            ("operation", "class", 0, "share"),
-            f"share: the shares of all classes, {' + '.join(f'{share:g}' for share in shares)}, must sum to "
-            f"1 within {100 * SHARES_ROUNDED:g} %, not {sum(shares):.7g}; change them",
-        )
+        within = f"must sum to 1 within {100 * SHARES_ROUNDED:g} %"
+        text = f"share: the shares of all classes, {_sum(shares)}, {within}"
+        yield ("operation", "class", 0, "share"), f"{text}, not {sum(shares):.7g}; change them"
 
 
 def _contact_faults(scene: Campaign) -> _Messages:
-    contact, runs = scene.contact, scene.operation.runs
+    contact, runs, model = scene.contact, scene.operation.runs, NORMAL_MODELS[scene.contact.normal]
     if contact.model is not None:
         for key in sorted(contact.model_fields_set & {"normal", "tangential"}):
             text = f'{key} and model = "{contact.model}" exclude each other; delete one of them'
             yield ("contact", key), text
-    on_route = isinstance(scene, FieldScene) and scene.vehicle is not None
-    forced = {path: shown(run.name) for path, run in runs.items() if _balanced(run)}
-    if on_route:
+    forced = {path: shown(run.name) for path, run in runs.items() if run.balanced}
+    if scene.vehicle is not None:
         forced[("vehicle",)] = "the vehicle"
     for path in forced if contact.model == "auto" else ():
         # positions found by a fast model are not those of the half-space
-        text = (
-            f'{key_of(path)}: forces are balanced by the fast model alone with model = "auto"; write '
-            'model = "accurate", or normal and tangential, in [contact]'
-        )
-        yield path, text
+        text = f'{key_of(path)}: forces are balanced by the fast model alone with model = "auto"; write model'
+        yield path, f'{text} = "accurate", or normal and tangential, in [contact]'
     if contact.model != "auto" and "tolerance" in contact.model_fields_set:
         text = f'tolerance = {contact.tolerance:g} is for model = "auto"; write that, too, or delete it'
         yield ("contact", "tolerance"), text
-    model = NORMAL_MODELS[contact.normal]
     if not model.can_update_profile:
-        others = _normal_models("can_update_profile")
-        text = f"normal = {shown(contact.normal)} cannot update the profile in a campaign: {model.reason}; "
-        yield ("contact", "normal"), f"{text}write {others}"
+        fit = (f"normal = {shown(name)}" for name, one in NORMAL_MODELS.items() if one.can_update_profile)
+        text = f"normal = {shown(contact.normal)} cannot update the profile in a campaign: {model.reason}"
+        yield ("contact", "normal"), f"{text}; write {' or '.join(fit)}"
     if forced and "roll" in contact.model_fields_set and contact.roll != "free":
-        first = next(iter(forced.values()))
-        text = f'roll = "given" lets no forces of {first} be balanced; write roll = "free", or'
-        yield ("contact", "roll"), f"{text} delete it"
+        text = f'roll = "given" lets no forces of {next(iter(forced.values()))} be balanced; write roll'
+        yield ("contact", "roll"), f'{text} = "free", or delete it'
     for path, run in runs.items() if contact.roll == "free" or forced else ():
         if "roll_mrad" in run.model_fields_set:
-            yield (
-                (*path, "roll_mrad"),
-                f'roll_mrad = {run.roll_mrad:g} and roll = "free" of [contact] exclude each other: a '
-                "wheelset free to roll rests on both wheels; delete one of them",
+            text = (
+                f'roll_mrad = {run.roll_mrad:g} and roll = "free" of [contact] exclude each other: a wheelset'
             )
-    if contact.rotation == "free":
-        common = ("contact", "torque_Nm")
-        states: list[tuple[str, KeyPath, float, float]] = [
-            (f"{path[1]} {shown(run.name)}", common, contact.torque_Nm, run.friction * run.mean_load_kN)
-            if run.axle_torque_kN_m is None
-            else (
-                f"{path[1]} {shown(run.name)}",
-                (*path, "axle_torque_kN_m"),
-                1e3 * run.axle_torque_kN_m,
-                run.friction * run.mean_load_kN,
-            )
-            for path, run in runs.items()
-        ]
-        monitor = scene.operation.monitor
-        if monitor is not None:
-            states.append(
-                ("[operation.monitor]", common, contact.torque_Nm, monitor.friction * monitor.load_kN)
-            )
-        nothing: tuple[str, KeyPath, float, float] = ("", common, 0.0, math.inf)
-        place, path, torque, force = max(
-            [*states, nothing], key=lambda state: abs(state[2]) / max(state[3], 1e-300)
-        )
+            yield (*path, "roll_mrad"), f"{text} free to roll rests on both wheels; delete one of them"
+
+
+def _torque_faults(scene: Campaign) -> _Messages:
+    """Fault of the torque that is furthest beyond friction, if one is."""
+    if scene.contact.rotation != "free":
+        return
+    common: KeyPath = ("contact", "torque_Nm")
+    states = []
+    for run_path, run in scene.operation.runs.items():
+        own, place = run.axle_torque_kN_m, f"{run_path[1]} {shown(run.name)}"
+        path = common if own is None else (*run_path, "axle_torque_kN_m")
+        torque = scene.contact.torque_Nm if own is None else 1e3 * own
+        states.append((place, path, torque, run.friction * run.mean_load_kN))
+    if (monitor := scene.operation.monitor) is not None:
+        force = monitor.friction * monitor.load_kN
+        states.append(("[operation.monitor]", common, scene.contact.torque_Nm, force))
+    for place, path, torque, force in sorted(states, key=lambda one: -abs(one[2]) / max(one[3], 1e-300))[:1]:
         weakest = 2.0 * force * scene.wheelset.radius_mm  # kN mm = N m
         if abs(torque) > weakest:
-            yield (
-                path,
-                f"{path[-1]} = {torque / (1.0 if path == common else 1e3):g} is more than friction can carry "
-                f"in {place}: 2 x friction x wheel load x radius_mm = {weakest:.4g} N m; lower the torque",
+            given = f"{path[-1]} = {torque / (1.0 if path == common else 1e3):g}"
+            text = (
+                f"{given} is more than friction can carry in {place}: 2 x friction x wheel load x radius_mm"
             )
-
-
-def _balanced(run: ClassSection | BlockSection) -> bool:
-    """Whether the shift or the wheel loads of a run follow from forces."""
-    force = isinstance(run, BlockSection) and (
-        run.lateral_force_kN is not None or run.axle_box_right_kN is not None
-    )
-    return force or run.axle_load_kN is not None
+            yield path, f"{text} = {weakest:.4g} N m; lower the torque"
 
 
 _LOADS = (
@@ -244,10 +220,10 @@ def _load_faults(scene: Campaign) -> _Messages:
         named = f"{path[1]} {shown(run.name)}"
         given = [key for line in _LOADS for key in line if getattr(run, key, None) is not None]
         lines = [line for line in _LOADS if set(line) & set(given)]
-        known = " or ".join(" and ".join(line) for line in _LOADS if hasattr(run, line[0]))
         if len(lines) != 1:
+            known = " or ".join(" and ".join(line) for line in _LOADS if hasattr(run, line[0]))
             text = f"{', '.join(given)} exclude each other" if given else "has no load"
-            yield (*path, given[-1]) if given else path, f"{named}: {text}; give either {known}"
+            yield (*path, *given[-1:]), f"{named}: {text}; give either {known}"
         elif len(given) < len(lines[0]):
             missing = next(key for key in lines[0] if key not in given)
             yield (*path, given[0]), f"{named}: {given[0]} is that of one side; give {missing}, too"
@@ -264,131 +240,117 @@ _LENGTHS = ("distance_km", "duration_h", "revolutions")
 
 
 def _block_faults(scene: Campaign) -> _Messages:
-    if not isinstance(scene, RigScene):
-        return
-    runs = list(scene.operation.runs.items())
+    runs = [(path, run) for path, run in scene.operation.runs.items() if isinstance(run, BlockSection)]
+    every = {key for line in (*_LOADS, _WHERE) for key in line}
     for number, (path, run) in enumerate(runs):
-        assert isinstance(run, BlockSection)
         for keys in (_WHERE, _LENGTHS):
             given = [key for key in keys if getattr(run, key) is not None]
             if len(given) != 1:
                 what = f"{' and '.join(given)} exclude each other" if given else f"needs {' or '.join(keys)}"
-                place = (*path, given[-1]) if given else path
-                yield place, f"block {shown(run.name)}: {what}; give exactly one of them"
-        if scene.counterface.drive != "independent" and run.speed_difference_percent:
+                yield (*path, *given[-1:]), f"block {shown(run.name)}: {what}; give exactly one of them"
+        if run.speed_difference_percent and getattr(scene.counterface, "drive", None) != "independent":
             text = 'speed_difference_percent needs rollers that turn apart; write drive = "independent"'
             yield (*path, "speed_difference_percent"), f"block {shown(run.name)}: {text}, or delete it"
         following = runs[(number + 1) % len(runs)][1]
-        every = {key for line in (*_LOADS, _WHERE) for key in line}
-        have, need = ({k for k in every if getattr(one, k, None) is not None} for one in (run, following))
+        have, need = ({k for k in every if getattr(one, k) is not None} for one in (run, following))
         if run.positions is not None and have != need:
             text = f"a ramp goes to {shown(following.name)}, which does not give the same set-points"
             differing = ", ".join(sorted(have ^ need))
             yield (*path, "positions"), f"block {shown(run.name)}: {text} ({differing}); give them in both"
 
 
-def _normal_models(attribute: str) -> str:
-    names = (name for name, model in NORMAL_MODELS.items() if getattr(model, attribute))
-    return " or ".join(f"normal = {shown(name)}" for name in names)
-
-
 def _step_faults(scene: Campaign) -> _Messages:
-    campaign = scene.campaign
+    campaign, largest = scene.campaign, STABILITY[scene.campaign.integrator][1]
     if 0 < campaign.smoothing_wavelength_mm < 2.0 * campaign.point_spacing_mm:
-        yield (
-            ("campaign", "smoothing_wavelength_mm"),
-            f"smoothing_wavelength_mm = {campaign.smoothing_wavelength_mm:g} must be 0 (no smoothing) or at "
-            f"least twice point_spacing_mm = {campaign.point_spacing_mm:g}; shorter waves are not resolved",
+        text = (
+            f"smoothing_wavelength_mm = {campaign.smoothing_wavelength_mm:g} must be 0 (no smoothing) or at"
         )
-    largest = STABILITY[campaign.integrator][1]
+        text += (
+            f" least twice point_spacing_mm = {campaign.point_spacing_mm:g}; shorter waves are not resolved"
+        )
+        yield ("campaign", "smoothing_wavelength_mm"), text
     if campaign.stability is not None and campaign.stability > largest:
-        yield (
-            ("campaign", "stability"),
-            f"stability = {campaign.stability:g} must be at most {largest:g} with integrator = "
-            f"{shown(campaign.integrator)}: longer steps make every wave grow; lower it or delete it",
-        )
+        text = f"stability = {campaign.stability:g} must be at most {largest:g} with integrator = "
+        text += f"{shown(campaign.integrator)}: longer steps make every wave grow; lower it or delete it"
+        yield ("campaign", "stability"), text
 
 
 def _limit_faults(scene: Campaign) -> _Messages:
-    limits = scene.campaign.limits
+    limits, laws = scene.campaign.limits, scene.fatigue.laws if scene.fatigue else ()
     if limits is None:
         return
     if not limits.values:
         text = "[campaign.limits] has no limit; write one, such as flange_thickness_mm = 22, or delete it"
         yield ("campaign", "limits"), text
-    laws = scene.fatigue.laws if scene.fatigue else ()
     if limits.damage is not None and not any(map(counts_cycles, laws)):
         given = f"; {', '.join(laws)} orders passages and counts none" if laws else ""
-        yield (
-            ("campaign", "limits", "damage"),
-            f"damage = {limits.damage:g} needs a fatigue law that counts cycles{given}; write "
-            f"{' or '.join(filter(counts_cycles, FATIGUE_LAWS))} among the laws of [fatigue], or delete it",
+        text = f"damage = {limits.damage:g} needs a fatigue law that counts cycles{given}; write "
+        text += (
+            f"{' or '.join(filter(counts_cycles, FATIGUE_LAWS))} among the laws of [fatigue], or delete it"
         )
+        yield ("campaign", "limits", "damage"), text
 
 
 def _reprofiling_faults(scene: Campaign) -> _Messages:
     rules, limits = scene.campaign.reprofiling, scene.campaign.limits
     least, new = None if limits is None else limits.diameter_mm, 2.0 * scene.wheelset.radius_mm
-    path: KeyPath = ("campaign", "limits", "diameter_mm")
+    of_diameter: KeyPath = ("campaign", "limits", "diameter_mm")
     if rules is None:
         if least is not None:
             text = f"diameter_mm = {least:g} is for wheels that are reprofiled"
-            yield path, f"{text}; add [campaign.reprofiling], or delete it"
+            yield of_diameter, f"{text}; add [campaign.reprofiling], or delete it"
         return
     if least is not None and least >= new:
-        yield path, f"diameter_mm = {least:g} must be below the diameter of the new wheels, {new:g} mm"
+        text = f"diameter_mm = {least:g} must be below the diameter of the new wheels, {new:g} mm"
+        yield of_diameter, text
     if not rules.at_limits and not rules.at_km:
-        yield (
-            _REPROFILING,
-            "[campaign.reprofiling] does not say when; write at_limits, such as "
-            '["flange_thickness_mm"], or at_km',
-        )
+        text = '[campaign.reprofiling] does not say when; write at_limits, such as ["flange_thickness_mm"]'
+        yield _REPROFILING, f"{text}, or at_km"
     keys = [key for name, key in LIMIT_KEYS.items() if name != "wheel_diameter"]
     for key in rules.at_limits:
-        path = (*_REPROFILING, "at_limits")
+        path, start = (*_REPROFILING, "at_limits"), f"at_limits: {shown(key)}"
         if key not in keys:
-            yield path, f"at_limits: {shown(key)} is no limit to reprofile wheels at; {suggestion(key, keys)}"
+            yield path, f"{start} is no limit to reprofile wheels at; {suggestion(key, keys)}"
         elif limits is None or getattr(limits, key) is None:
-            yield path, f"at_limits: {shown(key)} has no value; give it in [campaign.limits]"
+            yield path, f"{start} has no value; give it in [campaign.limits]"
     if any(b <= a for a, b in zip((0.0, *rules.at_km), rules.at_km, strict=False)):
         text = f"at_km = {shown(list(rules.at_km))} must rise from one to the next"
         yield (*_REPROFILING, "at_km"), text
     if scene.contact.rotation == "nominal":
+        text = (
+            'rotation = "nominal" is the rotation speed of new wheels: reprofiled wheels would slide; write '
+        )
         yield (
             ("contact", "rotation"),
-            'rotation = "nominal" is the rotation speed of new wheels: reprofiled wheels would slide; '
-            'write rotation = "free" or "centred", or delete [campaign.reprofiling]',
+            f'{text}rotation = "free" or "centred", or delete [campaign.reprofiling]',
         )
     if scene.origin.role != "scene":
-        yield (
-            _REPROFILING,
-            "[campaign.reprofiling] cannot be compared: factors from rig to field are of the wear since new; "
-            "delete it, or run this scene by itself",
+        text = (
+            "[campaign.reprofiling] cannot be compared: factors from rig to field are of the wear since new"
         )
+        yield _REPROFILING, f"{text}; delete it, or run this scene by itself"
 
 
 def shift_ranges(scene: Campaign) -> Iterator[tuple[KeyPath, float, float, int]]:
     """Path of each shift in the scene, ends of its range [mm], number of operating points in it."""
-    for path, run in scene.operation.runs.items():
+    runs = list(scene.operation.runs.items())
+    for k, (path, run) in enumerate(runs):
         if isinstance(run, ClassSection):
             mean, spread = run.shift_mean_mm, REACH * run.shift_std_mm
             positions = run.positions if run.shift_std_mm > 0 else 1
             yield (*path, "shift_mean_mm"), mean - spread, mean + spread, positions
         else:
+            # a shift that follows from a force is within what the flange allows
+            ends = [run] if run.positions is None else [run, runs[(k + 1) % len(runs)][1]]
+            shifts = [getattr(end, "shift_mm", None) or 0.0 for end in ends]
             key = "shift_mm" if run.shift_mm is not None else "lateral_force_kN"
-            shifts = [run.shift_mm or 0.0]  # one that follows from a force is within what the flange allows
-            if run.positions is not None:
-                blocks = list(scene.operation.runs.values())
-                following = blocks[(int(path[2]) + 1) % len(blocks)]
-                shifts.append(getattr(following, "shift_mm", None) or 0.0)
             yield (*path, key), min(shifts), max(shifts), run.positions or 1
-    if isinstance(scene, FieldScene) and scene.vehicle is not None:
+    if scene.vehicle is not None:
         for k, count in enumerate(points_of_track(scene.vehicle, scene._track)):
             path = ("vehicle", "class", k) if scene.vehicle.route is None else ("vehicle", "route")
             yield path, 0.0, 0.0, count  # all within what the flange allows
-    if isinstance(scene, FieldScene) and scene.recorded is not None:
-        found = scene._reduction
-        yield ("recorded", "file"), 0.0, 0.0, len(found.group) if isinstance(found, Reduction) else 1
+    if scene.recorded is not None:
+        yield ("recorded", "file"), 0.0, 0.0, 1 if scene._reduction is None else len(scene._reduction.group)
     if scene.operation.monitor is not None:
         for index, shift in enumerate(scene.operation.monitor.shifts_mm):
             yield ("operation", "monitor", "shifts_mm", index), shift, shift, 1
@@ -403,20 +365,20 @@ def fit_faults(scene: Campaign, wheels: Wheels, counterface: Profile) -> list[Fa
     """Fault of a wheelset that does not stand on its rails, if there is any."""
     gauge, back_to_back = scene.counterface.gauge_mm, scene.wheelset.back_to_back_mm
     try:
-        thickness = [1e3 * measures.flange_thickness(wheel.y, wheel.z) for wheel in wheels]
+        right, left = (1e3 * measures.flange_thickness(wheel.y, wheel.z) for wheel in wheels)
     except ProfileError as error:
         return [scene.fault(("wheelset", "profile"), f"no flange can be measured: {error}")]
-    over_flanges = back_to_back + sum(thickness)
+    over_flanges = back_to_back + right + left
     if over_flanges >= gauge:
         text = (
             f"gauge_mm = {gauge:g} must be above {over_flanges:.4g} mm, the width over both flanges "
-            f"(back_to_back_mm = {back_to_back:g} + {thickness[0]:.4g} + {thickness[1]:.4g}); "
+            f"(back_to_back_mm = {back_to_back:g} + {right:.4g} + {left:.4g}); "
             "give the gauge of the track or the back-to-back distance of the wheelset"
         )
         return [scene.fault(("counterface", "gauge_mm"), text)]
     top = float(counterface.y[np.argmin(counterface.z)])
     for path, low, high, _ in shift_ranges(scene):
-        for shift in dict.fromkeys((low, high)):
+        for shift in (low, high):
             for sign, wheel in zip((1.0, -1.0), wheels, strict=True):
                 missing = top - (float(wheel.y[-1]) + sign * 1e-3 * shift)
                 if missing > 0.0:
@@ -437,10 +399,8 @@ def beyond_clearance(scene: Campaign, clearance: Clearance) -> tuple[list[Fault]
     """
     faults, warnings = [], []
     right, left = (math.inf if free is None else 1e3 * free for free in clearance)
-    fix = (
-        f"give smaller shifts, or check gauge_mm = {scene.counterface.gauge_mm:g} and "
-        f"back_to_back_mm = {scene.wheelset.back_to_back_mm:g}"
-    )
+    gauge, back_to_back = scene.counterface.gauge_mm, scene.wheelset.back_to_back_mm
+    fix = f"give smaller shifts, or check gauge_mm = {gauge:g} and back_to_back_mm = {back_to_back:g}"
     for path, low, high, _ in shift_ranges(scene):
         to_right = high - right >= -low - left
         shift, free, wheel = (high, right, "right") if to_right else (low, left, "left")
@@ -448,25 +408,24 @@ def beyond_clearance(scene: Campaign, clearance: Clearance) -> tuple[list[Fault]
         if beyond <= 0:
             continue
         run = scene.operation.runs.get(path[:3])
-        entry = f"[{path[-1]}]" if run is None else ""
-        start = f"{key_of(path)}{entry} = {low:g} is"
+        start = f"{key_of(path)}{f'[{path[-1]}]' if run is None else ''} = {low:g} is"
         if isinstance(run, ClassSection):
-            start = f"shift_mean_mm = {run.shift_mean_mm:g} is"
+            mean = f"shift_mean_mm = {run.shift_mean_mm:g}"
+            start = f"{mean} is"
             if high > low:
                 path = (*path[:-1], "shift_std_mm")
                 start = (
-                    f"shift_std_mm = {run.shift_std_mm:g}: {REACH:g} standard deviations about shift_mean_mm "
-                    f"= {run.shift_mean_mm:g} reach {shift:.4g} mm,"
+                    f"shift_std_mm = {run.shift_std_mm:g}: {REACH:g} standard deviations about {mean} reach "
                 )
+                start += f"{shift:.4g} mm,"
+        end = f"beyond the flange clearance of {free:.4g} mm: the {wheel} wheel"
         if beyond > FURTHEST_CLIMB_MM:
             text = (
-                f"{start} more than {FURTHEST_CLIMB_MM:g} mm beyond the flange clearance of {free:.4g} mm: "
-                f"the {wheel} wheel has climbed off its flank, on the way to derailment; {fix}"
+                f"{start} more than {FURTHEST_CLIMB_MM:g} mm {end} has climbed off its flank, on the way to "
             )
-            faults.append(scene.fault(path, text))
+            faults.append(scene.fault(path, f"{text}derailment; {fix}"))
         else:
-            text = f"{start} beyond the flange clearance of {free:.4g} mm"
-            warnings.append(scene.fault(path, f"{text}: the {wheel} wheel climbs its flange; {fix}"))
+            warnings.append(scene.fault(path, f"{start} {end} climbs its flange; {fix}"))
     for key, value in zip(("profile", "profile_left"), clearance, strict=True):
         if value is None and (key == "profile" or scene.wheelset.profile_left is not None):
             text = f"{key}: no part of the flange is as steep as 60 degrees"
@@ -482,37 +441,31 @@ def limit_faults(scene: Campaign, wheels: Wheels, counterface: Profile, *, end: 
     limits, rules = scene.campaign.limits, scene.campaign.reprofiling
     if limits is None or limits.end is not end:
         return []
-    faults = []
-    for key, who in _met_by(limits, wheels, counterface, "new").items():
-        if end and rules is not None and key in rules.at_limits:
-            continue
-        text = f"{key} = {getattr(limits, key):g} is met by {who} already"
-        if end:
-            text += ", and the campaign would end before it begins; change the limit, or delete end = true"
-        faults.append(scene.fault(("campaign", "limits", key), text))
-    return faults
+    spared = rules.at_limits if end and rules is not None else ()
+    text = "met by {} already" + (
+        ", and the campaign would end before it begins; change the limit, or delete end = true" if end else ""
+    )
+    keys = [key for key in LIMIT_KEYS.values() if key not in spared]
+    return _met(scene, keys, wheels, counterface, "new", text)
 
 
 def template_faults(scene: Campaign, templates: Wheels, counterface: Profile) -> list[Fault]:
     """Limits that wheels of the profiles `templates` would still meet."""
-    limits, rules = scene.campaign.limits, scene.campaign.reprofiling
-    if limits is None or rules is None:
+    if scene.campaign.limits is None or scene.campaign.reprofiling is None:
         return []
-    return [
-        scene.fault(
-            ("campaign", "limits", key),
-            f"{key} = {getattr(limits, key):g} is met by {who}, too: wheels would be reprofiled for ever; "
-            "change the limit, or give another profile in [campaign.reprofiling]",
-        )
-        for key, who in _met_by(limits, templates, counterface, "reprofiled").items()
-        if key in rules.at_limits
-    ]
+    text = (
+        "met by {}, too: wheels would be reprofiled for ever; change the limit, or give another profile in "
+    )
+    keys = scene.campaign.reprofiling.at_limits
+    return _met(scene, keys, templates, counterface, "reprofiled", f"{text}[campaign.reprofiling]")
 
 
-def _met_by(limits: LimitsSection, wheels: Wheels, counterface: Profile, state: str) -> dict[str, str]:
-    """By key of a limit that unworn wheels meet, which wheel it is and what it has."""
-    met: dict[str, str] = {}
-    for name, limit in limits.values.items():
+def _met(
+    scene: Campaign, keys: Collection[str], wheels: Wheels, counterface: Profile, state: str, text: str
+) -> list[Fault]:
+    """Limits among `keys` that unworn wheels meet; the text says it, with the wheel and what it has in {}."""
+    limits, faults = scene.campaign.limits, []
+    for name, limit in ({} if limits is None else limits.values).items():
         have: dict[str, float | None] = {}
         try:
             if name in _OF_WHEEL:
@@ -522,10 +475,14 @@ def _met_by(limits: LimitsSection, wheels: Wheels, counterface: Profile, state: 
                 have = {"wheelset": equivalent_conicity(*wheels, counterface)}
         except ProfileError:
             continue  # a measure that the new wheel does not have meets no limit
-        quantity = QUANTITIES[name]
+        quantity, key = QUANTITIES[name], LIMIT_KEYS[name]
         unit = "" if quantity.shown_unit == "1" else f" {quantity.shown_unit}"
-        for who, value in have.items():
-            if value is not None and LIMITED[name] * (value - limit) >= 0.0:
-                shown_value = f"{value * quantity.shown_factor:.4g}{unit}"
-                met.setdefault(LIMIT_KEYS[name], f"the {state} {who} ({shown_value})")
-    return met
+        met = [
+            f"the {state} {who} ({value * quantity.shown_factor:.4g}{unit})"
+            for who, value in have.items()
+            if value is not None and LIMITED[name] * (value - limit) >= 0.0
+        ]
+        if met and key in keys:
+            start = f"{key} = {getattr(limits, key):g} is"
+            faults.append(scene.fault(("campaign", "limits", key), f"{start} {text.format(met[0])}"))
+    return faults

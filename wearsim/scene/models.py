@@ -5,22 +5,29 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from pydantic import AfterValidator, ConfigDict, Field, PrivateAttr, Strict
+from pydantic import AfterValidator, ConfigDict, Field, PrivateAttr
 from pydantic_core import PydanticCustomError
 
+from wearsim.contact.normal import NORMAL_MODELS
+from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.errors import Fault
-from wearsim.operation.route import Curve, Tangent
 from wearsim.profile.placement import slope_of
 from wearsim.profile.standard import shipped_path
 from wearsim.quantities import QUANTITIES
 from wearsim.scene.campaign import CampaignSection, RailWearSection, RollerWearSection
 from wearsim.scene.damage import FatigueSection, WearSection
-from wearsim.scene.section import Registered, Section, SetPoints, Text, number, range_of, words
+from wearsim.scene.section import Registered, Section, SetPoints, Text, entries, number, range_of, words
 from wearsim.scene.uncertainty import UncertaintySection
 from wearsim.scene.vehicle import CurveRadius, VehicleSection
 from wearsim.toml_faults import KeyPath, Lines, line_of
+
+if TYPE_CHECKING:
+    from wearsim.operation import states
+    from wearsim.operation.recorded import Reduction, Samples
+    from wearsim.operation.route import Curve, Tangent
+    from wearsim.scene.vehicle import Route
 
 
 def _inclination(text: str) -> str:
@@ -91,14 +98,10 @@ class WheelsetSection(Section):
         "states, if any",
         460.0,
     )
-    smooth_mm: float | None = number(
-        "noise_wavelength", "the wavelength below which measured wheels are smoothed", None
-    )
+    smooth_mm: float | None = number("noise_wavelength", default=None)
     back_to_back_mm: float = number("back_to_back", "the back-to-back distance of the wheels", 1360.0)
     mass_kg: float | None = number("wheelset_mass", "the mass of the wheelset, for forces on its boxes", None)
-    axle_box_distance_mm: float | None = number(
-        "axle_box_distance", "the distance of the forces on both axle boxes", None
-    )
+    axle_box_distance_mm: float | None = number("axle_box_distance", default=None)
 
 
 class CounterfaceSection(Section):
@@ -107,12 +110,8 @@ class CounterfaceSection(Section):
     profile: Text = words("the name of a shipped rail profile, such as 60E1, or a file of points")
     inclination: Inclination = words('the inclination of the rail, such as "1:40", or "none"')
     gauge_mm: float = number("gauge", "the track gauge", 1435.0)
-    gauge_height_mm: float = number(
-        "gauge_height", "the depth below the top of the rail at which the gauge is measured", 14.0
-    )
-    smooth_mm: float | None = number(
-        "noise_wavelength", "the wavelength below which a measured profile is smoothed", None
-    )
+    gauge_height_mm: float = number("gauge_height", default=14.0)
+    smooth_mm: float | None = number("noise_wavelength", default=None)
 
 
 class RailSection(CounterfaceSection):
@@ -143,8 +142,8 @@ class RollerSection(CounterfaceSection):
         return 1e3 / self.roller_radius_mm if self.roller_radius_mm else 0.0
 
 
-NormalName = Annotated[str, Registered("wearsim.contact.normal", "NORMAL_MODELS")]
-TangentialName = Annotated[str, Registered("wearsim.contact.tangential", "TANGENTIAL_MODELS")]
+NormalName = Annotated[str, Registered(lambda: NORMAL_MODELS)]
+TangentialName = Annotated[str, Registered(lambda: TANGENTIAL_MODELS)]
 
 
 _ONE_MATERIAL = (
@@ -188,9 +187,7 @@ class ContactSection(Section):
         "wheels, whatever their wear",
     )
     torque_Nm: float = number("axle_torque", "the torque on the axle, driving forward", 0.0)
-    virtual_penetration_factor: float = number(
-        "virtual_penetration_factor", "the share of the approach that is virtual penetration", 0.55
-    )
+    virtual_penetration_factor: float = number("virtual_penetration_factor", default=0.55)
 
 
 class Running(SetPoints):
@@ -204,6 +201,12 @@ class Running(SetPoints):
     axle_load_kN: float | None = number(
         "axle_load", "the vertical load of both wheels, which share it as the roll of the axle asks for", None
     )
+
+    @property
+    def balanced(self) -> bool:
+        """Whether the shift or the wheel loads follow from forces."""
+        keys = ("lateral_force_kN", "axle_box_right_kN", "axle_load_kN")
+        return any(getattr(self, key, None) is not None for key in keys)
 
     @property
     def mean_load_kN(self) -> float:
@@ -256,11 +259,8 @@ class ClassSection(Running):
 class MonitorSection(Section):
     """[operation.monitor]: points solved and stored for comparison, which wear nothing."""
 
-    shifts_mm: Annotated[tuple[Shift, ...], Strict(False)] = Field(
-        min_length=1,
-        max_length=200,
-        description="the lateral shifts to watch",
-        json_schema_extra={"unit": "mm"},
+    shifts_mm: tuple[Shift, ...] = entries(
+        "the lateral shifts to watch", 200, ..., min_length=1, json_schema_extra={"unit": "mm"}
     )
     yaw_mrad: float = number("yaw", "the yaw of the wheelset", 0.0)
     load_kN: float = number("wheel_load", "the vertical load of one wheel")
@@ -332,9 +332,7 @@ class RigOperation(Section):
         "class": 'classes belong to a field scene; write [[operation.block]], or kind = "field" in [scene]'
     }
     programme: Text | None = words("a CSV file of blocks, one a row, with columns named as their keys", None)
-    blocks: Annotated[tuple[BlockSection, ...], Strict(False)] = Field(
-        (), alias="block", max_length=1000, description="the blocks of the rig programme"
-    )
+    blocks: tuple[BlockSection, ...] = entries("the blocks of the rig programme", 1000, alias="block")
     together: bool = Field(
         False, description="weigh all blocks by their share of the loop in every step, not one after another"
     )
@@ -352,9 +350,7 @@ class FieldOperation(Section):
     not_here: ClassVar[dict[str, str]] = {
         "block": 'blocks belong to a rig scene; write [[operation.class]], or kind = "rig" in [scene]'
     }
-    classes: Annotated[tuple[ClassSection, ...], Strict(False)] = Field(
-        (), alias="class", max_length=1000, description="the classes of track"
-    )
+    classes: tuple[ClassSection, ...] = entries("the classes of track", 1000, alias="class")
     monitor: MonitorSection | None = None
 
     @property
@@ -400,8 +396,7 @@ class SceneModel(Section):
     """A scene file; `origin` is where it was read from."""
 
     _origin: Origin = PrivateAttr()
-    _inputs: object = PrivateAttr(None)  # set once the files it names were read
-    _running: object = PrivateAttr(None)  # set once it is known where the new wheelset runs
+    _inputs: Any = PrivateAttr(None)  # set once the files it names were read
 
     @property
     def origin(self) -> Origin:
@@ -439,6 +434,13 @@ class _Campaign(SceneModel):
     operation: RigOperation | FieldOperation
     campaign: CampaignSection
     uncertainty: UncertaintySection | None = None
+    # set once the files they follow from were read, or once they are asked for
+    _running: states.Running | None = PrivateAttr(None)  # where the new wheelset runs under controlled forces
+    _samples: Samples = PrivateAttr()  # of a record
+    _reduction: Reduction | None = PrivateAttr(None)  # of a record to operating points
+    _route: Route = PrivateAttr()  # of a vehicle
+    _track: tuple[Curve | Tangent, ...] = PrivateAttr(())  # its classes; once known, those of segments
+    _error: float = PrivateAttr(0.0)  # of the wear of classes that stand for segments
 
 
 class RigScene(_Campaign):
@@ -447,6 +449,8 @@ class RigScene(_Campaign):
     scene: RigHeader
     counterface: RollerSection
     operation: RigOperation
+    recorded: ClassVar[None] = None
+    vehicle: ClassVar[None] = None
 
 
 class FieldScene(_Campaign):
@@ -457,11 +461,6 @@ class FieldScene(_Campaign):
     operation: FieldOperation = Field(default_factory=lambda: FieldOperation.model_validate({}))
     recorded: RecordedSection | None = None
     vehicle: VehicleSection | None = None
-    _route: object = PrivateAttr(None)  # set once the files of the vehicle were read
-    _track: tuple[Curve | Tangent, ...] = PrivateAttr(())  # its classes; once known, those of segments
-    _error: float = PrivateAttr(0.0)  # of the wear of classes that stand for segments
-    _samples: object = PrivateAttr(None)  # set once the record was read
-    _reduction: object = PrivateAttr(None)  # set once it is reduced to operating points
 
 
 _ELSEWHERE = (

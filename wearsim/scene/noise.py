@@ -13,7 +13,7 @@ References
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -39,64 +39,17 @@ _STEP, _LONGEST = 0.5e-3, 10e-3  # of the wavelengths that faults name [m]
 _FLANGE = -26e-3  # y of a wheel from which on it is the tread [m]
 
 
-@dataclass(frozen=True)
-class _Body:
-    """A measured profile of a scene."""
+class _Noise(NamedTuple):
+    """A measured profile of a scene, and the contact that its noise changes most."""
 
-    section: str  # whose `smooth_mm` it is
-    key: str
+    path: tuple[str, str]  # of its key
     name: str
     profile: Profile
     sides: tuple[int, ...]  # of the wheelset that have it
-    counterface: bool
-
-
-def noise_faults(scene: RigScene | FieldScene, setup: CampaignSetup) -> list[Fault]:
-    """Faults of measured profiles whose noise would decide the contact at an operating point.
-
-    At most one for each profile; `setup` is that of the scene.
-    """
-    bodies = list(_bodies(scene, setup))
-    modulus = setup.models.effective_modulus
-    slope = [float(np.sqrt(np.mean(roughness(body.profile).slope ** 2))) for body in bodies]
-    if not any(0.5 * modulus * each > DECIDES * _LEAST_PRESSURE for each in slope):
-        return []
-    contacts = _contacts(setup)
-    verdicts = [verdict for body in bodies if (verdict := _verdict(body, contacts, modulus))]
-    longest: dict[str, float] = {}  # of both wheels
-    for verdict in verdicts:
-        section = verdict.body.section
-        longest[section] = max(longest.get(section, 0.0), verdict.wavelength)
-    return [
-        scene.fault((one.body.section, one.body.key), _text(scene, setup, one, longest[one.body.section]))
-        for one in verdicts
-    ]
-
-
-@dataclass(frozen=True)
-class _Verdict:
-    """Noise that decides a contact."""
-
-    body: _Body
-    row: int  # of the operating point where it changes pressures most
-    share: float  # RMS change of pressure over the largest one [-]
-    height: float  # RMS of the noise there [m]
-    wavelength: float  # of the smoothing that cures it [m]
-
-
-def _bodies(scene: RigScene | FieldScene, setup: CampaignSetup) -> Iterator[_Body]:
-    files = {file.role: file for file in inputs_of(scene).files if not file.shipped}
-    wheelset = setup.wheelset
-    alike = wheelset.left is wheelset.right
-    places = (
-        ("wheelset", "profile", wheelset.right, (0, 1) if alike else (0,)),
-        ("wheelset", "profile_left", wheelset.left, (1,)),
-        ("counterface", "profile", setup.counterface.profile, (0, 1)),
-    )
-    for section, key, profile, sides in places:
-        file = files.get(f"{section}.{key}")
-        if file is not None and longest_wavelength(profile) >= ROUGH_BELOW:
-            yield _Body(section, key, file.name, profile, sides, section == "counterface")
+    row: int = 0  # of the operating point where it changes pressures most
+    share: float = 0.0  # RMS change of pressure there over the largest one [-]
+    height: float = 0.0  # RMS of the noise there [m]
+    wavelength: float = 0.0  # of the smoothing that cures it [m]
 
 
 class _Contacts(NamedTuple):
@@ -107,6 +60,35 @@ class _Contacts(NamedTuple):
     pressure: FloatArray
     wheel_y: FloatArray
     counterface_y: FloatArray
+
+
+def noise_faults(scene: RigScene | FieldScene, setup: CampaignSetup) -> list[Fault]:
+    """Faults of measured profiles whose noise would decide the contact at an operating point.
+
+    At most one for each profile; `setup` is that of the scene.
+    """
+    bodies, modulus = list(_bodies(scene, setup)), setup.models.effective_modulus
+    slopes = [float(np.sqrt(np.mean(roughness(body.profile).slope ** 2))) for body in bodies]
+    if 0.5 * modulus * max(slopes, default=0.0) <= DECIDES * _LEAST_PRESSURE:
+        return []
+    contacts = _contacts(setup)
+    deciding = [one for body in bodies if (one := _worst(body, contacts, modulus)).share > DECIDES]
+    # one wavelength cures both wheels
+    longest = {one.path[0]: one.wavelength for one in sorted(deciding, key=lambda one: one.wavelength)}
+    return [scene.fault(one.path, _text(scene, setup, one, longest[one.path[0]])) for one in deciding]
+
+
+def _bodies(scene: RigScene | FieldScene, setup: CampaignSetup) -> Iterator[_Noise]:
+    names = {file.role: file.name for file in inputs_of(scene).files if not file.shipped}
+    right, left = setup.wheelset.right, setup.wheelset.left
+    for one in (
+        _Noise(("wheelset", "profile"), "", right, (0, 1) if left is right else (0,)),
+        _Noise(("wheelset", "profile_left"), "", left, (1,)),
+        _Noise(("counterface", "profile"), "", setup.counterface.profile, (0, 1)),
+    ):
+        name = names.get(".".join(one.path))
+        if name is not None and longest_wavelength(one.profile) >= ROUGH_BELOW:
+            yield one._replace(name=name)
 
 
 def _contacts(setup: CampaignSetup) -> _Contacts:
@@ -129,11 +111,11 @@ def _calm(profile: Profile) -> Profile:
     return smoothed(profile, min(_CALM, longest_wavelength(profile)))
 
 
-def _verdict(body: _Body, contacts: _Contacts, modulus: float) -> _Verdict | None:
+def _worst(body: _Noise, contacts: _Contacts, modulus: float) -> _Noise:
     """Where the noise of a profile changes the contact most, if it decides that contact."""
     profile, rough = body.profile, roughness(body.profile)
     arc, rising_y = arc_length(profile.y, profile.z), np.maximum.accumulate(profile.y)
-    ends = contacts.counterface_y if body.counterface else contacts.wheel_y
+    ends = contacts.counterface_y if body.path[0] == "counterface" else contacts.wheel_y
     share, worst, where = 0.0, 0, np.ones(profile.y.size, dtype=bool)
     for patch in np.flatnonzero(np.isin(contacts.side, body.sides)).tolist():
         first, last = arc[np.searchsorted(rising_y, ends[patch]).clip(0, profile.y.size - 1)]
@@ -142,34 +124,36 @@ def _verdict(body: _Body, contacts: _Contacts, modulus: float) -> _Verdict | Non
         if own > share:
             share, worst, where = own, patch, inside
     if share <= DECIDES:
-        return None
+        return body
     needed = rough.wavelength(where, _CURED * 2.0 * float(contacts.pressure[worst]) / modulus)
-    height = float(np.sqrt(np.mean(rough.height[where] ** 2)))
-    return _Verdict(body, int(contacts.row[worst]), share, height, _STEP * float(np.ceil(needed / _STEP)))
+    return body._replace(
+        row=int(contacts.row[worst]),
+        share=share,
+        height=float(np.sqrt(np.mean(rough.height[where] ** 2))),
+        wavelength=_STEP * float(np.ceil(needed / _STEP)),
+    )
 
 
-def _text(scene: RigScene | FieldScene, setup: CampaignSetup, verdict: _Verdict, wavelength: float) -> str:
+def _text(scene: RigScene | FieldScene, setup: CampaignSetup, one: _Noise, wavelength: float) -> str:
     """Message on a profile whose section a smoothing `wavelength` [m] would cure."""
-    body, given = verdict.body, getattr(scene, verdict.body.section).smooth_mm
-    shift = setup.points.conditions.shift[verdict.row]
+    (table, key), profile = one.path, one.profile
+    given, shift = getattr(scene, table).smooth_mm, setup.points.conditions.shift[one.row]
     noise = (
-        f"{body.key} = {shown(body.name)}: noise of {1e6 * verdict.height:.2g} um rms in wavelengths below "
+        f"{key} = {shown(one.name)}: noise of {1e6 * one.height:.2g} um rms in wavelengths below "
         f"{1e3 * ROUGH_BELOW:g} mm decides the contact: at a shift of {1e3 * shift:.4g} mm it changes "
-        f"pressures by {100.0 * verdict.share:.0f} % of the largest (rms, {100.0 * DECIDES:.0f} % allowed)"
+        f"pressures by {100.0 * one.share:.0f} % of the largest (rms, {100.0 * DECIDES:.0f} % allowed)"
     )
     wavelength = max(wavelength, _STEP + 1e-3 * (given or 0.0))
-    longest = min(_LONGEST, longest_wavelength(body.profile))
+    longest = min(_LONGEST, longest_wavelength(profile))
     if wavelength > longest:
         return f"{noise}; smooth_mm up to {1e3 * longest:.3g} does not cure it: measure the profile again"
-    moved = np.abs(change(body.profile, smoothed(body.profile, wavelength)))
-    parts = {"the profile": moved > -1.0}
-    if not body.counterface:
-        tread = body.profile.y > _FLANGE
-        parts = {"the tread": tread, "the flange": ~tread & (np.arange(tread.size) > body.profile.z.argmax())}
+    moved = np.abs(change(profile, smoothed(profile, wavelength)))
+    tread = profile.y > _FLANGE
+    parts = {"the tread": tread, "the flange": ~tread & (np.arange(tread.size) > profile.z.argmax())}
+    if table == "counterface":
+        parts = {"the profile": np.ones(moved.size, dtype=bool)}
     changes = " and ".join(
         f"{part} by up to {1e6 * moved[there].max():.2g} um" for part, there in parts.items() if there.any()
     )
     instead = "" if given is None else f" in place of {given:g}"
-    return (
-        f"{noise}; write smooth_mm = {1e3 * wavelength:g}{instead} in [{body.section}], which moves {changes}"
-    )
+    return f"{noise}; write smooth_mm = {1e3 * wavelength:g}{instead} in [{table}], which moves {changes}"

@@ -107,16 +107,15 @@ def value_of(text: str) -> Any:
 
 def paths_of(data: Any, keys: Sequence[str]) -> Iterator[KeyPath]:
     """Paths that a dotted key means in a scene; keys that are not there yet end the search."""
+    first, *rest = keys
     if isinstance(data, list) and any(isinstance(item, Mapping) for item in data):
-        if keys[0].isdecimal():
-            if 1 <= int(keys[0]) <= len(data) and len(keys) > 1:
-                index = int(keys[0]) - 1
-                yield from ((index, *rest) for rest in paths_of(data[index], keys[1:]))
-            return
-        for index, item in enumerate(data):
-            yield from ((index, *rest) for rest in paths_of(item, keys))
-    elif len(keys) > 1 and isinstance(data, Mapping) and keys[0] in data:
-        yield from ((keys[0], *rest) for rest in paths_of(data[keys[0]], keys[1:]))
+        chosen = range(len(data))
+        if first.isdecimal():  # one of the tables, if it has the number
+            chosen, keys = chosen[max(int(first) - 1, 0) : int(first)] if rest else range(0), rest
+        for index in chosen:
+            yield from ((index, *path) for path in paths_of(data[index], keys))
+    elif rest and isinstance(data, Mapping) and first in data:
+        yield from ((first, *path) for path in paths_of(data[first], rest))
     else:
         yield tuple(keys)
 
@@ -124,21 +123,16 @@ def paths_of(data: Any, keys: Sequence[str]) -> Iterator[KeyPath]:
 def _put(data: Any, path: KeyPath, value: Any) -> bool:
     """Set or remove one value; False where the path leads through a value that is no table."""
     for part in path[:-1]:
-        if isinstance(data, list):
-            data = data[int(part)]
-        elif isinstance(data, dict):
-            if part not in data and value is None:
-                return True
-            data = data.setdefault(part, {})
-        else:
+        if isinstance(data, dict) and value is None and part not in data:
+            return True
+        if not isinstance(data, list | dict):
             return False
-    if not isinstance(data, dict):
-        return False
-    if value is None:
-        data.pop(path[-1], None)
-    else:
+        data = data.setdefault(part, {}) if isinstance(data, dict) else data[int(part)]
+    if isinstance(data, dict):
         data[path[-1]] = copy.deepcopy(value)
-    return True
+        if value is None:
+            del data[path[-1]]
+    return isinstance(data, dict)
 
 
 def toml_text(data: Mapping[str, Any]) -> str:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -16,29 +17,14 @@ from pydantic.json_schema import JsonSchemaMode, models_json_schema
 
 from wearsim.damage.wear.table import WearTable
 from wearsim.errors import Fault, ProfileError, SceneError
-from wearsim.profile import standard
+from wearsim.profile import placement, standard
 from wearsim.profile.conicity import flange_clearance
 from wearsim.profile.files import ProfileReading, read_profile
-from wearsim.profile.placement import (
-    RUNNING_CIRCLE,
-    is_partial,
-    lean_words,
-    place_rail,
-    slope_of,
-    tilt_to_add,
-)
 from wearsim.profile.shape import Profile, resample
 from wearsim.profile.smoothing import smoothed
 from wearsim.profile.standard import shipped_path
-from wearsim.scene.messages import (
-    beyond_clearance,
-    by_line,
-    cross_faults,
-    fit_faults,
-    header_warnings,
-    limit_faults,
-    template_faults,
-)
+from wearsim.scene import messages
+from wearsim.scene.messages import by_line
 from wearsim.scene.models import AnyScene, CompareScene, FieldScene, Origin, RigScene, find_file
 from wearsim.scene.overrides import Override, at_its_source, merge, overridden_text, toml_text
 from wearsim.scene.recorded import read_record
@@ -48,6 +34,8 @@ from wearsim.scene.sweep import SweepScene, read_sweep
 from wearsim.scene.vehicle import read_vehicle
 from wearsim.scene.wear_table import read_wear_table
 from wearsim.toml_faults import (
+    LARGEST_FILE,
+    LARGEST_TABLE,
     Lines,
     content_of,
     is_key,
@@ -71,6 +59,8 @@ _MODELS: dict[str, type[Scene]] = {
 _DICT = Path("scene.toml")  # name of a scene from a dict in results and run directories
 _INPUTS = "inputs.json"
 _RESERVED = (_INPUTS, "manifest.json")
+_RIGHT, _LEFT = ("wheelset", "profile"), ("wheelset", "profile_left")
+_COUNTERFACE, _TEMPLATE = ("counterface", "profile"), ("campaign", "reprofiling", "profile")
 
 
 @dataclass(frozen=True)
@@ -152,12 +142,9 @@ def load_scene(
     >>> comparison.rig.contact.normal
     'kik_piotrowski'
     """
-    content, kept = None, {}
-    if isinstance(path, Mapping):
-        file, content = _DICT, toml_text(path).encode()
-    else:
-        file = _scene_file(path)
-        kept = _kept_files(file) if copied else {}
+    content = toml_text(path).encode() if isinstance(path, Mapping) else None
+    file = _DICT if isinstance(path, Mapping) else _scene_file(path)
+    kept = _kept_files(file) if copied else {}
     try:
         scene = _read(file, "scene", overrides, content)
         if isinstance(scene, CompareScene):
@@ -303,23 +290,31 @@ def _read_compared(scene: CompareScene, kept: Mapping[str, Path], overrides: Seq
     """Read the two scenes that a compare scene names, all stages."""
     faults: list[Fault] = []
     for role in ("rig", "field"):
-        name = getattr(scene.compare, role)
-        path = kept.get(role) or find_file(name, (scene.origin.path.parent,), "workflows")
+        given = f"{role} = {shown(getattr(scene.compare, role))}"
+        places = (scene.origin.path.parent,)
+        path = kept.get(role) or find_file(getattr(scene.compare, role), places, "workflows")
         if path is None:
             text = "does not exist as given, next to the scene file or among the shipped workflows"
-            faults.append(scene.fault(("compare", role), f"{role} = {shown(name)} {text}"))
+            faults.append(scene.fault(("compare", role), f"{given} {text}"))
             continue
-        try:
+        with _gathered(faults):
             part = _read(path, role, overrides)
             if isinstance(part, RigScene | FieldScene) and part.scene.kind == role:
                 setattr(scene, f"_{role}", _with_inputs(part, kept))
             else:
-                text = f"{role} = {shown(name)} is a {part.scene.kind} scene; name a {role} scene"
+                text = f"{given} is a {part.scene.kind} scene; name a {role} scene"
                 faults.append(scene.fault(("compare", role), text))
-        except SceneError as error:
-            faults += error.faults
     if faults:
         raise SceneError(faults)
+
+
+@contextmanager
+def _gathered(faults: list[Fault]) -> Iterator[None]:
+    """Add the faults of what is done inside to those known so far, and go on behind it."""
+    try:
+        yield
+    except SceneError as error:
+        faults += error.faults
 
 
 def inputs_of(scene: RigScene | FieldScene) -> Inputs:
@@ -330,54 +325,77 @@ def inputs_of(scene: RigScene | FieldScene) -> Inputs:
     return inputs
 
 
+class _Files:
+    """Files that a scene names, the scene file first; in a run directory the copies of them."""
+
+    def __init__(self, scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> None:
+        self.scene, self.origin, self.kept = scene, scene.origin, kept
+        self.read = [InputFile("scene", self.origin.path.name, self.origin.path, self.origin.content)]
+
+    def place(self, role: str, name: str) -> Path | None:
+        """File of a role, if it exists."""
+        kept = self.kept.get(f"{self.origin.role}/{role}")
+        return kept or find_file(name, (self.origin.path.parent,), "profiles")
+
+    def found(self, key: tuple[str, ...], name: str, what: str, path: Path | None = None) -> Path:
+        """File that a key names, or `path` in place of it; a SceneError asks for `what`."""
+        path = self.place(".".join(key), name) or path
+        if path is None:
+            text = f"{key[-1]} = {shown(name)} does not exist as given or next to the scene file; give {what}"
+            raise SceneError([self.scene.fault(key, text)])
+        return path
+
+    def note(self, role: str, name: str, path: Path, most: int = LARGEST_FILE) -> None:
+        """Read a file and keep its content; definitions of wearsim itself count as shipped."""
+        shipped = path.suffix == ".toml" and path.is_relative_to(shipped_path("profiles"))
+        self.read.append(InputFile(role, name, path, content_of(path, "another file", most), shipped))
+
+
 def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigScene | FieldScene:
     """Read the files of a scene and cross-check its values; raise a SceneError with all faults.
 
     The scene returned has the contents of the files, and the wheel radius of their headers if it gave none.
     """
-    named: dict[str, tuple[str, Path]] = {}
+    files, faults, leaning = _Files(scene, kept), list[Fault](), list[Fault]()
     if isinstance(scene, RigScene):
-        scene = _with_rig(scene, kept, named)
-    origin, wheelset, rules = scene.origin, scene.wheelset, scene.campaign.reprofiling
-    half_span = 0.5e-3 * wheelset.back_to_back_mm + RUNNING_CIRCLE
+        scene = _with_rig(scene, files)
+    wheelset, section, rules = scene.wheelset, scene.counterface, scene.campaign.reprofiling
+    half_span = 0.5e-3 * wheelset.back_to_back_mm + placement.RUNNING_CIRCLE
     spacing = 1e-3 * scene.campaign.point_spacing_mm
-    files = [InputFile("scene", origin.path.name, origin.path, origin.content)]
-    rigs = shipped_path("profiles", "rigs")
-    files += [
-        InputFile(role, name, path, content_of(path, "another file"), shipped=path.parent == rigs)
-        for role, (name, path) in named.items()
-    ]
-    faults: list[Fault] = []
-    leaning: list[Fault] = []
+    names: dict[tuple[str, ...], str | None] = {
+        _RIGHT: wheelset.profile,
+        _LEFT: wheelset.profile_left,
+        _COUNTERFACE: section.profile,
+        _TEMPLATE: None if rules is None else rules.profile,
+    }
     diameters: dict[str, float] = {}
     headers: dict[str, tuple[str, Mapping[str, str]]] = {}
-
-    def profile(name: str, *path: str) -> Profile | None:
+    shapes: dict[tuple[str, ...], Profile] = {}
+    for key, name in names.items():
+        if name is None:
+            continue
         try:
-            shape, file, reading = _read_profile(scene, ".".join(path), name, half_span, kept)
-            if path[0] == "wheelset":
-                headers[path[-1]] = name, {} if reading is None else reading.header
-            if reading is not None and reading.diameter is not None and path[0] == "wheelset":
-                diameters[name] = 1e3 * reading.diameter
-            if path[0] == "counterface" and reading is not None:
-                slope = slope_of(scene.counterface.inclination)
-                if tilt_to_add(reading.lean, slope) != slope:
-                    text = (
-                        f"inclination = {shown(scene.counterface.inclination)} is without effect: the head "
-                    )
-                    text += f'in {name} {lean_words(reading.lean or 0.0)} already; write inclination = "none"'
-                    leaning.append(scene.fault(("counterface", "inclination"), text))
-            if path[0] != "counterface" or scene.counterface.wear is not None:
+            shape, reading = _read_profile(scene, key, name, half_span, files)
+            if key[0] == "wheelset":
+                headers[key[-1]] = name, {} if reading is None else reading.header
+            if key != _COUNTERFACE or section.wear is not None:
                 shape = resample(shape, spacing)
         except ProfileError as error:
             lines = str(error).splitlines()
-            faults.extend(scene.fault(path, f"{path[-1]} = {shown(name)}: {line}") for line in lines)
-            return None
-        files.append(file)
-        return shape
+            faults += [scene.fault(key, f"{key[-1]} = {shown(name)}: {line}") for line in lines]
+            continue
+        shapes[key] = shape
+        if reading is not None and reading.diameter is not None and key[0] == "wheelset":
+            diameters[name] = 1e3 * reading.diameter
+        slope, lean = placement.slope_of(section.inclination), None if reading is None else reading.lean
+        if key == _COUNTERFACE and placement.tilt_to_add(lean, slope) != slope:
+            text = f"inclination = {shown(section.inclination)} is without effect: the head in {name} "
+            text += f'{placement.lean_words(lean or 0.0)} already; write inclination = "none"'
+            leaning.append(scene.fault(("counterface", "inclination"), text))
 
-    def matched(shape: Profile, count: int, name: str | None, *path: str) -> Profile:
+    def matched(key: tuple[str, ...], count: int) -> Profile:
         """Profile with as many points as the right wheel, by a spacing that differs by up to 3 %."""
+        shape = shapes[key]
         if len(shape.y) == count:
             return shape
         guess = spacing * (len(shape.y) - 1) / (count - 1)
@@ -385,76 +403,57 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
             other = resample(shape, guess * (1.0 + float(part)))
             if len(other.y) == count:
                 return other
-        text = f"{path[-1]} = {shown(name)} cannot be given as many points as the right wheel ({count})"
+        text = f"{key[-1]} = {shown(names[key])} cannot be given as many points as the right wheel ({count})"
         fix = f"change point_spacing_mm = {scene.campaign.point_spacing_mm:g} a little"
-        raise SceneError(by_line([*faults, scene.fault(path, f"{text}; {fix}")]))
+        raise SceneError(by_line([*faults, scene.fault(key, f"{text}; {fix}")]))
 
-    right = left = profile(wheelset.profile, "wheelset", "profile")
-    if wheelset.profile_left is not None:
-        left = profile(wheelset.profile_left, "wheelset", "profile_left")
-    counterface = profile(scene.counterface.profile, "counterface", "profile")
-    shape_name = None if rules is None else rules.profile
-    place = ("campaign", "reprofiling", "profile")
-    template = None if shape_name is None else profile(shape_name, *place)
-    table = _wear_table(scene, kept, files, faults)
-    noted = [*header_warnings(scene, diameters), *side_warnings(scene, headers), *leaning]
+    table = None
+    with _gathered(faults):
+        table = _wear_table(scene, files)
+    noted = [*messages.header_warnings(scene, diameters), *side_warnings(scene, headers), *leaning]
     if diameters and "radius_mm" not in wheelset.model_fields_set:
         radius = 0.5 * sum(diameters.values()) / len(diameters)
         scene = scene.model_copy(update={"wheelset": wheelset.model_copy(update={"radius_mm": radius})})
-    faults += cross_faults(scene)
-    if right is None or left is None or counterface is None or (shape_name is not None and template is None):
+    faults += messages.cross_faults(scene)
+    if any(name is not None and key not in shapes for key, name in names.items()):
         raise SceneError(by_line(faults))
-    wheels = right, matched(left, len(right.y), wheelset.profile_left, "wheelset", "profile_left")
-    unfit = fit_faults(scene, wheels, counterface)
-    if unfit:
+    right, counterface = shapes[_RIGHT], shapes[_COUNTERFACE]
+    wheels = right, matched(_LEFT, len(right.y)) if _LEFT in shapes else right
+    if unfit := messages.fit_faults(scene, wheels, counterface):
         raise SceneError(by_line(faults + unfit))
     templates = None if rules is None else wheels
-    if template is not None:
-        templates = (matched(template, len(right.y), shape_name, *place),) * 2
+    if _TEMPLATE in shapes:
+        templates = (matched(_TEMPLATE, len(right.y)),) * 2
     if templates is not None:
-        faults += template_faults(scene, templates, counterface)
+        faults += messages.template_faults(scene, templates, counterface)
     free = flange_clearance(right, counterface)
-    clearance = (free, free if left is right else flange_clearance(wheels[1], counterface))
-    faults += limit_faults(scene, wheels, counterface, end=True)
-    if isinstance(scene, FieldScene):
-        try:
-            noted += _operated(scene, kept, clearance, files)
-        except SceneError as error:
-            faults += error.faults
-    lines = {fault.line for fault in faults}
-    faults += [fault for fault in beyond_clearance(scene, clearance)[0] if fault.line not in lines]
+    clearance = (free, flange_clearance(wheels[1], counterface) if _LEFT in shapes else free)
+    faults += messages.limit_faults(scene, wheels, counterface, end=True)
+    with _gathered(faults):
+        noted += _operated(scene, clearance, files) if isinstance(scene, FieldScene) else []
+    known = {fault.line for fault in faults}
+    faults += [fault for fault in messages.beyond_clearance(scene, clearance)[0] if fault.line not in known]
     if faults:
         raise SceneError(by_line(faults))
-    if is_partial(counterface.y):
-        text = f"profile = {shown(scene.counterface.profile)} is {1e3 * np.ptp(counterface.y):.3g} mm wide"
-        text += ": without gauge point its y counts from the running circle, and gauge_mm is without effect"
-        noted.append(scene.fault(("counterface", "profile"), text))
-    noted += [
-        scene.fault(
-            (key, "smooth_mm"),
-            f"smooth_mm is without effect: no profile of [{key}] was read from a file of points; delete it",
-        )
-        for key in ("wheelset", "counterface")
-        if getattr(scene, key).smooth_mm is not None
-        and all(file.shipped for file in files if file.role.startswith(f"{key}."))
-    ]
+    if placement.is_partial(counterface.y):
+        text = f"profile = {shown(section.profile)} is {1e3 * np.ptp(counterface.y):.3g} mm wide: without"
+        text += " gauge point its y counts from the running circle, and gauge_mm is without effect"
+        noted.append(scene.fault(_COUNTERFACE, text))
+    for body in ("wheelset", "counterface"):
+        shipped = all(file.shipped for file in files.read if file.role.startswith(f"{body}."))
+        if getattr(scene, body).smooth_mm is not None and shipped:
+            text = f"smooth_mm is without effect: no profile of [{body}] was read from a file of points"
+            noted.append(scene.fault((body, "smooth_mm"), f"{text}; delete it"))
     scene._inputs = Inputs(
-        *wheels, counterface, half_span, clearance, tuple(files), table, templates, tuple(noted)
+        *wheels, counterface, half_span, clearance, tuple(files.read), table, templates, tuple(noted)
     )
     return scene
 
 
-def _operated(
-    scene: FieldScene,
-    kept: Mapping[str, Path],
-    clearance: tuple[float | None, float | None],
-    files: list[InputFile],
-) -> list[Fault]:
-    """Read the record or the vehicle of a scene, if it has one, and note its file; warnings."""
-    section, classes = scene.recorded, scene.operation.classes
-    names = {"vehicle": scene.vehicle, "recorded": section}
-    given = {name: f"[{name}]" for name, one in names.items() if one is not None}
-    given |= {"operation": "[[operation.class]]"} if classes else {}
+def _operated(scene: FieldScene, clearance: tuple[float | None, float | None], files: _Files) -> list[Fault]:
+    """Read the record or the vehicle of a scene, if it has one; warnings."""
+    given = {name: f"[{name}]" for name in ("vehicle", "recorded") if getattr(scene, name) is not None}
+    given |= {"operation": "[[operation.class]]"} if scene.operation.classes else {}
     if not given:
         text = "no operation: write [[operation.class]], [vehicle] with its track, or [recorded]"
         raise SceneError([scene.fault(("operation",), text)])
@@ -462,107 +461,72 @@ def _operated(
         text = f"{' and '.join(given.values())} exclude each other; keep one of them"
         raise SceneError([scene.fault((next(iter(given)),), text)])
     if scene.vehicle is not None:
-        route = read_vehicle(scene, lambda role, name: _place_of(scene, role, name, kept))
-        scene._route, scene._track = route, route.track if scene.vehicle.route is None else ()
-        vehicles = shipped_path("profiles", "vehicles")
-        files += [
-            InputFile(role, name, path, content_of(path, "another file"), shipped=path.parent == vehicles)
-            for role, name, path in route.files
-        ]
-    if section is None:
+        scene._route = read_vehicle(scene, files.place)
+        scene._track = scene._route.track if scene.vehicle.route is None else ()
+        for file in scene._route.files:
+            files.note(*file)
+    if scene.recorded is None:
         return []
-    role = "recorded.file"
-    path = _place_of(scene, role, section.file, kept)
-    path = path or find_file(section.file, (), "workflows")
-    if path is None:
-        text = f"file = {shown(section.file)} does not exist as given or next to the scene file"
-        raise SceneError([scene.fault(("recorded", "file"), f"{text}; give a CSV or netCDF file")])
-    samples, notes = read_record(scene, path, clearance)
-    scene._samples = samples
-    files.append(InputFile(role, section.file, path, path.read_bytes()))
+    name, shipped = scene.recorded.file, find_file(scene.recorded.file, (), "workflows")
+    path = files.found(("recorded", "file"), name, "a CSV or netCDF file", shipped)
+    scene._samples, notes = read_record(scene, path, clearance)
+    files.note("recorded.file", name, path, LARGEST_TABLE)
     return notes
 
 
-def _with_rig(scene: RigScene, kept: Mapping[str, Path], named: dict[str, tuple[str, Path]]) -> RigScene:
-    """Scene with its programme and its rig, whose files are noted in `named` by role."""
-
-    def place(role: str, name: str) -> Path | None:
-        return _place_of(scene, role, name, kept)
-
+def _with_rig(scene: RigScene, files: _Files) -> RigScene:
+    """Scene with its programme and its rig."""
     faults: list[Fault] = []
-    for role, key, step in (
-        ("operation.programme", scene.operation.programme, with_programme),
-        ("counterface.rig", scene.counterface.rig, with_rig),
-    ):
-        try:
-            scene, path = step(scene, place)
-        except SceneError as error:
-            faults += error.faults
-            continue
-        if path is not None and key is not None:
-            named[role] = key, path
+    for table, key, step in (("operation", "programme", with_programme), ("counterface", "rig", with_rig)):
+        with _gathered(faults):
+            scene, path = step(scene, files.place)
+            if path is not None:
+                files.note(f"{table}.{key}", getattr(getattr(scene, table), key), path)
     if faults:
         raise SceneError(by_line(faults))
     return scene
 
 
-def _place_of(scene: RigScene | FieldScene, role: str, name: str, kept: Mapping[str, Path]) -> Path | None:
-    """File that a key of a scene names; in a run directory the copy of it."""
-    origin = scene.origin
-    return kept.get(f"{origin.role}/{role}") or find_file(name, (origin.path.parent,), "profiles")
-
-
-def _wear_table(
-    scene: RigScene | FieldScene, kept: Mapping[str, Path], files: list[InputFile], faults: list[Fault]
-) -> WearTable | None:
-    """Read the table that `table_file` names, and note its file."""
-    name, role = scene.wear.table_file, "wear.table_file"
+def _wear_table(scene: RigScene | FieldScene, files: _Files) -> WearTable | None:
+    """Read the table that `table_file` names."""
+    name = scene.wear.table_file
     if name is None:
         return None
-    path = _place_of(scene, role, name, kept)
-    if path is None:
-        text = f"table_file = {shown(name)} does not exist as given or next to the scene file"
-        faults.append(scene.fault(("wear", "table_file"), f"{text}; give a wear table"))
-        return None
-    try:
-        table = replace(read_wear_table(path), name=Path(name).name)
-        files.append(InputFile(role, name, path, content_of(path, "a wear table")))
-        return table
-    except SceneError as error:
-        faults += error.faults
-    return None
+    path = files.found(("wear", "table_file"), name, "a wear table")
+    table = replace(read_wear_table(path), name=Path(name).name)
+    files.note("wear.table_file", name, path)
+    return table
 
 
 def _read_profile(
-    scene: RigScene | FieldScene, role: str, name: str, half_span: float, kept: Mapping[str, Path]
-) -> tuple[Profile, InputFile, ProfileReading | None]:
-    """Profile of a key, smoothed and placed in the track, its file, and what that says besides."""
-    is_rail = role.startswith("counterface")
-    section = scene.counterface
-    slope, placing = slope_of(section.inclination), (1e-3 * section.gauge_mm, half_span)
-    depth = 1e-3 * section.gauge_height_mm
-    path = _place_of(scene, role, name, kept)
+    scene: RigScene | FieldScene, key: tuple[str, ...], name: str, half_span: float, files: _Files
+) -> tuple[Profile, ProfileReading | None]:
+    """Profile of a key, smoothed and placed in the track, and what its file says besides."""
+    section, role, is_rail = scene.counterface, ".".join(key), key == _COUNTERFACE
+    slope, depth = placement.slope_of(section.inclination), 1e-3 * section.gauge_height_mm
+    placing, path = (1e-3 * section.gauge_mm, half_span), files.place(role, name)
     if path is None or path.suffix == ".toml":
         looks_like_file = any(mark in name for mark in "/\\") or Path(name).suffix not in ("", ".toml")
         if looks_like_file and not standard.is_designation(name):
             raise ProfileError(
                 "there is no such file as given, next to the scene file or among the shipped profiles"
             )
-        short = name.removesuffix(".toml")
+        short, reading = name.removesuffix(".toml"), None
         shape = (
             standard.rail(short, slope, *placing, gauge_height=depth) if is_rail else standard.wheel(short)
         )
         path = standard.find_shipped(short)
-        return shape, InputFile(role, name, path, path.read_bytes(), shipped=True), None
-    reading = read_profile(path, "rail" if is_rail else "wheel")
-    path = reading.files[-1]  # of a list of slices, the slice
-    smooth = {"wheelset": scene.wheelset.smooth_mm, "counterface": section.smooth_mm}
-    shape = smoothed(reading.profile, 1e-3 * (smooth.get(role.partition(".")[0]) or 0.0))
-    shape = place_rail(shape, tilt_to_add(reading.lean, slope), *placing, depth) if is_rail else shape
-    try:
-        return shape, InputFile(role, name, path, path.read_bytes()), reading
-    except OSError as error:
-        raise ProfileError(f"{path} cannot be read: {error.strerror}") from error
+    else:
+        reading = read_profile(path, "rail" if is_rail else "wheel")
+        smooth = {"wheelset": scene.wheelset.smooth_mm, "counterface": section.smooth_mm}.get(key[0])
+        shape = smoothed(reading.profile, 1e-3 * (smooth or 0.0))
+        shape = (
+            placement.place_rail(shape, placement.tilt_to_add(reading.lean, slope), *placing, depth)
+            if is_rail
+            else shape
+        )
+    files.note(role, name, path, LARGEST_TABLE)
+    return shape, reading
 
 
 def _kept_files(path: Path) -> dict[str, Path]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import importlib
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
@@ -30,11 +30,17 @@ def range_of(name: str) -> dict[str, Any]:
     return {"gt" if above else "ge": low, "le": high}
 
 
-def number(name: str, meaning: str, default: Any = ...) -> Any:
-    """Field of the quantity `name`: its unit and limits are those of `wearsim.quantities`."""
+def number(name: str, meaning: str = "", default: Any = ...) -> Any:
+    """Field of a quantity: its unit, its limits and, where none is given, its meaning."""
+    meaning = meaning or f"the {QUANTITIES[name].meaning}"
     unit = QUANTITIES[name].shown_unit.translate(_ASCII)
     extra: Any = {"unit": unit} if unit != "1" else None
     return Field(default, description=meaning, json_schema_extra=extra, **range_of(name))
+
+
+def entries(meaning: str, most: int, default: Any = (), **more: Any) -> Any:
+    """Field of a list of at most `most` values, a tuple in Python."""
+    return Field(default, description=meaning, max_length=most, strict=False, **more)
 
 
 def words(meaning: str, default: Any = ...) -> Any:
@@ -53,19 +59,15 @@ Text = Annotated[str, AfterValidator(_printable)]
 
 @dataclass(frozen=True)
 class Registered:
-    """A name that must stand in a registry, which is imported only when a name is checked."""
+    """A name that must be one of those that `names` gives when it is checked."""
 
-    module: str
-    registry: str
-
-    def names(self) -> list[str]:
-        """Return the names of the registry."""
-        return sorted(getattr(importlib.import_module(self.module), self.registry))
+    names: Callable[[], Iterable[str]]
 
     def check(self, name: str) -> str:
         """Return the name, or raise what becomes a fault with the nearest name."""
-        if name not in self.names():
-            hint = suggestion(name, self.names())
+        known = sorted(self.names())
+        if name not in known:
+            hint = suggestion(name, known)
             raise PydanticCustomError("unknown_name", "unknown name", {"hint": hint})
         return name
 
@@ -73,7 +75,7 @@ class Registered:
         return core_schema.no_info_after_validator_function(self.check, handler(source))
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> Any:
-        return {**handler(schema), "enum": self.names()}
+        return {**handler(schema), "enum": sorted(self.names())}
 
 
 class Section(Table):

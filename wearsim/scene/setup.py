@@ -22,7 +22,7 @@ from wearsim.operation.points import (
     where_it_runs,
     with_monitors,
 )
-from wearsim.operation.recorded import Reducer, Reduction, Samples, reduce_samples
+from wearsim.operation.recorded import Reducer, Reduction, reduce_samples
 from wearsim.operation.route import (
     LEAST_CONICITY,
     Curve,
@@ -47,10 +47,10 @@ from wearsim.scene.campaign import (
 )
 from wearsim.scene.damage import fatigue_settings, wear_settings
 from wearsim.scene.messages import by_line, scene_warnings, shift_ranges
-from wearsim.scene.models import ContactSection, FieldScene, RigScene, RollerSection
+from wearsim.scene.models import ContactSection, FieldScene, RecordedSection, RigScene, RollerSection
 from wearsim.scene.read import inputs_of
 from wearsim.scene.section import Section
-from wearsim.scene.vehicle import Route
+from wearsim.scene.vehicle import VehicleSection
 from wearsim.toml_faults import shown
 
 OF_BOGIES = "raise curve_radius_m, lower cant_deficiency_mm or friction, or give another vehicle"
@@ -62,6 +62,9 @@ CHAINS: Mapping[str, tuple[tuple[str, str], ...]] = {
 }
 """Normal and tangential models of each `model` of [contact], in the order in which they are tried; all but
 the last are corrected by the last."""
+
+
+_Bodies = tuple[Wheelset, Counterface]
 
 
 @dataclass(frozen=True)
@@ -96,43 +99,38 @@ def build(scene: RigScene | FieldScene) -> CampaignSetup:
 
     Of a compare scene, build its `rig` or its `field`.
     """
-    inputs, contact, curvature = inputs_of(scene), scene.contact, scene.counterface.curvature
+    inputs, contact, section = inputs_of(scene), scene.contact, scene.vehicle
     wear, *comparison = wear_settings(scene.wear, inputs.wear_table)
     models, *fallbacks = contact_models(contact)
     wheelset = Wheelset(inputs.right, inputs.left, 1e-3 * scene.wheelset.radius_mm, inputs.half_span)
-    counterface = Counterface(inputs.counterface, curvature)
-    reduction = None
-    if isinstance(scene, FieldScene) and scene.recorded is not None:
-        reduction = _reduced(scene, (wheelset, counterface), wear)
-    vehicle = scene.vehicle if isinstance(scene, FieldScene) else None
-    if isinstance(scene, FieldScene) and vehicle is not None:
-        points = _monitored(scene, _on_route(scene, (wheelset, counterface), wear))
-    else:
-        points = _monitored(scene, _points(scene, reduction))
-    running = _settled(scene, points, (wheelset, counterface))
-    if vehicle is not None and vehicle.positions == "frozen":
-        points, running = replace(where_it_runs(points, running), controlled=None), None
+    bodies = wheelset, Counterface(inputs.counterface, scene.counterface.curvature)
+    if scene.recorded is not None and scene._reduction is None:
+        tolerance = scene.recorded.binning_tolerance
+        scene._reduction = reduce_samples(scene._samples, _reducer(scene, bodies, wear), tolerance)
+    points = _points(scene) if section is None else _on_route(scene, section, bodies, wear)
+    points = _monitored(scene, points)
+    running = _settled(scene, points, bodies)
+    points = where_it_runs(points, running)
+    if section is not None and section.positions == "frozen":
+        points, running = replace(points, controlled=None), None
     return CampaignSetup(
-        vehicle=_about_vehicle(scene),
+        vehicle="" if section is None else f"{scene._route.about}; on straight track {section.tangent}",
         tolerance=contact.tolerance if fallbacks else None,
         fallbacks=tuple(fallbacks),
         kind=scene.scene.kind,
         wheelset=wheelset,
-        counterface=counterface,
+        counterface=bodies[1],
         models=models,
         wear=wear,
-        points=where_it_runs(points, running),
+        points=points,
         running=running,
-        reduction=reduction,
+        reduction=scene._reduction,
         control=_control_settings(scene.campaign),
         scene_text=scene.origin.content.decode("utf-8-sig"),
         title=scene.scene.title or scene.origin.path.stem,
         input_hashes=tuple((file.label, file.sha256) for file in inputs.files),
-        warnings=tuple(
-            # results name the file without its folder: the run reads a copy, and folders are private
-            str(replace(warning, file=scene.origin.path.name))
-            for warning in warnings_of(scene)
-        ),
+        # results name the file without its folder: the run reads a copy, and folders are private
+        warnings=tuple(str(replace(one, file=scene.origin.path.name)) for one in warnings_of(scene)),
         also_evaluate=tuple(comparison),
         fatigue=fatigue_settings(scene.fatigue),
         counterface_wear=_counterface_wear(scene),
@@ -144,17 +142,17 @@ def warnings_of(scene: RigScene | FieldScene) -> tuple[Fault, ...]:
     """Warnings of a loaded scene, in the order of the file, without those of `check_contact`."""
     inputs = inputs_of(scene)
     own = scene_warnings(scene, (inputs.right, inputs.left), inputs.counterface, inputs.clearance)
-    if isinstance(scene, FieldScene) and scene.recorded is not None:
-        found, tolerance = scene._reduction, scene.recorded.binning_tolerance
-        if isinstance(found, Reduction) and found.error > tolerance:
-            text = f"binning_tolerance = {tolerance:g}: {len(found.group)} operating points leave an error of"
-            own.append(scene.fault(("recorded", "binning_tolerance"), f"{text} {found.error:.2g}"))
-    route = scene.vehicle if isinstance(scene, FieldScene) else None
-    if isinstance(scene, FieldScene) and route is not None and scene._error > route.binning_tolerance:
-        text = (
-            f"binning_tolerance = {route.binning_tolerance:g}: {len(scene._track)} classes leave an error of"
-        )
-        own.append(scene.fault(("vehicle", "binning_tolerance"), f"{text} {scene._error:.2g}"))
+    # table, what stands for all samples or segments, and the error of that
+    reduced_to: list[tuple[str, RecordedSection | VehicleSection, str, float]] = []
+    if scene.recorded is not None and scene._reduction is not None:
+        count = f"{len(scene._reduction.group)} operating points"
+        reduced_to.append(("recorded", scene.recorded, count, scene._reduction.error))
+    if scene.vehicle is not None:
+        reduced_to.append(("vehicle", scene.vehicle, f"{len(scene._track)} classes", scene._error))
+    for table, section, count, error in reduced_to:
+        if error > section.binning_tolerance:
+            text = f"binning_tolerance = {section.binning_tolerance:g}: {count} leave an error of {error:.2g}"
+            own.append(scene.fault((table, "binning_tolerance"), text))
     if isinstance(scene, RigScene) and (text := _cut_loop(scene)):
         own.append(scene.fault(("campaign", "distance_km"), text))
     return tuple(by_line([*inputs.warnings, *own]))
@@ -182,15 +180,12 @@ def _cut_loop(scene: RigScene) -> str:
 
 def contact_models(contact: ContactSection) -> list[ContactModels]:
     """Contact models in the order in which they are tried, grid and material of [contact], in SI units."""
+    values = contact.si()
     given = ContactModels(
-        normal=contact.normal,
-        tangential=contact.tangential,
-        strips=contact.strips,
-        cells=contact.cells,
-        cell_size=1e-3 * contact.cell_mm,
-        most_cells=contact.most_cells,
-        youngs_modulus=1e9 * contact.youngs_GPa,
-        poisson_ratio=contact.poisson,
+        **{key: values[key] for key in ("strips", "cells", "most_cells")},
+        cell_size=values["cell"],
+        youngs_modulus=values["youngs"],
+        poisson_ratio=values["poisson"],
         parameters=(("virtual_penetration_factor", contact.virtual_penetration_factor),),
     )
     pairs = CHAINS[contact.model] if contact.model else ((contact.normal, contact.tangential),)
@@ -229,25 +224,7 @@ def _counterface_wear(scene: RigScene | FieldScene) -> CounterfaceWear | None:
     return CounterfaceWear(radius=1.0 / counterface.curvature, **values)
 
 
-def _reduced(scene: FieldScene, bodies: tuple[Wheelset, Counterface], wear: WearSettings) -> Reduction:
-    """Reduce the record of a scene to operating points, once."""
-    samples, section = scene._samples, scene.recorded
-    assert isinstance(samples, Samples)
-    assert section is not None
-    if scene._reduction is None:
-        scene._reduction = reduce_samples(samples, _reducer(scene, bodies, wear), section.binning_tolerance)
-    reduction = scene._reduction
-    assert isinstance(reduction, Reduction)
-    return reduction
-
-
-def _about_vehicle(scene: RigScene | FieldScene) -> str:
-    if isinstance(scene, RigScene) or scene.vehicle is None or not isinstance(scene._route, Route):
-        return ""
-    return f"{scene._route.about}; on straight track {scene.vehicle.tangent}"
-
-
-def _reducer(scene: FieldScene, bodies: tuple[Wheelset, Counterface], wear: WearSettings) -> Reducer:
+def _reducer(scene: RigScene | FieldScene, bodies: _Bodies, wear: WearSettings) -> Reducer:
     """Make what weighs samples and segments: coarse models, alike for all of them and for the points."""
     models = ContactModels(
         strips=12, cells=12, cell_size=1e-3, youngs_modulus=1e9 * scene.contact.youngs_GPa,
@@ -257,8 +234,9 @@ def _reducer(scene: FieldScene, bodies: tuple[Wheelset, Counterface], wear: Wear
     return Reducer(*bodies, models, wear, wavelength, threads=available_cores())
 
 
-def _points(scene: RigScene | FieldScene, reduction: Reduction | None) -> OperatingPoints:
-    contact = scene.contact
+def _points(scene: RigScene | FieldScene) -> OperatingPoints:
+    """Operating points of blocks, classes or a record."""
+    contact, reduction = scene.contact, scene._reduction
     runs = [_run(scene, section) for section in scene.operation.runs.values()]
     balanced = any("axle_load" in run or "lateral_force" in run for run in runs)
     motion: dict[str, Any] = {
@@ -266,9 +244,7 @@ def _points(scene: RigScene | FieldScene, reduction: Reduction | None) -> Operat
         "torque": contact.torque_Nm,
         "free_roll": contact.roll == "free" or balanced or reduction is not None,
     }
-    if reduction is not None:
-        assert isinstance(scene, FieldScene)
-        assert scene.recorded is not None
+    if scene.recorded is not None and reduction is not None:
         found, common = reduction.points, np.full(reduction.points.distance.size, scene.recorded.environment)
         set_points = {**found.values, "environment": common}
         return recorded_points(set_points, found.distance, reduction.group, **motion)
@@ -279,26 +255,24 @@ def _points(scene: RigScene | FieldScene, reduction: Reduction | None) -> Operat
     return replace(points, block_length=stationary) if scene.operation.together else points
 
 
-def _on_route(scene: FieldScene, bodies: tuple[Wheelset, Counterface], wear: WearSettings) -> OperatingPoints:
+def _on_route(
+    scene: RigScene | FieldScene, section: VehicleSection, bodies: _Bodies, wear: WearSettings
+) -> OperatingPoints:
     """Operating points of a vehicle on its route; on straight track it moves as with new wheels."""
-    section, given = scene.vehicle, scene._route
-    assert section is not None
-    assert isinstance(given, Route)
-    inputs, vehicle, (wheelset, counterface) = inputs_of(scene), given.vehicle, bodies
+    given, inputs, (wheelset, counterface) = scene._route, inputs_of(scene), bodies
     spread = max((one.std for one in given.track if isinstance(one, Tangent)), default=0.0)
-    profiles = wheelset.right, wheelset.left, counterface.profile
     clearance = min((one for one in inputs.clearance if one is not None), default=math.inf)
     amplitude = min(max(math.sqrt(2.0) * spread, 1e-3), clearance)
     try:
+        profiles = wheelset.right, wheelset.left, counterface.profile
         conicity = equivalent_conicity(*profiles, amplitude=amplitude) or LEAST_CONICITY
     except ProfileError as error:
         raise SceneError([scene.fault(("vehicle", "tangent"), f"no equivalent conicity: {error}")]) from None
-    wavelength = section.tangent_wavelength_m or klingel(wheelset, conicity)
     models, *_ = contact_models(scene.contact)
     motion = Motion(
         rule=section.tangent,
-        wavelength=wavelength,
-        creep=creep_coefficient(wheelset, counterface, models, 0.5 * vehicle.axle_load),
+        wavelength=section.tangent_wavelength_m or klingel(wheelset, conicity),
+        creep=creep_coefficient(wheelset, counterface, models, 0.5 * given.vehicle.axle_load),
         conicity=conicity,
         clearance=clearance,
         leading=section.leading_share,
@@ -306,7 +280,7 @@ def _on_route(scene: FieldScene, bodies: tuple[Wheelset, Counterface], wear: Wea
     )
 
     def on(track: Sequence[Curve | Tangent]) -> OperatingPoints:
-        return route(track, vehicle, motion, wheelset, scene.contact.rotation)
+        return route(track, given.vehicle, motion, wheelset, scene.contact.rotation)
 
     def worn(track: Sequence[Curve | Tangent]) -> np.ndarray:
         points = on(track)
@@ -354,9 +328,7 @@ def _run(scene: RigScene | FieldScene, section: Section) -> dict[str, Any]:
     return values
 
 
-def _settled(
-    scene: RigScene | FieldScene, points: OperatingPoints, bodies: tuple[Wheelset, Counterface]
-) -> Running | None:
+def _settled(scene: RigScene | FieldScene, points: OperatingPoints, bodies: _Bodies) -> Running | None:
     """Where the new wheelset runs under the forces that are controlled; None if nothing is.
 
     Raises
@@ -364,22 +336,21 @@ def _settled(
     SceneError
         With one fault for each block or class whose forces no state carries.
     """
-    if points.controlled is None:
-        return None
-    if scene._running is None:
+    if points.controlled is not None and scene._running is None:
         models, *_ = contact_models(scene.contact)
         try:
             scene._running = settle(points.conditions, points.controlled, *bodies, models)
         except StateError as error:
             places = [path for path, _, _, count in shift_ranges(scene) for _ in range(count)]
-            texts = {
-                places[k]: f"{points.label[k]}: {text}" for k, text in sorted(error.messages.items())[::-1]
-            }
+            first = {places[k]: k for k in sorted(error.messages, reverse=True)}
             fix = "lower lateral_force_kN, or raise the load"
-            if points.controlled.bogies is not None:
-                fix = OF_BOGIES
-            faults = [scene.fault(path, f"{text}; {fix}") for path, text in texts.items()]
-            raise SceneError(by_line(faults)) from None
-    running = scene._running
-    assert isinstance(running, Running)
-    return running
+            fix = fix if points.controlled.bogies is None else OF_BOGIES
+            raise SceneError(
+                by_line(
+                    [
+                        scene.fault(path, f"{points.label[k]}: {error.messages[k]}; {fix}")
+                        for path, k in first.items()
+                    ]
+                )
+            ) from None
+    return scene._running

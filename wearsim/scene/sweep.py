@@ -4,23 +4,22 @@ from __future__ import annotations
 
 import csv
 import itertools
+import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
-import numpy as np
-from pydantic import Field, Strict
+from pydantic import Field
 
 from wearsim.errors import Fault, SceneError
 from wearsim.quantities import QUANTITIES
 from wearsim.scene.models import Header, SceneModel, find_file
 from wearsim.scene.overrides import Override, value_of
-from wearsim.scene.section import Section, Text, number, words
+from wearsim.scene.section import Section, Text, entries, words
 from wearsim.toml_faults import KeyPath, content_of, shown, text_of
 
 MOST_CASES = int(QUANTITIES["sweep_cases"].range.high)
-_DIGITS = 6  # significant ones of values drawn from a range: enough for any input, and legible in tables
 
 
 class SweepHeader(Header):
@@ -30,23 +29,12 @@ class SweepHeader(Header):
 
 
 class CasesSection(Section):
-    """[sweep]: the base scene and the design of the cases."""
+    """[sweep]: the base scene and its cases, every value of a key with every other, or those of a table."""
 
     base: Text | None = words("the scene that is varied: a rig, a field or a comparison", None)
-    scenes: Annotated[tuple[Text, ...], Strict(False)] = Field(
-        (), max_length=1000, description="several scenes in place of base, each with every case of the design"
-    )
-    design: Literal["full_factorial", "list", "latin_hypercube"] = Field(
-        "full_factorial",
-        description="every value with every other, the first values of all keys, then the second, or drawn "
-        "from ranges",
-    )
-    cases: int | None = number("sweep_cases", "the number of cases of a latin_hypercube", None)
-    seed: int | None = number("sweep_seed", "the seed of a latin_hypercube", None)
+    scenes: tuple[Text, ...] = entries("several scenes in place of base, each with every case", 1000)
     table: Text | None = words("a CSV file of cases, with columns named as keys are", None)
-    vary: dict[str, Any] = Field(
-        {}, description="the keys that are varied, each with the list of its values, or its range"
-    )
+    vary: dict[str, Any] = Field({}, description="the keys that are varied, each with the list of its values")
 
 
 class SweepScene(SceneModel):
@@ -90,60 +78,47 @@ class Sweep:
 
 def read_sweep(scene: SweepScene) -> Sweep:
     """Make the cases of a sweep file, or raise a SceneError with all faults."""
-    section, origin = scene.sweep, scene.origin
-    faults = [scene.fault(("sweep", key), message) for key, message in _section_faults(section)]
+    section, origin, faults = scene.sweep, scene.origin, list[Fault]()
+    places = "as given, next to the sweep file or among the workflows"
+
+    def fault(key: KeyPath, message: str) -> None:
+        faults.append(scene.fault(("sweep", *key), message))
 
     def file_of(key: str, name: str, places: str) -> Path | None:
         path = find_file(name, (origin.path.parent,), "workflows")
         if path is None:
-            faults.append(scene.fault(("sweep", key), f"{key} = {shown(name)} does not exist {places}"))
+            fault((key,), f"{key} = {shown(name)} does not exist {places}")
         return path
 
-    places = "as given, next to the sweep file or among the workflows"
-    if section.base is None:
-        bases = [file_of("scenes", name, places) for name in section.scenes]
-    else:
-        bases = [file_of("base", section.base, places)]
+    if (section.base is None) == (not section.scenes):
+        fault(("base",), "give either base, one scene, or scenes, a list of them")
+    if section.table is not None and section.vary:
+        fault(("table",), "give either table, a CSV file of cases, or [sweep.vary]")
+    named = (
+        [("scenes", name) for name in section.scenes] if section.base is None else [("base", section.base)]
+    )
+    bases = [path for key, name in named if (path := file_of(key, name, places)) is not None]
     varied = []
     for leaf, values in _leaves(section.vary):
-        path = ("sweep", "vary", *leaf)
+        given = f"{leaf[-1]} = {shown(values)}"
         if not isinstance(values, list) or not values:
-            message = f"{leaf[-1]} = {shown(values)} must be a list of values; write [{shown(values)}]"
-            faults.append(scene.fault(path, message))
+            fault(("vary", *leaf), f"{given} must be a list of values; write [{shown(values)}]")
         elif any(isinstance(value, Mapping) for value in values):
-            faults.append(scene.fault(path, f"{leaf[-1]} = {shown(values)}: vary keys, not tables"))
+            fault(("vary", *leaf), f"{given}: vary keys, not tables")
         else:
-            key, file, line = ".".join(map(str, leaf)), str(origin.path), scene.line(*path)
+            key, file, line = ".".join(map(str, leaf)), str(origin.path), scene.line("sweep", "vary", *leaf)
             varied.append([Override(key, value, file, line) for value in values])
     rows: list[Row] = []
     if not faults and section.table is not None:
         table = file_of("table", section.table, "as given or next to the sweep file")
         rows = _table_rows(table, faults) if table is not None else []
     elif not faults:
-        rows = _design_rows(varied, section.design, faults, section.cases or 0, section.seed or 0)
+        rows = _every_row(varied, faults)
     if len(rows) * len(bases) > MOST_CASES:
-        message = f"{len(rows) * len(bases)} cases are too many; at most {MOST_CASES}"
-        faults.append(scene.fault(("sweep", "vary"), message))
+        fault(("vary",), f"{len(rows) * len(bases)} cases are too many; at most {MOST_CASES}")
     if faults:
         raise SceneError(sorted(faults, key=lambda fault: (fault.file != str(origin.path), fault.line or 0)))
-    existing = [path for path in bases if path is not None]
-    return Sweep(scene.scene.title or origin.path.stem, str(origin.path), _cases(existing, rows))
-
-
-def _section_faults(section: CasesSection) -> Iterator[tuple[str, str]]:
-    """Keys of [sweep] that do not fit together, with messages."""
-    if (section.base is None) == (not section.scenes):
-        yield "base", "give either base, one scene, or scenes, a list of them"
-    if section.table is not None and section.vary:
-        yield "table", "give either table, a CSV file of cases, or [sweep.vary]"
-    hypercube = section.design == "latin_hypercube"
-    for key, given in (("cases", section.cases), ("seed", section.seed)):
-        if hypercube and given is None:
-            yield "design", f'design = "latin_hypercube" needs {key}; give {key} in [sweep]'
-        if not hypercube and given is not None:
-            yield key, f'{key} belongs to design = "latin_hypercube"; delete {key}, or change design'
-    if section.table is not None and "design" in section.model_fields_set:
-        yield "design", "design belongs to [sweep.vary]; a table lists its cases itself"
+    return Sweep(scene.scene.title or origin.path.stem, str(origin.path), _cases(bases, rows))
 
 
 def sweep_of_flags(scene: str, vary: Sequence[str], table: str | None) -> Sweep:
@@ -155,72 +130,40 @@ def sweep_of_flags(scene: str, vary: Sequence[str], table: str | None) -> Sweep:
     base = find_file(scene, (), "workflows")
     faults = [] if base else [Fault("the scene file does not exist", scene)]
     rows: list[Row] = []
+    varied = []
+    for flag in vary:
+        key, _, values = (part.strip() for part in flag.partition("="))
+        if values and key:
+            texts = next(csv.reader([values]))
+            varied.append([Override(key, value_of(text), f"--vary {flag}") for text in texts])
+        else:
+            message = "must be KEY=VALUE,VALUE,... such as wear.form=local,patch_mean"
+            faults.append(Fault(message, f"--vary {flag}"))
     if bool(vary) == (table is not None):
         message = "say what to vary, by --vary KEY=VALUE,VALUE or by --table CSV, or give a sweep file"
         faults.append(Fault(message, scene))
-    elif table is not None:
-        rows = _table_rows(Path(table), faults)
     else:
-        varied = []
-        for flag in vary:
-            key, _, values = (part.strip() for part in flag.partition("="))
-            if values and key:
-                texts = next(csv.reader([values]))
-                varied.append([Override(key, value_of(text), f"--vary {flag}") for text in texts])
-            else:
-                message = "must be KEY=VALUE,VALUE,... such as wear.form=local,patch_mean"
-                faults.append(Fault(message, f"--vary {flag}"))
-        rows = _design_rows(varied, "full_factorial", faults)
+        rows = _every_row(varied, faults) if table is None else _table_rows(Path(table), faults)
     if faults or base is None:
         raise SceneError(faults)
     return Sweep(base.stem, str(base), _cases([base], rows))
 
 
-def _design_rows(
-    varied: Sequence[Sequence[Override]], design: str, faults: list[Fault], cases: int = 0, seed: int = 0
-) -> list[Row]:
-    """Combine the values of all keys, the last key changing fastest; faults are appended to `faults`.
+def _every_row(varied: Sequence[Sequence[Override]], faults: list[Fault]) -> list[Row]:
+    """Combine every value of each key with every other, the last key changing fastest; note what forbids it.
 
-    Without any key there is one case, the base itself. The values of a Latin hypercube are the two ends of
-    each range; it draws one value from each of `cases` equal parts of every range, in random order [1]_.
-
-    References
-    ----------
-    .. [1] M. D. McKay, R. J. Beckman, W. J. Conover, Technometrics 21 (1979) 239,
-       doi:10.1080/00401706.1979.10489755.
+    Without any key there is one case, the base itself.
     """
-    before = len(faults)
-
-    def fault(item: Sequence[Override], message: str) -> None:
-        faults.append(Fault(message, item[0].source, item[0].line))
-
     keys = [item[0].key for item in varied]
-    length = max((len(item) for item in varied), default=0)
-    for index, (key, item) in enumerate(zip(keys, varied, strict=True)):
-        values = [override.value for override in item]
-        numbers = [v for v in values if isinstance(v, int | float) and not isinstance(v, bool)]
-        if key in keys[index + 1 :]:
-            fault(item, f"{key} is varied twice; give all its values in one place")
-        if design == "latin_hypercube" and not (len(numbers) == len(values) == 2 and numbers[0] < numbers[1]):
-            fault(item, f"{key} = {shown(values)} must be a range [lowest, highest] for a latin_hypercube")
-        if design == "list" and len(item) != length:
-            fault(item, f"{key} has {len(item)} values, another key {length}; a list needs as many for each")
-    if design == "full_factorial" and np.prod([len(item) for item in varied], dtype=float) > MOST_CASES:
-        fault(varied[0], f"more than {MOST_CASES} cases; give fewer values, or a latin_hypercube")
-    if len(faults) > before:
-        return []
-    if design == "full_factorial":
-        return list(itertools.product(*varied))
-    if design == "latin_hypercube":
-        random = np.random.default_rng(seed)
-        varied = [_drawn(item, (random.permutation(cases) + random.random(cases)) / cases) for item in varied]
-    return list(zip(*varied, strict=True)) if varied else [()]
-
-
-def _drawn(ends: Sequence[Override], part: np.ndarray) -> list[Override]:
-    low, high = (float(end.value) for end in ends)
-    drawn = [float(f"{low + (high - low) * share:.{_DIGITS}g}") for share in part]
-    return [replace(ends[0], value=min(max(value, low), high)) for value in drawn]
+    before = len(faults)
+    for index, item in enumerate(varied):
+        if keys[index] in keys[index + 1 :]:
+            message = f"{keys[index]} is varied twice; give all its values in one place"
+            faults.append(Fault(message, item[0].source, item[0].line))
+    if math.prod(map(len, varied)) > MOST_CASES:
+        message = f"more than {MOST_CASES} cases; give fewer values"
+        faults.append(Fault(message, varied[0][0].source, varied[0][0].line))
+    return list(itertools.product(*varied)) if len(faults) == before else []
 
 
 def _table_rows(path: Path, faults: list[Fault]) -> list[Row]:
@@ -244,17 +187,18 @@ def _table_rows(path: Path, faults: list[Fault]) -> list[Row]:
         message = "no cases; give a line of keys such as wheelset.radius_mm, and a line per case"
         faults.append(Fault(message, file))
         return []
-    (top, header), body = rows[0], rows[1:]
+    (top, header), *body = rows
     keys = [key.strip() for key in header]
-    for key in keys:
-        if "." not in key:
-            message = f"column {shown(key)} must be named section.key, such as wheelset.radius_mm"
-            faults.append(Fault(message, file, top))
+    messages = [
+        (top, f"column {shown(key)} must be named section.key, such as wheelset.radius_mm")
+        for key in keys
+        if "." not in key
+    ]
     if len(set(keys)) < len(keys):
-        faults.append(Fault("two columns have the same key; delete one", file, top))
-    for place, cells in body:
-        if len(cells) != len(keys):
-            faults.append(Fault(f"{len(cells)} cells where the first line has {len(keys)} keys", file, place))
+        messages.append((top, "two columns have the same key; delete one"))
+    short = [(place, len(cells)) for place, cells in body if len(cells) != len(keys)]
+    messages += [(place, f"{n} cells where the first line has {len(keys)} keys") for place, n in short]
+    faults += [Fault(message, file, place) for place, message in messages]
     return [
         tuple(
             Override(key, value_of(cell), file, place)

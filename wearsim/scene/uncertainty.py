@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from itertools import chain
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, Strict
+from pydantic import Field
 from scipy import stats
 
-from wearsim.errors import Fault, SceneError
+from wearsim.errors import SceneError
 from wearsim.scene.overrides import Override, paths_of
-from wearsim.scene.section import Section, Text, number, words
-from wearsim.toml_faults import is_key, shown, unknown_key
+from wearsim.scene.section import Section, Text, entries, number, words
+from wearsim.toml_faults import KeyPath, is_key, shown, unknown_key
 
 if TYPE_CHECKING:
     from wearsim.scene.models import CompareScene, FieldScene, RigScene
@@ -52,8 +53,8 @@ class InputSection(Section):
     within: float | None = Field(
         None, gt=1.0, le=100.0, description="the factor that 90 % of a lognormal distribution keep to"
     )
-    values: Annotated[tuple[float | int | str | dict[str, Any], ...], Strict(False)] = Field(
-        (), max_length=100, description="the values of a distribution of them; tables of keys for key = wear"
+    values: tuple[float | int | str | dict[str, Any], ...] = entries(
+        "the values of a distribution of them; tables of keys for key = wear", 100
     )
     acts: Literal["value", "factor", "addition"] = Field(
         "value", description="whether what is drawn takes the place of the scene's values, or acts on them"
@@ -87,12 +88,8 @@ class UncertaintySection(Section):
         "uncertainty_draws", "the number up to which draws are doubled until the bands are sure", None
     )
     seed: int = number("sweep_seed", "the seed of the draws", 1)
-    input: Annotated[tuple[InputSection, ...], Strict(False)] = Field(
-        (), max_length=30, description="the uncertain inputs"
-    )
-    material: Annotated[tuple[MaterialSection, ...], Strict(False)] = Field(
-        (), max_length=20, description="steels in comparison with that of the scene"
-    )
+    input: tuple[InputSection, ...] = entries("the uncertain inputs", 30)
+    material: tuple[MaterialSection, ...] = entries("steels in comparison with that of the scene", 20)
 
 
 @dataclass(frozen=True)
@@ -105,16 +102,16 @@ class Dimension:
 
     def drawn(self, share: float) -> Drawn:
         """Value at a share of the distribution between 0 and 1; of numbers six digits, legible in tables."""
-        of = self.section
+        of, deviation = self.section, float(stats.norm.ppf(share))
         if of.distribution == "values":
             return of.values[min(int(share * len(of.values)), len(of.values) - 1)]
-        deviation = float(stats.norm.ppf(share))
+        first, second = (getattr(of, key) for key in _NEEDS[of.distribution])
         if of.distribution == "uniform":
-            value = (of.low or 0.0) + ((of.high or 0.0) - (of.low or 0.0)) * share
+            value = first + (second - first) * share
         elif of.distribution == "normal":
-            value = (of.mean or 0.0) + (of.std or 0.0) * deviation
+            value = first + second * deviation
         else:
-            value = (of.median or 1.0) * (of.within or 1.0) ** (deviation / _WITHIN)
+            value = first * second ** (deviation / _WITHIN)
         return float(f"{value:.6g}")
 
     def acted(self, own: Any, drawn: Drawn) -> Any:
@@ -169,47 +166,48 @@ def dimensions_of(scene: RigScene | FieldScene | CompareScene) -> tuple[Dimensio
         prefix: (type(part), part.scene.kind, part.model_dump(mode="json", by_alias=True))
         for prefix, part in scene.prefixed.items()
     }
-    faults: list[Fault] = []
+    messages: list[tuple[KeyPath, str]] = []
     found: list[Dimension] = []
-    names: set[str] = set()
     for index, one in enumerate(section.input):
-        place = ("uncertainty", "input", index)
-        faults += [scene.fault((*place, key), text) for key, text in _faults(one)]
-        keys = [(part[1], _keys(one.key, prefix, *part)) for prefix, part in parts.items()]
-        if one.acts != "value":
-            lacking = [key for _, pairs in keys for key, own in pairs if type(own) not in (int, float)]
+        keys = {part[1]: _keys(one.key, prefix, *part) for prefix, part in parts.items()}
+        lacking = [key for pairs in keys.values() for key, own in pairs if type(own) not in (int, float)]
+        keys = {kind: pairs for kind, pairs in keys.items() if pairs}
+        own = list(_faults(one))
+        if one.acts != "value" and lacking:
             text = (
                 f"acts = {shown(one.acts)} needs numbers in the scene; write {', '.join(lacking[:3])} there"
             )
-            faults += [scene.fault((*place, "acts"), text)] if lacking else []
-        keys = [(kind, pairs) for kind, pairs in keys if pairs]
+            own.append(("acts", text))
         if not keys:
-            text = f"key = {shown(one.key)} is none of this scene; give one such as operation.friction"
-            faults.append(scene.fault((*place, "key"), text))
+            own.append(
+                ("key", f"key = {shown(one.key)} is none of this scene; give one such as operation.friction")
+            )
         elif one.shared and len(keys) < len(parts):
-            text = f"shared = true, but only the {keys[0][0]} has {one.key}; delete shared"
-            faults.append(scene.fault((*place, "shared"), text))
+            own.append(
+                ("shared", f"shared = true, but only the {next(iter(keys))} has {one.key}; delete shared")
+            )
         elif one.shared or len(keys) == 1:
-            found.append(Dimension(one.label, one, tuple(pair for _, pairs in keys for pair in pairs)))
+            found.append(Dimension(one.label, one, tuple(chain(*keys.values()))))
         else:
-            found += [Dimension(f"{one.label}, {kind}", one, tuple(pairs)) for kind, pairs in keys]
-        if one.label in names:
+            found += [Dimension(f"{one.label}, {kind}", one, tuple(pairs)) for kind, pairs in keys.items()]
+        if one.label in [other.label for other in section.input[:index]]:
             text = f"two inputs are called {shown(one.label)}; give one of them another name"
-            faults.append(scene.fault((*place, "key"), text))
-        names.add(one.label)
+            own.append(("key", text))
+        messages += [(("uncertainty", "input", index, key), text) for key, text in own]
+    model = type(scene.parts[0])
     for index, steel in enumerate(section.material):
-        model = type(scene.parts[0])
         unknown = [key for key in steel.wear if not is_key(model, ["wear", key])]
-        text = f"wear of {shown(steel.name)}: {unknown_key(['wear', *unknown[:1]], model)}" if unknown else ""
-        faults += [scene.fault(("uncertainty", "material", index, "wear"), text)] if unknown else []
+        if unknown:
+            text = f"wear of {shown(steel.name)}: {unknown_key(['wear', unknown[0]], model)}"
+            messages.append((("uncertainty", "material", index, "wear"), text))
     for key in ("draws", "most_draws"):
         count = getattr(section, key)
         if count is not None and count & (count - 1):
             low = 2 ** int(math.log2(count))
             text = f"{key} = {count} must be a power of two; write {low} or {2 * low}"
-            faults.append(scene.fault(("uncertainty", key), text))
-    if faults:
-        raise SceneError(faults)
+            messages.append((("uncertainty", key), text))
+    if messages:
+        raise SceneError([scene.fault(*message) for message in messages])
     return tuple(found)
 
 
@@ -232,27 +230,20 @@ def _keys(
 ) -> list[tuple[str, Any]]:
     """Keys of one scene that a dotted key means, for overrides, with the values that stand there."""
     parts = key.split(".")
-    if len(prefix) > 0 and parts[0] in ("rig", "field"):
-        if parts[0] != kind:
-            return []
-        parts = parts[1:]
+    if prefix and parts[0] in ("rig", "field"):
+        parts = parts[1:] if parts[0] == kind else []
     if (len(parts) < 2 and parts != ["wear"]) or parts[0] in ("scene", "compare", "uncertainty"):
         return []
-    tables: Sequence[Sequence[str]] = [parts]
+    tables = [parts]
     if parts[0] == "operation" and len(parts) == 2:  # of every block or class, of a vehicle's route, too
-        tables = [[*table, parts[1]] for table in _EVERYWHERE]
+        tables = [[*table, parts[1]] for table in _EVERYWHERE if (data.get(table[0]) or {}).get(table[1])]
     pairs = []
-    for keys in tables:
-        if not is_key(model, keys) or (len(tables) > 1 and not (data.get(keys[0]) or {}).get(keys[1])):
-            continue
-        for path in paths_of(data, keys):
-            own: Any = data
-            for step in path:
-                own = own.get(step) if isinstance(own, Mapping) else own[int(step)]
-                if own is None:
-                    break
-            dotted = ".".join(str(step + 1) if isinstance(step, int) else step for step in path)
-            pairs.append((f"{prefix}{dotted}", own))
+    for path in (path for keys in tables if is_key(model, keys) for path in paths_of(data, keys)):
+        own: Any = data
+        for step in path:
+            own = None if own is None else own.get(step) if isinstance(own, Mapping) else own[int(step)]
+        dotted = ".".join(str(step + 1) if isinstance(step, int) else step for step in path)
+        pairs.append((f"{prefix}{dotted}", own))
     return pairs
 
 

@@ -80,11 +80,14 @@ def wear_table(section: WearTableSection, name: str) -> tuple[WearTable | None, 
     if faults:
         return None, faults
     (rate,) = rates
-    lengths = {key: columns[key].size for key in (*index, rate)}
-    if len(set(lengths.values())) > 1:
-        counts = ", ".join(f"{key} has {count}" for key, count in lengths.items())
+    if len({rows.size for rows in columns.values()}) > 1:
+        counts = ", ".join(f"{key} has {columns[key].size}" for key in (*index, rate))
         return None, [((rate,), f"the columns must be equally long: {counts}")]
-    axes, values = (_line if len(index) == 1 else _map)(index, columns, columns[rate], faults)
+    axes, values = [columns[key] for key in index], columns[rate]
+    if len(index) == 1:
+        faults += _line_faults(index[0], *axes)
+    else:
+        axes, values, faults = _map(index, axes, values)
     faults += _below_faults(section, index, columns)
     if faults:
         return None, faults
@@ -92,13 +95,12 @@ def wear_table(section: WearTableSection, name: str) -> tuple[WearTable | None, 
         f"{columns[rate].size} rows, between them {section.interpolation}, beyond the last {section.beyond}"
     )
     rows += f", below the first {section.below}" if section.below else ""
-    validity = section.validity or "As given by the user."
     return WearTable(
         name=name,
         laws=("table",),
         materials=section.materials or "as given",
         source=section.source,
-        validity=f"{validity} Certainty: {section.certainty}. {rows}.",
+        validity=f"{section.validity or 'As given by the user.'} Certainty: {section.certainty}. {rows}.",
         departures=(),
         values={},
         index=index,
@@ -141,44 +143,37 @@ def _below_faults(
         yield ("below",), "below acts where the first row is above 0 only; delete it"
     if first is not None and section.below is None:
         row = int(columns[first].argmin())
-        yield (
-            (first, row),
-            f"{first} = {columns[first][row]:g} is the first row, and nothing says what holds below it; "
-            'write below = "proportional" (a straight line from 0), "hold" (its rate down to no slip) or '
-            '"zero", or add a row at 0',
+        text = f"{first} = {columns[first][row]:g} is the first row, and nothing says what holds below it"
+        text += (
+            '; write below = "proportional" (a straight line from 0), "hold" (its rate down to no slip) or'
         )
+        yield (first, row), f'{text} "zero", or add a row at 0'
 
 
-def _line(
-    index: tuple[str, ...], columns: dict[str, FloatArray], rates: FloatArray, faults: PathFaults
-) -> tuple[tuple[FloatArray, ...], FloatArray]:
-    """Axis and rates of a table of one index, whose rows must rise."""
-    (key,) = index
-    axis = columns[key]
-    for row in np.flatnonzero(np.diff(axis) <= 0.0) + 1:
-        message = f"{key} = {axis[row]:g} must be above {axis[row - 1]:g}, the row before"
-        faults.append(((key, int(row)), message))
-    return (axis,), rates
+def _line_faults(key: str, axis: FloatArray) -> PathFaults:
+    """Faults of the rows of a table of one index, which must rise."""
+    falling = (np.flatnonzero(np.diff(axis) <= 0.0) + 1).tolist()
+    text = "{} = {:g} must be above {:g}, the row before"
+    return [((key, row), text.format(key, axis[row], axis[row - 1])) for row in falling]
 
 
 def _map(
-    index: tuple[str, ...], columns: dict[str, FloatArray], rates: FloatArray, faults: PathFaults
-) -> tuple[tuple[FloatArray, ...], FloatArray]:
-    """Axes of a map and the rates on them; rows may come in any order."""
-    one, other = index
-    (first, i), (second, j) = (np.unique(columns[key], return_inverse=True) for key in index)
-    grid = np.full((first.size, second.size), np.nan)
+    index: tuple[str, ...], columns: list[FloatArray], rates: FloatArray
+) -> tuple[list[FloatArray], FloatArray, PathFaults]:
+    """Axes of a map, the rates on them and its faults; rows may come in any order."""
+    (first, i), (second, j) = (np.unique(column, return_inverse=True) for column in columns)
+    grid, faults = np.full((first.size, second.size), np.nan), PathFaults()
 
     def pair(a: int, b: int) -> str:
-        return f"{one} = {first[a]:g} with {other} = {second[b]:g}"
+        return f"{index[0]} = {first[a]:g} with {index[1]} = {second[b]:g}"
 
     for row, at in enumerate(zip(i, j, strict=True)):
         if not np.isnan(grid[at]):
-            faults.append(((one, row), f"{pair(*at)} is given twice; delete one"))
+            faults.append(((index[0], row), f"{pair(*at)} is given twice; delete one"))
         grid[at] = rates[row]
     missing = np.argwhere(np.isnan(grid))
-    faults += [((one,), f"no row for {pair(a, b)}; a map needs every pair") for a, b in missing]
-    return (first, second), grid
+    faults += [((index[0],), f"no row for {pair(a, b)}; a map needs every pair") for a, b in missing]
+    return [first, second], grid, faults
 
 
 def read_wear_table(path: str | Path) -> WearTable:
@@ -209,16 +204,16 @@ def read_wear_table(path: str | Path) -> WearTable:
 
 
 def _parsed_csv(file: str, text: str) -> tuple[dict[str, Any], Lines]:
+    """Keys of the comment lines and columns of a CSV file, as TOML has them, with their lines."""
     data: dict[str, Any] = {}
     lines: Lines = {}
     faults: list[Fault] = []
     header: list[str] = []
     for line, row in enumerate(text.split("\n"), start=1):
         if row.startswith("#"):
-            key, equals, value = row[1:].partition("=")
-            if equals and key.strip() in WearTableSection.model_fields:
-                data[key.strip()] = _number_or_text(value.strip().strip('"'))
-                lines[key.strip(),] = line
+            key, equals, value = (part.strip() for part in row[1:].partition("="))
+            if equals and key in WearTableSection.model_fields:
+                data[key], lines[key,] = _number_or_text(value.strip('"')), line
             continue
         try:
             cells = [cell.strip() for cell in next(csv.reader([row]), [])]
@@ -227,18 +222,18 @@ def _parsed_csv(file: str, text: str) -> tuple[dict[str, Any], Lines]:
             continue
         if not any(cells):
             continue
-        if not header:
-            header = cells
-            for name in sorted({each for each in header if header.count(each) > 1}):
-                faults.append(Fault(f"column {name} is given twice; delete one", file, line))
-            for name in header:
-                data[name], lines[name,] = [], line
-        elif len(cells) != len(header):
+        if header and len(cells) != len(header):
             faults.append(Fault(f"has {len(cells)} cells where the header has {len(header)}", file, line))
-        else:
+        elif header:
             for name, cell in zip(header, cells, strict=True):
                 lines[name, len(data[name])] = line
                 data[name].append(_number_or_text(cell))
+        else:
+            header = cells
+            twice = sorted({each for each in header if header.count(each) > 1})
+            faults += [Fault(f"column {name} is given twice; delete one", file, line) for name in twice]
+            data |= {name: [] for name in header}
+            lines |= {(name,): line for name in header}
     if faults:
         raise SceneError(faults)
     return data, lines

@@ -169,7 +169,7 @@ def time_per_solution(setup: CampaignSetup) -> float:
     best, spent, batch = np.inf, 0.0, select(setup.points, acting)
     for _ in range(_MOST_REPEATS):
         start = time.perf_counter()
-        solve_passage(replace(state, points=None), batch, setup_of(setup))
+        solve_passage(replace(state, points=None, correction=None), batch, setup_of(setup))
         took = time.perf_counter() - start
         spent += took
         count = len(batch.label)

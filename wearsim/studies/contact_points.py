@@ -48,7 +48,9 @@ _INSTEAD = (
     ("shift_mm", "lateral_force_kN"),
 )
 # fields of points that are solved together may differ in these
-_EACH = {flag.field for flag in FLAGS if flag.group == MOTION} - {"side"} | {"curve_radius", "texts"}
+_EACH = {flag.field for flag in FLAGS if flag.group == MOTION} - {"side"} | {
+    "curve_radius", "texts", "track_curvature", "rule", "loads",
+}  # fmt: skip
 _TO_THE_RIGHT = {"shift_mm", "yaw_mrad", "roll", "curve_radius_m", "lateral_force_kN", "creepage"}
 
 PATCH_NAMES = (
@@ -65,43 +67,25 @@ Result = dict[str, Any]
 class Request(SimpleNamespace):
     """One operating point with everything that acts on it, SI units.
 
-    Its fields are those of `FLAGS`, and the texts that act by column.
+    Its fields are those of `FLAGS`, the `texts` that act by column, and what follows from them:
+    `counterface_curvature` of the roller, 0 of a rail; `track_curvature`; `balanced`, whether shift or wheel
+    loads follow from forces; `free_roll`, whether the wheelset rests on both wheels; `rule` of the rotation
+    speed, or the speed (without effect where creepages are given); `loads` of the right and the left wheel,
+    the normal force where that is given.
     """
 
-    @property
-    def loads(self) -> tuple[float, float]:
-        """Loads of the right and the left wheel; the normal force where that is given."""
+    def __init__(self, texts: dict[str, str], **values: Any) -> None:
+        super().__init__(texts=texts, **values)
+        self.counterface_curvature = 0.0 if self.roller_radius is None else 1.0 / float(self.roller_radius)
+        self.track_curvature = 0.0 if self.curve_radius is None else 1.0 / float(self.curve_radius)
+        self.balanced = self.axle_load is not None or self.lateral_force is not None
+        unknown = self.roll is None and (self.side == "both" or self.balanced)
+        self.free_roll = bool(self.roll == "free" or unknown)
+        self.rule = self.rotation if self.creepage is None else "nominal"
         load = self.wheel_load if self.normal_force is None else self.normal_force
         load = load if self.axle_load is None else 0.5 * self.axle_load
-        return (
-            (load, load) if self.wheel_load_right is None else (self.wheel_load_right, self.wheel_load_left)
-        )
-
-    @property
-    def balanced(self) -> bool:
-        """Whether shift or wheel loads follow from forces."""
-        return self.axle_load is not None or self.lateral_force is not None
-
-    @property
-    def free_roll(self) -> bool:
-        """Whether the wheelset rests on both wheels."""
-        return bool(self.roll == "free" or (self.roll is None and (self.side == "both" or self.balanced)))
-
-    @property
-    def rule(self) -> str | float:
-        """Rule of the rotation speed, or the speed; without effect where creepages are given."""
-        rule: str | float = self.rotation if self.creepage is None else "nominal"
-        return rule
-
-    @property
-    def counterface_curvature(self) -> float:
-        """Of the roller, 0 of a rail."""
-        return 0.0 if self.roller_radius is None else 1.0 / float(self.roller_radius)
-
-    @property
-    def track_curvature(self) -> float:
-        """Positive to the right, 0 in tangent track."""
-        return 0.0 if self.curve_radius is None else 1.0 / float(self.curve_radius)
+        right, left = self.wheel_load_right, self.wheel_load_left
+        self.loads = (load, load) if right is None else (right, left)
 
     @property
     def batch(self) -> tuple[Any, ...]:
@@ -109,7 +93,7 @@ class Request(SimpleNamespace):
         shared = tuple(value for field, value in vars(self).items() if field not in _EACH)
         alone = self.balanced and id(self)  # found one by one: points without a state do not stop others
         rule = isinstance(self.rule, str) and self.rule
-        return (*shared, alone, rule, self.normal_force is None, self.free_roll, self.creepage is None)
+        return (*shared, alone, rule, self.normal_force is None, self.creepage is None)
 
     @property
     def conflict(self) -> str | None:
@@ -127,28 +111,16 @@ class Request(SimpleNamespace):
         smooth = self.smooth or 0.0
         if column != "rail":
             return getattr(self, column) or self.wheel, smooth
-        return (
-            self.rail,
-            smooth,
-            self.inclination,
-            self.gauge,
-            half_span(self.back_to_back),
-            self.gauge_height,
-        )
+        placing = self.inclination, self.gauge, half_span(self.back_to_back), self.gauge_height
+        return self.rail, smooth, *placing
 
     @property
-    def bodies(self) -> tuple[Wheelset, Counterface]:
-        """Wheelset and rails or rollers."""
+    def problem(self) -> tuple[Wheelset, Counterface, ContactModels]:
+        """Wheelset, rails or rollers, and contact models."""
         right, left, rail = (profile_of(*self.source(name)) for name in ("wheel", "left_wheel", "rail"))
         wheelset = Wheelset(right, left, self.wheel_radius, half_span(self.back_to_back))
-        return wheelset, Counterface(rail, self.counterface_curvature)
-
-    @property
-    def models(self) -> ContactModels:
-        """Contact models."""
-        return ContactModels(
-            **{flag.field: getattr(self, flag.field) for flag in FLAGS if flag.group == MODELS}
-        )
+        models = {flag.field: getattr(self, flag.field) for flag in FLAGS if flag.group == MODELS}
+        return wheelset, Counterface(rail, self.counterface_curvature), ContactModels(**models)
 
 
 @lru_cache(maxsize=256)
@@ -246,11 +218,12 @@ def request_of(*layers: Mapping[str, str], dashes: bool = False) -> tuple[Reques
     for one, other in _INSTEAD:
         if one in layers[-1] and other in layers[-1]:
             faults.append(f"{name[other]} and {name[one]} exclude each other; give one of them")
+    acting = {column: texts.get(column, flag.default) for column, flag in COLUMNS.items()}
     values = {
-        flag.field: None if (acting := texts.get(column, flag.default)) is None else _value(flag, acting)
+        flag.field: None if (given_text := acting[column]) is None else _value(flag, given_text)
         for column, flag in COLUMNS.items()
     }
-    return Request(texts=texts, **values), faults
+    return Request(texts, **values), faults
 
 
 def profile_faults(request: Request) -> list[tuple[str, str]]:
@@ -293,7 +266,7 @@ def conditions(points: Sequence[Request]) -> ContactConditions:
         return given
     controlled = Controlled(column("lateral_force"), column("axle_load"), np.zeros(len(points)))
     try:
-        return settle(given, controlled, *first.bodies, first.models).conditions(given)
+        return settle(given, controlled, *first.problem).conditions(given)
     except StateError as error:
         raise ContactError("; ".join(error.messages.values()), row=0) from None
 
@@ -309,10 +282,11 @@ def solve_batch(points: Sequence[Request], *, fields: bool = False) -> tuple[xr.
         SI units and names of each point as `--json` prints them.
     """
     first, found = points[0], conditions(points)
+    wheelset, counterface, models = first.problem
     load = "wheel" if first.normal_force is None else "normal_force"
     options: Any = {"sides": _SIDES[first.side], "load": load, "threads": available_cores()}
     try:
-        contact = solve_contact(*first.bodies, found, first.models, fields=fields, **options)
+        contact = solve_contact(wheelset, counterface, found, models, fields=fields, **options)
     except ContactError as error:  # the user does not know the index of the point in the batch
         text = str(error).removeprefix(f"point {error.row}, ")
         raise type(error)(text, row=error.row, rows=error.rows) from None
@@ -333,20 +307,21 @@ def solve_batch(points: Sequence[Request], *, fields: bool = False) -> tuple[xr.
         for k, point in enumerate(points)
     ]
     if first.side == "both":
-        forces = _forces(patches, found, first)
-        for result, wheelset in zip(results, forces.to_dict("records"), strict=True):
-            result["wheelset"] = wheelset
+        forces = _forces(patches, found, wheelset, counterface).to_dict("records")
+        results = [result | {"wheelset": each} for result, each in zip(results, forces, strict=True)]
     for patch in patches.assign(normal=first.normal, tangential=first.tangential).to_dict("records"):
         results[patch.pop("point")]["patches"].append(patch)
     return contact, results
 
 
-def _forces(patches: pd.DataFrame, found: ContactConditions, first: Request) -> pd.DataFrame:
+def _forces(
+    patches: pd.DataFrame, found: ContactConditions, wheelset: Wheelset, counterface: Counterface
+) -> pd.DataFrame:
     """Table of the forces on the wheelset at each point, names as in results."""
     side = np.asarray(patches["side"] == "left", dtype=np.int64)
     arrays = {name: patches[name].to_numpy() for name in ("point", *PATCH_NAMES)}
     acting: Any = SimpleNamespace(**arrays | {"side": side, "z": np.zeros(side.size)})
-    forces = resultants(acting, found, *first.bodies)
+    forces = resultants(acting, found, wheelset, counterface)
     columns = {"lateral_force": -forces.force}
     for name, values in ("derailment_quotient", forces.derailment_quotient), ("wheel_load", forces.vertical):
         columns |= {f"{name}_right": values[:, 0], f"{name}_left": values[:, 1]}

@@ -63,21 +63,20 @@ def contact_state(
     if rows.size == 0:
         raise ContactError(f"point {point} is not in the solution")
     own = contact.isel(patch=rows, operating_point=point).drop_vars("point")
-    cells = own.sizes["cell"]
+    cells, kappa = own.sizes["cell"], counterface.curvature
     along = xr.Variable("cell", (np.arange(cells) + 0.5) / cells)
     place = own["cells_lead"] - along * (own["cells_lead"] - own["cells_trail"])
     edges = own["strip_wheel_y_edges"].values
     slip = np.hypot(own["slip_x"].values, own["slip_y"].values)
     strip, cell = ("patch", "strip"), ("patch", "cell", "strip")
-    kappa = counterface.curvature
     data = {
-        "side": variable("side", ("patch",), (own["side"].values == "left").astype(np.int64)),
-        "strip_wheel_y": variable("strip_wheel_y", strip, 0.5 * (edges[:, 1:] + edges[:, :-1])),
-        "longitudinal": variable("longitudinal", cell, place.transpose(*cell).values),
-        "slipping": variable("slipping", cell, (slip > 0.0).astype(np.int8)),
-        "counterface_curvature": variable("counterface_curvature", (), kappa),
+        "side": (("patch",), (own["side"].values == "left").astype(np.int64)),
+        "strip_wheel_y": (strip, 0.5 * (edges[:, 1:] + edges[:, :-1])),
+        "longitudinal": (cell, place.transpose(*cell).values),
+        "slipping": (cell, (slip > 0.0).astype(np.int8)),
+        "counterface_curvature": ((), kappa),
     }
-    state = own.reset_coords("side").assign(data)
+    state = own.reset_coords("side").assign({name: variable(name, *one) for name, one in data.items()})
     against = "rail" if kappa == 0.0 else f"roller {1e3 / kappa:.6g} mm"
     return state.assign(_sections(wheelset, counterface, state)).assign_attrs(
         label=label or against,
@@ -95,12 +94,10 @@ def _sections(wheelset: Wheelset, counterface: Counterface, state: xr.Dataset) -
     lines = []
     for side in sides:
         sign = -1.0 if side else 1.0
-        profile = wheelset.left if side else wheelset.right
-        rail = counterface.profiles[side]
-        surface = geometry.counterface_profile(rail)
-        pose = sign * np.array([[shift], [yaw], [roll]])
+        profile, rail = (wheelset.right, wheelset.left)[side], counterface.profiles[side]
+        surface, pose = counterface.surfaces[side], sign * np.array([[shift], [yaw], [roll]])
         gap = geometry.gap(
-            geometry.wheel_surface(profile, wheelset.radius),
+            wheelset.surfaces[side],
             surface,
             geometry.WheelsetPose(*pose),
             half_span=wheelset.half_span,
@@ -141,7 +138,6 @@ def _trace(
     x = cy * r * sine - sy * cr * b + sy * sr * r * cosine
     y = shift + sy * r * sine + cy * cr * b - cy * sr * r * cosine - wheelset.half_span
     z = sr * b + cr * r * cosine - wheelset.radius
-    height = (2.0 * z - curvature * (z * z + x * x)) / (
-        1.0 + np.sqrt((curvature * x) ** 2 + (1.0 - curvature * z) ** 2)
-    )
+    length = np.sqrt((curvature * x) ** 2 + (1.0 - curvature * z) ** 2)
+    height = (2.0 * z - curvature * (z * z + x * x)) / (1.0 + length)
     return y, height

@@ -193,16 +193,8 @@ def patch_table(
         for column, text in row.request.texts.items()
         if text != COLUMNS[column].default
     }
-    order = [
-        *kept,
-        *flags,
-        *(column for column in COLUMNS if column in acting),
-        "side",
-        "roll",
-        "normal",
-        "tangential",
-        *RESULT_COLUMNS,
-    ]
+    given = (column for column in COLUMNS if column in acting)
+    order = (*kept, *flags, *given, "side", "roll", "normal", "tangential", *RESULT_COLUMNS)
     return pd.DataFrame(lines, columns=list(dict.fromkeys(order)))
 
 

@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearsim.campaign.control import error_limit, present_block, reached
+from wearsim.campaign.evaluate import Evaluation
 from wearsim.campaign.evolution import WheelsetEvolution
-from wearsim.campaign.row import NO_STEP, Evaluation
+from wearsim.campaign.row import NO_STEP
 from wearsim.campaign.state import State
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.problem import ContactPatches

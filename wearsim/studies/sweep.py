@@ -18,7 +18,7 @@ from wearsim.campaign.directory import acquired, is_claimed
 from wearsim.campaign.record import readable_errors, write_atomically
 from wearsim.campaign.run import Observer
 from wearsim.contact.solve import available_cores
-from wearsim.errors import Fault, ResultError, SceneError, WearsimError
+from wearsim.errors import Fault, ResultError, SceneError, WearsimError, printable
 from wearsim.quantities import QUANTITIES
 from wearsim.results import LAYOUT, open_results
 from wearsim.results.checks import last_worn_row
@@ -323,7 +323,7 @@ def checked_plan_text(item: dict[str, Any]) -> str:
 def case_line(case: dict[str, Any]) -> str:
     """Line on a case of a plan and what it varies."""
     values = [f"{key} = {'removed' if value is None else value}" for key, value in case["values"].items()]
-    return ", ".join([f"  case {case['case']}: {case['scene']}", *values])
+    return printable(", ".join([f"  case {case['case']}: {case['scene']}", *values]))
 
 
 def listed_cases(sweep: Sweep, out: Path) -> list[dict[str, Any]]:

@@ -21,7 +21,8 @@ import xarray as xr
 from scipy import stats
 
 from wearsim.errors import ResultError
-from wearsim.results.file import UNREADABLE
+from wearsim.quantities import QUANTITIES
+from wearsim.results.file import UNREADABLE, load_beside
 from wearsim.results.limits import LIMITED, limits_met
 from wearsim.translation import factors
 from wearsim.translation.axes import FloatArray, IntArray, at_distances
@@ -64,55 +65,46 @@ def values_of(results: Mapping[str, xr.Dataset], like: xr.Dataset | None = None)
         `translate` names them.
     """
     found: dict[str, Any] = {}
+    attrs: dict[str, Any] = {f"{role}_sha256": content_hash(data) for role, data in results.items()}
+
+    def add(name: str, dims: Any, values: Any, unit: str, meaning: str, **more: str) -> None:
+        found[name] = (dims, values, {"units": unit, "long_name": meaning} | more)
+
     for role, data in results.items():
-        run = data["distance"].values
-        way = np.linspace(0.0, run[-1], 41) if like is None else like[f"{role}_way"].values
-        about = {"units": "m", "long_name": f"distance run by the {role} campaign"}
-        found[f"{role}_way"] = (f"{role}_way", way, about)
+        run, along = data["distance"].values, f"{role}_way"
+        way = np.linspace(0.0, run[-1], 41) if like is None else like[along].values
+        add(along, along, way, "m", f"distance run by the {role} campaign")
         for name, rule in factors.WEAR_QUANTITIES.items():
             measure = at_distances(run, factors.wear_by_wheel(data, name), np.minimum(way, run[-1]))
             measure[way > run[-1] * (1.0 + 1e-12)] = np.nan
-            attrs = {k: v for k, v in data[name].attrs.items() if k in ("units", "long_name")}
-            attrs["quantity"] = name
-            if rule == "change":
-                attrs["long_name"] = f"{attrs.get('long_name', name)}, change from new"
-            found[f"{role}_{name}"] = ((f"{role}_way", "wheel_group"), measure, attrs)
-        arc = data["arc_length"].values
-        depth = data["wear_depth"].values[-1]
-        attrs = {"units": "m", "long_name": f"wear depth at the end of the {role} campaign"}
-        found[f"{role}_arc"] = (
-            f"{role}_arc",
-            arc,
-            {"units": "m", "long_name": "arc length of the new wheel"},
-        )
-        found[f"{role}_wear_depth"] = (("wheel", f"{role}_arc"), depth, attrs)
+            meaning = QUANTITIES[name].meaning + (", change from new" if rule == "change" else "")
+            dims = (along, "wheel_group")
+            add(f"{role}_{name}", dims, measure, QUANTITIES[name].unit, meaning, quantity=name)
+        arc, depth = data["arc_length"].values, data["wear_depth"].values[-1]
+        add(f"{role}_arc", f"{role}_arc", arc, "m", "arc length of the new wheel")
+        meaning = f"wear depth at the end of the {role} campaign"
+        add(f"{role}_wear_depth", ("wheel", f"{role}_arc"), depth, "m", meaning)
         for limit in limits_met(data):
-            met = [at for at in limit.distance if at is not None]
-            attrs = {"units": "m", "long_name": f"distance to the limit of {limit.name}, {role}"}
-            found[f"{role}_{limit.name}_met"] = ((), np.array(min(met, default=np.inf)), attrs)
-    if len(results) == 2:
-        reach = None if like is None else like.attrs["reach"]
-        pair = translate(results["rig"], results["field"], reach=reach)
-        for key, factor in pair.data_vars.items():
-            if str(key).endswith("_factor") and not _NO_BAND & set(map(str, factor.dims)):
-                found[str(key)] = (factor.dims, factor.values, factor.attrs)
-        for basis, (key, meaning) in enumerate(PER_KM.items(), start=1):
-            with np.errstate(divide="ignore"):
-                per_km = 1.0 / pair["distance_run_factor"].values[basis]
-            about = {"units": "1", "long_name": meaning}
-            found[key] = ("progress", per_km, about)
-        deepest = float(pair["worn_depth"].values[1, -1, 0])
-        area = float(np.nanmin(pair["worn_area"].values[2, -1, :, 2]))
-        stations = [float(pair["distance_run"].values[0, -1, 0]), deepest, area]
-        found |= {name: pair[name] for name in ("basis_name", "wheel_group_name", "zone_name")}
-        found["distance_run"] = pair["distance_run"]
-        found["worn_depth"] = pair["worn_depth"]
-        found["worn_area_reached"] = pair["worn_area"]
-        hashes = {key: pair.attrs[key] for key in ("rig_sha256", "field_sha256")}
-        return xr.Dataset(found, attrs={"reach": stations, **hashes})
-    found["wheel_group_name"] = ("wheel_group", list(WHEELS))
-    hashes = {f"{role}_sha256": content_hash(data) for role, data in results.items()}
-    return xr.Dataset(found, attrs=hashes)
+            met = min((at for at in limit.distance if at is not None), default=np.inf)
+            add(f"{role}_{limit.name}_met", (), met, "m", f"distance to the limit of {limit.name}, {role}")
+    if len(results) < 2:
+        return xr.Dataset(found | {"wheel_group_name": ("wheel_group", list(WHEELS))}, attrs=attrs)
+    reach = None if like is None else like.attrs["reach"]
+    pair = translate(results["rig"], results["field"], reach=reach)
+    for key, factor in pair.data_vars.items():
+        if str(key).endswith("_factor") and not _NO_BAND & set(map(str, factor.dims)):
+            found[str(key)] = factor.variable
+    for basis, (key, meaning) in enumerate(PER_KM.items(), start=1):
+        with np.errstate(divide="ignore"):
+            add(key, "progress", 1.0 / pair["distance_run_factor"].values[basis], "1", meaning)
+    ends = (
+        pair["distance_run"][0, -1, 0],
+        pair["worn_depth"][1, -1, 0],
+        pair["worn_area"][2, -1, :, 2].min(),
+    )
+    names = ("basis_name", "wheel_group_name", "zone_name", "distance_run", "worn_depth")
+    found |= {name: pair[name] for name in names} | {"worn_area_reached": pair["worn_area"]}
+    return xr.Dataset(found, attrs={"reach": [float(end) for end in ends], **attrs})
 
 
 def quantiles_of(values: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -314,54 +306,39 @@ def band_table(bands: xr.Dataset) -> pd.DataFrame:
         Columns variable, quantity, where, unit, nominal, 5 %, 50 %, 95 % (areas in mm², depths in mm),
         standard error over width, and main input.
     """
-    rows = []
+    rows, heads = [], ["variable", "quantity", "where", "unit", "nominal", *(f"{q:.0%}" for q in QUANTILES)]
     for name in asked_of(bands):
         band, error = bands[f"{name}_band"].values, bands[f"{name}_band_error"].values
         at = answered_at(band)
-        low, middle, high = (float(band[(q, *at)]) for q in range(3))
-        unit, scale = ("mm²", 1e6) if "area" in name else ("mm", 1e3)
+        quantity = QUANTITIES["worn_area" if "area" in name else "max_wear_depth"]
+        unit, scale = "1", 1.0
         if name in PER_KM:
-            unit, scale = "km/km", 1.0
-            if name.endswith("depth"):
-                where = f"up to {1e3 * float(bands['worn_depth'].values[1, at[0], 0]):.3g} mm each"
-            else:
-                where = (
-                    f"up to {1e6 * float(bands['worn_area_reached'].values[2, at[0], 0, -1]):.3g} mm² each"
-                )
+            area = "area" in name
+            depths = bands["worn_area_reached"].values[2, ..., -1] if area else bands["worn_depth"].values[1]
+            reached = quantity.shown_factor * float(depths[(*at, 0)])
+            unit, where = "km/km", f"up to {reached:.3g} {quantity.shown_unit} each"
         elif name.endswith("_factor"):
-            unit, scale = "1", 1.0
-            place = 1e-3 * float(bands["distance_run"].values[0, at[1], 0])
-            where = f"rig over field at {place:.6g} km each"
+            where = f"rig over field at {1e-3 * float(bands['distance_run'].values[0, at[1], 0]):.6g} km each"
         else:
-            role = name.split("_")[0]
+            role, unit, scale = name.split("_")[0], quantity.shown_unit, quantity.shown_factor
             where = f"{role} at {1e-3 * float(bands[f'{role}_way'].values[at[0]]):.6g} km"
-        values, names = bands[f"{name}_sensitivity"].values[:, 0], bands["input_name"].values
-        first = int(np.argmax(np.abs(values)))
-        width = high - low
-        rows.append(
-            {
-                "variable": name,
-                "quantity": PER_KM.get(name, "worn area" if "worn_area" in name else "largest wear depth"),
-                "where": where,
-                "unit": unit,
-                "nominal": scale * float(bands[name].values[at]),
-                **{f"{q:.0%}": scale * v for q, v in zip(QUANTILES, (low, middle, high), strict=True)},
-                "error/width": float(np.max(error[(slice(None), *at)])) / width if width > 0.0 else 0.0,
-                "decided by": f"{names[first]} ({bands[f'{name}_sensitivity'].attrs['kind']} "
-                f"{values[first]:.2f})",
-            }
-        )
-    for key in map(str, bands.data_vars):
-        if key.endswith("_met"):
-            role, _, measure = key.removesuffix("_met").partition("_")
-            if measure in LIMITED:
-                km = [1e-3 * float(v) for v in (bands[key].values, *bands[f"{key}_band"].values)]
-                rows.append(
-                    {"variable": key, "quantity": f"distance to the limit of {measure.replace('_', ' ')}",
-                     "where": role, "unit": "km", "nominal": km[0], "5%": km[1], "50%": km[2], "95%": km[3],
-                     "error/width": np.nan, "decided by": ""}
-                )  # fmt: skip
-    return pd.DataFrame(rows)
+        low, middle, high = (float(band[(q, *at)]) for q in range(3))
+        sensitive = bands[f"{name}_sensitivity"]
+        first = int(np.argmax(np.abs(sensitive.values[:, 0])))
+        decided = f"({sensitive.attrs['kind']} {sensitive.values[first, 0]:.2f})"
+        decided = f"{bands['input_name'].values[first]} {decided}"
+        worst = float(np.max(error[(slice(None), *at)]))
+        values = scale * np.array([float(bands[name].values[at]), low, middle, high])
+        short = "worn area" if "area" in name else "largest wear depth"
+        share = worst / (high - low) if high > low else 0.0
+        rows.append([name, PER_KM.get(name, short), where, unit, *values, share, decided])
+    for key in (str(key) for key in bands.data_vars if str(key).endswith("_met")):
+        role, _, measure = key.removesuffix("_met").partition("_")
+        if measure in LIMITED:
+            values = 1e-3 * np.array([bands[key].values, *bands[f"{key}_band"].values])
+            text = f"distance to the limit of {measure.replace('_', ' ')}"
+            rows.append([key, text, role, "km", *values, np.nan, ""])
+    return pd.DataFrame(rows, columns=[*heads, "error/width", "decided by"])
 
 
 FILE, MATERIALS = "bands.nc", "materials.csv"
@@ -377,8 +354,7 @@ def known_bands(directory: Path, hashes: Mapping[str, str]) -> tuple[xr.Dataset 
     if not path.is_file():
         return None, pd.DataFrame()
     try:
-        with xr.open_dataset(path, engine="netcdf4") as opened:
-            made = opened.load()
+        made = load_beside(path)
         ranked = pd.read_csv(table) if table.is_file() else pd.DataFrame()
     except UNREADABLE as error:
         raise ResultError(f"{path} cannot be read ({error}); delete it, or run with --bands again") from error
@@ -428,18 +404,13 @@ def _area(data: xr.Dataset) -> float:
 
 def _turning(results: Sequence[Mapping[str, xr.Dataset]]) -> str:
     """Regime whose share of the wear differs most between rig and field, with both shares."""
-    shares: dict[str, dict[str, float]] = {}
+    shares = pd.DataFrame(0.0, index=[], columns=["rig", "field"])
     for role in ("rig", "field"):
-        totals: dict[str, float] = {}
         for one in results:
-            data = one[role]
-            amount = data["wear_depth_by_regime"].values[-1].sum(axis=(0, -1))
-            for name, value in zip(
-                data["regime_name"].values, amount / max(amount.sum(), 1e-300), strict=True
-            ):
-                totals[str(name)] = totals.get(str(name), 0.0) + float(value) / len(results)
-        shares[role] = totals
-    names = list(dict.fromkeys([*shares["rig"], *shares["field"]]))
-    both = {name: tuple(shares[role].get(name, 0.0) for role in ("rig", "field")) for name in names}
-    name = max(names, key=lambda key: abs(both[key][0] - both[key][1]))
-    return f"{name}: {both[name][0]:.0%} of the wear on the rig, {both[name][1]:.0%} in the field"
+            names = [str(name) for name in one[role]["regime_name"].values]
+            amount = one[role]["wear_depth_by_regime"].values[-1].sum(axis=(0, -1))
+            own = pd.DataFrame({role: amount / max(amount.sum(), 1e-300) / len(results)}, index=names)
+            shares = shares.add(own, fill_value=0.0)
+    rig, field = (shares[role].fillna(0.0) for role in ("rig", "field"))
+    name = str((rig - field).abs().idxmax())
+    return f"{name}: {rig[name]:.0%} of the wear on the rig, {field[name]:.0%} in the field"

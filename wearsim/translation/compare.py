@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import xarray as xr
+from numpy.typing import NDArray
 
 from wearsim.profile.worn import WHEEL_ZONES
 from wearsim.quantities import QUANTITIES
@@ -20,9 +21,8 @@ from wearsim.translation.axes import (
     common_axes,
     distance_at,
     equivalent_distance,
-    rows_at,
 )
-from wearsim.translation.factors import STATUS, WORN_SHARE, Factor
+from wearsim.translation.factors import STATUS, WORN_SHARE
 
 CAMPAIGN = ("rig", "field")
 STAGES = (0.25, 0.5, 0.75, 1.0)
@@ -91,11 +91,21 @@ class Comparison:
         self.regime_numbers = [np.array([*map(self.regimes.index, names), -1]) for names in own]
 
     def add_factor(
-        self, variable: str, dims: tuple[str, ...], values: FloatArray, factor: Factor,
-        quantity: str, meaning: str = "", comment: str = "",
+        self, variable: str, dims: tuple[str, ...], values: FloatArray, quantity: str, meaning: str = "",
+        comment: str = "", *, scale: FloatArray | None = None, share: float | None = None,
+        reachable: NDArray[np.bool_] | None = None,
     ) -> None:  # fmt: skip
-        """Add values (with a campaign dimension), their factor and its status."""
+        """Add values (basis, station, campaign, ...), their factor and its status.
+
+        Denominators below `share` (by default that of the quantity) of the `scale` (by default the largest
+        magnitude of all) are too small to divide by. Stations are those of the axes, if not `reachable`.
+        """
         meaning = meaning or QUANTITIES[quantity].meaning
+        scale = np.nan_to_num(np.abs(values)).max() if scale is None else scale
+        share = factors.zero_share(quantity) if share is None else share
+        reach = self.axes.reachable if reachable is None else reachable
+        reach = reach.reshape(reach.shape + (1,) * (values.ndim - 3))
+        factor = factors.ratio(values[:, :, 0], values[:, :, 1], scale, share, reach)
         attrs = {"units": QUANTITIES[quantity].unit, "long_name": meaning, "quantity": quantity}
         self.variables[variable] = (dims, values, attrs | ({"comment": comment} if comment else {}))
         rest = tuple(dim for dim in dims if dim != "campaign")
@@ -105,7 +115,7 @@ class Comparison:
             {"units": "1", "long_name": f"{meaning}, rig over field", "quantity": quantity,
              "ancillary_variables": f"{variable}_factor_status"},
         )  # fmt: skip
-        remark = f"a field value below the part {factor.share:g} of the largest one is too small to divide by"
+        remark = f"a field value below the part {share:g} of the largest one is too small to divide by"
         self.add_status(f"{variable}_factor", rest, factor.status, meaning, comment=remark)
 
     def add_status(
@@ -116,34 +126,26 @@ class Comparison:
         self.variables[f"{variable}_status"] = (dims, status.astype(np.int8), about | attrs)
 
     def add_rows(
-        self, variable: str, dims: tuple[str, ...], rows: Sequence[FloatArray],
-        quantity: str, meaning: str = "", comment: str = "", scale_axis: tuple[int, ...] | None = None,
+        self, variable: str, dims: tuple[str, ...], rows: Sequence[FloatArray], quantity: str,
+        meaning: str = "", comment: str = "", scale_axis: tuple[int, ...] | None = None,
         share: float | None = None,
     ) -> None:  # fmt: skip
-        """Add rows (step, *dims) of rig and field at all stations; axes in `scale_axis` share one scale.
-
-        Denominators below `share` of it are too small to divide by, by default that of the quantity.
-        """
-        distance, reachable = self.axes.distance, self.axes.reachable
-        run = [data["distance"].values for data in self.pair]
-        values = np.stack([
-            np.stack([at_distances(run[c], rows[c], distance[b, :, c]) for c in (0, 1)], axis=1)
-            for b in range(len(distance))
-        ])  # fmt: skip
+        """Add rows (step, *dims) of rig and field at all stations; axes in `scale_axis` share one scale."""
+        columns = [
+            np.stack([at_distances(data["distance"].values, own, at) for at in self.axes.distance[..., c]])
+            for c, (data, own) in enumerate(zip(self.pair, rows, strict=True))
+        ]
+        values = np.stack(columns, axis=2)
         scale = np.nan_to_num(np.abs(values)).max(axis=scale_axis)
-        reach = reachable.reshape(reachable.shape + (1,) * len(dims))
-        share = factors.zero_share(quantity) if share is None else share
-        factor = factors.ratio(values[:, :, 0], values[:, :, 1], scale, share, reach)
-        self.add_factor(variable, (*STATIONS, *dims), values, factor, quantity, meaning, comment)
+        self.add_factor(
+            variable, (*STATIONS, *dims), values, quantity, meaning, comment, scale=scale, share=share
+        )
 
 
 def add_distance(comparison: Comparison) -> None:
     """Add the distances where the campaigns are compared and their factor, (basis, progress)."""
-    run = comparison.axes.distance
-    scale = float(np.nan_to_num(run).max())
-    factor = factors.ratio(run[..., 0], run[..., 1], scale, reachable=comparison.axes.reachable)
     meaning = "distance run where the campaigns are compared"
-    comparison.add_factor("distance_run", STATIONS, run, factor, "distance", meaning)
+    comparison.add_factor("distance_run", STATIONS, comparison.axes.distance, "distance", meaning)
 
 
 def add_wear(comparison: Comparison) -> None:
@@ -190,40 +192,16 @@ def add_contact(comparison: Comparison) -> None:
         _add_points(comparison)
 
 
-def _add_regimes(
-    comparison: Comparison, variable: str, dims: tuple[str, ...], regime: IntArray, meaning: str, **attrs: str
-) -> None:
-    """Add wear regimes (basis, ., campaign, ...) and whether they differ between rig and field."""
-    names = ["none", *(name.replace(" ", "_") for name in comparison.regimes)]
-    comparison.variables[variable] = (dims, regime.astype(np.int8), flags(meaning, names, -1, **attrs))
-    remark = "where it differs, the factor depends on the wear law"
-    comparison.variables[f"{variable}_differs"] = (
-        tuple(dim for dim in dims if dim != "campaign"),
-        factors.regime_differs(regime[:, :, 0], regime[:, :, 1]).astype(np.int8),
-        flags(f"whether the {meaning} differs between rig and field", ("no_wear", "same", "differs"), -1,
-              comment=remark),
-    )  # fmt: skip
-
-
 def _add_points(comparison: Comparison) -> None:
-    """Add conditions, labels and wear regimes of the equal operating points."""
-    pair, axes, matched = comparison.pair, comparison.axes, comparison.matched
+    """Add conditions and labels of the equal operating points."""
+    pair, matched = comparison.pair, comparison.matched
     for name in factors.MATCH_KEYS:
         attrs = {"units": QUANTITIES[name].unit, "long_name": QUANTITIES[name].meaning}
         comparison.variables[name] = ("matched_point", pair[0][name].values[matched[:, 0]], attrs)
-    regime = np.empty((*axes.distance.shape, len(matched), 2), dtype=np.int64)
     for c, (role, data) in enumerate(zip(CAMPAIGN, pair, strict=True)):
         labels = [str(label) for label in data["operating_point_name"].values[matched[:, c]]]
         text = f"operating point of the {role} campaign"
         comparison.variables[f"{role}_label"] = ("matched_point", labels, {"long_name": text})
-        own = comparison.regime_numbers[c][factors.highest_regime(data)][:, matched[:, c]]
-        for b in range(len(axes.distance)):
-            regime[b, :, c] = own[rows_at(data["distance"].values, axes.distance[b, :, c])]
-    _add_regimes(
-        comparison, "regime_point", (*STATIONS, "matched_point", "wheel"), regime,
-        "highest wear regime of any cell at equal operating points",
-        comment="in the order of the law; of the last stored state at or before the distance",
-    )  # fmt: skip
 
 
 def add_profile(comparison: Comparison) -> None:
@@ -239,15 +217,24 @@ def add_profile(comparison: Comparison) -> None:
         )
     depth = np.stack([part.sum(axis=3) for part in by_regime], axis=2)
     scale = np.nanmax(depth[:, :, 1], axis=-1, keepdims=True)
-    reach = axes.reachable[:, rows, None, None]
-    factor = factors.ratio(depth[:, :, 0], depth[:, :, 1], scale, WORN_SHARE, reach)
     dims = ("basis", "stage", "campaign", "wheel", "arc")
     comparison.add_factor(
-        "wear_depth_profile", dims, depth, factor, "wear_depth", "wear depth along the profile",
+        "wear_depth_profile", dims, depth, "wear_depth", "wear depth along the profile",
         f"factor only where the field wears more than {WORN_SHARE:.0%} of its largest depth",
+        scale=scale, share=WORN_SHARE, reachable=axes.reachable[:, rows],
     )  # fmt: skip
-    regime = np.stack([factors.dominant_regime(np.nan_to_num(part)) for part in by_regime], axis=2)
-    _add_regimes(comparison, "regime_profile", dims, regime, "wear regime that removed most")
+    regimes = [factors.dominant_regime(np.nan_to_num(part)) for part in by_regime]
+    names = ["none", *(name.replace(" ", "_") for name in comparison.regimes)]
+    meaning = "wear regime that removed most"
+    remark = "where it differs, the factor depends on the wear law"
+    comparison.variables["regime_profile"] = (
+        dims, np.stack(regimes, axis=2).astype(np.int8), flags(meaning, names, -1)
+    )  # fmt: skip
+    comparison.variables["regime_profile_differs"] = (
+        ("basis", "stage", "wheel", "arc"), factors.regime_differs(*regimes).astype(np.int8),
+        flags(f"whether the {meaning} differs between rig and field", ("no_wear", "same", "differs"), -1,
+              comment=remark),
+    )  # fmt: skip
     new = [np.stack([data[f"profile_{axis}"].values[0] for axis in "yz"]) for data in pair]
     if not same or np.abs(new[0] - new[1]).max() > _SAME_PROFILE:
         comparison.notes.append(
@@ -371,22 +358,17 @@ def common_laws(pair: tuple[xr.Dataset, xr.Dataset], group: str) -> tuple[list[s
     """
     if any(f"{group}_name" not in data for data in pair):
         return [], []
-    # older files do not have the numbers; the uncertain ones of them are variables
-    known = all(f"{group}_numbers" in data.attrs for data in pair)
-    rig, field = (_settings(data, group, known) for data in pair)
+    rig, field = (_settings(data, group) for data in pair)
     both = [name for name in rig if name in field]
     same = [name for name in both if rig[name] == field[name]]
     return same, [name for name in both if name not in same]
 
 
-def _settings(dataset: xr.Dataset, group: str, known: bool) -> dict[str, list[str]]:
+def _settings(dataset: xr.Dataset, group: str) -> dict[str, list[str]]:
     """Return the settings by law."""
-    keys = _SETTINGS[group] if known else (*_SETTINGS[group], "warnings")
-    columns: list[Any] = [dataset[f"{group}_{key}"].values for key in keys]
-    if known:
-        columns.append(dataset.attrs[f"{group}_numbers"].split("\n"))
-    names = dataset[f"{group}_name"].values
-    return {str(name): [str(column[k]) for column in columns] for k, name in enumerate(names)}
+    columns = [dataset[f"{group}_{key}"].values for key in ("name", *_SETTINGS[group])]
+    rows = zip(*columns, dataset.attrs[f"{group}_numbers"].split("\n"), strict=True)
+    return {str(name): [str(value) for value in settings] for name, *settings in rows}
 
 
 def add_damage(comparison: Comparison) -> None:
@@ -417,3 +399,10 @@ def _by_wheel(dataset: xr.Dataset, name: str, laws: list[str]) -> FloatArray:
     own = [str(text) for text in dataset["fatigue_name"].values]
     wheels = value.max(axis=3)[:, :, [own.index(law) for law in laws]].swapaxes(1, 2)
     return factors.with_both(wheels, "largest")
+
+
+PARTS = (
+    add_distance, add_wear, add_contact, add_zones, add_profile, add_similarity, add_equivalent_distance,
+    add_damage,
+)  # fmt: skip
+"""Parts of a comparison in order; similarity is that of the profiles before it."""

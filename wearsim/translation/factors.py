@@ -108,13 +108,11 @@ are values, and both wheels together are their sum or the larger one."""
 class Factor(NamedTuple):
     """Values (...) of rig over field, NaN where undefined [-], and why they are undefined.
 
-    `status` is 0 where defined, else a number of `STATUS`; denominators below `share` of the largest one are
-    too small to divide by.
+    `status` is 0 where defined, else a number of `STATUS`.
     """
 
     value: FloatArray
     status: IntArray
-    share: float
 
 
 def ratio(
@@ -139,7 +137,7 @@ def ratio(
     value = np.full(rig.shape, np.nan)
     defined = status == STATUS["defined"]
     value[defined] = rig[defined] / field[defined]
-    return Factor(value, status, share)
+    return Factor(value, status)
 
 
 def zero_share(name: str) -> float:
@@ -154,14 +152,9 @@ def rotation_matches(rig: xr.Dataset, field: xr.Dataset) -> bool:
 
     False also where the rule is unknown, or where rotation speeds were given: they are not stored.
     """
-    for data in (rig, field):
-        if any(key not in data.attrs for key in ROTATION_KEYS) or data.attrs["rotation_rule"] == "given":
-            return False
-    one, other = (
-        [*(data.attrs[key] for key in ROTATION_KEYS), data.attrs.get("roll_rule", "given")]  # older: given
-        for data in (rig, field)
-    )
-    return one == other
+    keys = (*ROTATION_KEYS, "roll_rule")
+    known = all(key in rig.attrs for key in keys) and rig.attrs["rotation_rule"] != "given"
+    return known and all(rig.attrs[key] == field.attrs.get(key) for key in keys)
 
 
 def per_wheel(dataset: xr.Dataset, name: str) -> FloatArray:
@@ -178,22 +171,17 @@ def per_wheel(dataset: xr.Dataset, name: str) -> FloatArray:
     rule = POINT_QUANTITIES[name]
     # results of campaigns without fatigue laws hold what the wear numbers are made of
     value = dataset[name].values if name in dataset else _WEAR_NUMBERS[name](dataset).values
-    side = dataset["side"].values
-    weight = np.ones_like(value)
-    if rule.endswith("mean"):
+    here = np.stack([(dataset["side"].values == wheel) & np.isfinite(value) for wheel in (0, 1)])
+    if rule == "largest":
+        combined = np.where(here, value, -np.inf).max(axis=-1)
+    elif rule == "sum":
+        combined = np.where(here, value, 0.0).sum(axis=-1)
+    else:
         weight = dataset["normal_force" if rule.startswith("load") else "area"].values
-    wheels = []
-    for wheel in (0, 1):
-        here = (side == wheel) & np.isfinite(value)
-        if rule == "largest":
-            combined = np.where(here, value, -np.inf).max(axis=-1)
-        else:
-            combined = np.where(here, value * weight, 0.0).sum(axis=-1)
-            if rule.endswith("mean"):
-                total = np.where(here, weight, 0.0).sum(axis=-1)
-                combined = np.divide(combined, total, out=np.full_like(total, np.nan), where=total > 0.0)
-        wheels.append(np.where(here.any(axis=-1), combined, np.nan))
-    return np.stack(wheels, axis=-1)
+        total = np.where(here, weight, 0.0).sum(axis=-1)
+        sums = np.where(here, value * weight, 0.0).sum(axis=-1)
+        combined = np.divide(sums, total, out=np.full_like(total, np.nan), where=total > 0.0)
+    return np.moveaxis(np.where(here.any(axis=-1), combined, np.nan), 0, -1)
 
 
 def between_solutions(dataset: xr.Dataset, values: FloatArray) -> FloatArray:
@@ -252,9 +240,8 @@ def _stated(data: xr.Dataset) -> FloatArray:
     """`MATCH_KEYS`, friction on the flange and loads of both new wheels, (m, n) of the operating points."""
     keys = [data[key].values for key in MATCH_KEYS]
     flange = data.get("flange_friction", data["friction"]).values
-    if "wheel_loads" in data:
-        return np.stack([*keys, flange, *data["wheel_loads"].values[0].T])
-    return np.stack([*keys, flange, *[data["wheel_load"].values] * 2])  # results that do not hold them
+    loads = data["wheel_loads"].values[0].T if "wheel_loads" in data else [data["wheel_load"].values] * 2
+    return np.stack([*keys, flange, *loads])
 
 
 def wear_by_wheel(dataset: xr.Dataset, name: str) -> FloatArray:
@@ -265,14 +252,12 @@ def wear_by_wheel(dataset: xr.Dataset, name: str) -> FloatArray:
 
 def with_both(value: FloatArray, rule: str) -> FloatArray:
     """Append that of both to the values (..., 2) of the wheels: "sum", "largest", or largest "change"."""
-    if rule == "sum":
-        both = value.sum(axis=-1)
-    elif rule == "largest":
-        both = value.max(axis=-1)
+    right, left = value[..., 0], value[..., 1]
+    if rule == "change":
+        known = np.isfinite(right + left)
+        both = np.where(known, np.where(np.abs(right) >= np.abs(left), right, left), np.nan)
     else:
-        right, left = value[..., 0], value[..., 1]
-        both = np.where(np.abs(right) >= np.abs(left), right, left)
-        both = np.where(np.isnan(value).any(axis=-1), np.nan, both)
+        both = right + left if rule == "sum" else np.maximum(right, left)
     return np.concatenate([value, both[..., None]], axis=-1)
 
 
@@ -322,22 +307,6 @@ def dominant_regime(depth_by_regime: FloatArray, share: float = WORN_SHARE) -> I
     total = depth_by_regime.sum(axis=-2)
     worn = (total > share * total.max(axis=-1, keepdims=True)) & (total > 0.0)
     return np.where(worn, depth_by_regime.argmax(axis=-2), -1)
-
-
-def highest_regime(dataset: xr.Dataset) -> IntArray:
-    """Highest wear regime in which any cell of a wheel's patches wears, in the order of the law.
-
-    Returns
-    -------
-    (step, operating_point, 2) int array
-        By wheel; -1 where nothing wears. Of the last row that has the point.
-    """
-    regime = np.nan_to_num(dataset["wear_regime_highest"].values, nan=-1.0)
-    side = dataset["side"].values
-    wheels = [np.where(side == wheel, regime, -1.0).max(axis=-1) for wheel in (0, 1)]
-    solved = dataset["n_patch"].values > 0
-    last = np.maximum.accumulate(np.where(solved, np.arange(len(solved))[:, None], 0), axis=0)
-    return np.take_along_axis(np.stack(wheels, axis=-1).astype(np.int64), last[..., None], axis=0)
 
 
 def regime_differs(rig: IntArray, field: IntArray) -> IntArray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,7 @@ import xarray as xr
 
 from wearsim.errors import ResultError
 from wearsim.quantities import QUANTITIES
-from wearsim.results.file import UNREADABLE, load_results
+from wearsim.results.file import UNREADABLE, load_beside, load_results
 from wearsim.results.index import INDEXES
 from wearsim.translation import compare, factors
 from wearsim.translation.compare import CAMPAIGN, STAGES, STATIONS
@@ -78,7 +78,7 @@ def translate(
     >>> factors["worn_area_factor"].dims
     ('basis', 'progress', 'wheel_group')
     """
-    rig, field = _loaded(rig), _loaded(field)
+    rig, field = (one if isinstance(one, xr.Dataset) else load_results(one) for one in (rig, field))
     for role, data in zip(CAMPAIGN, (rig, field), strict=True):
         missing = [name for name in _NEEDED if name not in data]
         if missing:
@@ -106,14 +106,8 @@ def translate(
             compare.flags("whether both campaigns reach this distance or depth", ("no", "yes")),
         ),
     }  # fmt: skip
-    compare.add_distance(comparison)
-    compare.add_wear(comparison)
-    compare.add_contact(comparison)
-    compare.add_zones(comparison)
-    compare.add_profile(comparison)
-    compare.add_similarity(comparison)
-    compare.add_equivalent_distance(comparison)
-    compare.add_damage(comparison)
+    for add in compare.PARTS:
+        add(comparison)
     share = {"units": "1", "long_name": "share of the range both campaigns cover"}
     arc = {"units": "m", "long_name": "arc length of the new wheel"}
     return xr.Dataset(
@@ -139,8 +133,7 @@ def with_known_causes(dataset: xr.Dataset, file: Path) -> xr.Dataset:
     if not file.is_file():
         return dataset
     try:
-        with xr.open_dataset(file, engine="netcdf4") as opened:
-            other = opened.load()
+        other = load_beside(file)
     except UNREADABLE:
         return dataset
     if any(other.attrs.get(f"{role}_sha256") != dataset.attrs[f"{role}_sha256"] for role in CAMPAIGN):
@@ -150,12 +143,6 @@ def with_known_causes(dataset: xr.Dataset, file: Path) -> xr.Dataset:
     same_points = other.attrs.get("matched_points") == dataset.attrs["matched_points"]
     names = [name for name in CAUSES if same_points or not name.startswith("power")]
     return dataset.assign({name: other[name].variable for name in names if name in other})
-
-
-def _loaded(result: Result) -> xr.Dataset:
-    if isinstance(result, xr.Dataset):
-        return result
-    return load_results(result)
 
 
 def write(dataset: xr.Dataset, out: str | Path) -> Path:
@@ -196,11 +183,11 @@ def table(dataset: xr.Dataset) -> pd.DataFrame:
     variables |= {f"{n}_change" if rule == "change" else n: n for n, rule in factors.WEAR_QUANTITIES.items()}
     variables |= {"equivalent_conicity": "equivalent_conicity"}
     variables |= {f"{name}_collective": name for name in factors.POINT_QUANTITIES}
-    entries = {variable: _entries(dataset, variable, name) for variable, name in variables.items()}
     frame = pd.DataFrame(
-        {"basis": basis} | entry(b, -1, (2,) if "wheel_group" in dataset[variable].dims else ())
+        {"basis": basis}
+        | _entry(dataset, variable, name, b, -1, *((2,) if "wheel_group" in dataset[variable].dims else ()))
         for b, basis in enumerate(BASIS)
-        for variable, entry in entries.items()
+        for variable, name in variables.items()
     )
     frame.attrs["warnings"] = str(dataset.attrs.get("warnings", "")).splitlines()
     return frame
@@ -235,13 +222,11 @@ def power_cause_table(dataset: xr.Dataset) -> pd.DataFrame:
     if "power_cause_factor" not in dataset:
         return pd.DataFrame()
     names = [str(name) for name in dataset["power_cause_name"].values]
-    shift = dataset["shift"].values * QUANTITIES["shift"].shown_factor
     causes, factor = dataset["power_cause_factor"].values, dataset["power_factor"].values
     rows = [
-        [str(dataset["rig_label"].values[i]), float(shift[i]), wheel, *causes[i, w], factor[i, w]]
-        for i in np.argsort(shift, kind="stable")
-        for w, wheel in enumerate(WHEELS[:2])
-        if np.isfinite(factor[i, w])
+        [*point.values(), *causes[at], factor[at]]
+        for at, point in _points(dataset)
+        if np.isfinite(factor[at])
     ]
     return pd.DataFrame(rows, columns=["point", "shift", "wheel", *names, "all: rig over field"])
 
@@ -256,42 +241,41 @@ def point_table(dataset: xr.Dataset) -> pd.DataFrame:
         of `table` from `variable` on; points in the order of their shift. Without rows where no point is
         equal.
     """
-    rows: list[dict[str, Any]] = []
-    if int(dataset.attrs["matched_points"]):
-        shift = dataset["shift"].values * QUANTITIES["shift"].shown_factor
-        labels = dataset["rig_label"].values
-        entries = [_entries(dataset, f"{name}_point", name) for name in factors.POINT_QUANTITIES]
-        rows = [
-            {"state": state, "point": str(labels[i]), "shift": float(shift[i]), "wheel": wheel}
-            | entry(basis, progress, (i, w))
-            for state, basis, progress in POINT_STATES
-            for i in np.argsort(shift, kind="stable")
-            for w, wheel in enumerate(WHEELS[:2])
-            for entry in entries
-        ]
-    columns = ["state", "point", "shift", "wheel", "variable", "quantity", "unit", "rig", "field", "factor"]
+    columns = ["state", "point", "shift", "wheel", "variable", "quantity", "unit", *CAMPAIGN, "factor"]
+    rows = [
+        {"state": state, **point} | _entry(dataset, f"{name}_point", name, basis, progress, *at)
+        for state, basis, progress in POINT_STATES
+        for at, point in _points(dataset)
+        for name in factors.POINT_QUANTITIES
+    ]
     return pd.DataFrame(rows, columns=[*columns, "status"])
 
 
-def _entries(
-    dataset: xr.Dataset, variable: str, name: str
-) -> Callable[[int, int, tuple[int, ...]], dict[str, Any]]:
-    """Make the function that gives factor and values of a variable at a place, in the unit people read."""
-    values = dataset[variable].values
-    factor, status = (dataset[f"{variable}_factor{what}"].values for what in ("", "_status"))
-    shown = QUANTITIES[name]
+def _points(dataset: xr.Dataset) -> list[tuple[tuple[int, int], dict[str, Any]]]:
+    """Place and names of equal operating points and wheels, in the order of their shift."""
+    if not int(dataset.attrs["matched_points"]):
+        return []
+    shift = dataset["shift"].values * QUANTITIES["shift"].shown_factor
+    labels = dataset["rig_label"].values
+    return [
+        ((int(i), w), {"point": str(labels[i]), "shift": float(shift[i]), "wheel": wheel})
+        for i in np.argsort(shift, kind="stable")
+        for w, wheel in enumerate(WHEELS[:2])
+    ]
+
+
+def _entry(dataset: xr.Dataset, variable: str, name: str, basis: int, *at: int) -> dict[str, Any]:
+    """Factor and values of a variable at a place, in the unit people read; `at` begins with the progress."""
+    shown, place = QUANTITIES[name], (basis, *at)
     meaning = shown.meaning if variable == "distance_run" else str(dataset[variable].attrs["long_name"])
-    quantity = meaning.removesuffix(" at equal operating points")
-    words = {"variable": variable, "quantity": quantity, "unit": shown.shown_unit}
-
-    def entry(basis: int, progress: int, place: tuple[int, ...]) -> dict[str, Any]:
-        rig, field = (float(values[(basis, progress, c, *place)]) * shown.shown_factor for c in (0, 1))
-        at = (basis, progress, *place)
-        return words | {
-            "rig": rig, "field": field, "factor": float(factor[at]), "status": _STATUS_NAMES[int(status[at])]
-        }  # fmt: skip
-
-    return entry
+    values = dataset[variable].values[basis, at[0]] * shown.shown_factor
+    return {
+        "variable": variable, "quantity": meaning.removesuffix(" at equal operating points"),
+        "unit": shown.shown_unit,
+        **{role: float(values[(c, *at[1:])]) for c, role in enumerate(CAMPAIGN)},
+        "factor": float(dataset[f"{variable}_factor"].values[place]),
+        "status": _STATUS_NAMES[int(dataset[f"{variable}_factor_status"].values[place])],
+    }  # fmt: skip
 
 
 def content_hash(dataset: xr.Dataset) -> str:

@@ -24,11 +24,11 @@ References
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 from scipy.special import elliprd, elliprf
 
@@ -49,7 +49,8 @@ from wearsim.errors import ContactError
 DEFAULTS = {"curvature_window": 1e-3}
 
 _NARROWEST, _WIDEST = 0.2e-3, 10e-3
-_SAMPLES = np.linspace(-1.0, 1.0, 41)  # of the window; odd and symmetric
+_SAMPLES = np.linspace(-1.0, 1.0, 41)  # of the window
+_FIT = np.linalg.pinv(np.vander(_SAMPLES, 3, increasing=True))  # the least-squares parabola, by rising power
 _MOVES = 8  # of the window towards the vertex of its parabola
 _STILL = 1e-9  # m, a move that changes nothing any more
 _NEWTON_STEPS = 5  # 3 reach rounding for A/B = 1e-8 .. 1e8
@@ -157,22 +158,14 @@ def contact_ellipse(
     )
 
 
-@dataclass(frozen=True)
-class _Contact:
-    """Initial contact of the surfaces in one basin of the gap; lengths in m, curvatures in 1/m."""
-
-    row: int
-    y: float
-    z: float
-    angle: float
-    height: float
-    """Gap there."""
-    along: float
-    """A."""
-    across: float
-    """B."""
-    stiffness: float
-    """N / approach^1.5 [N/m^1.5]."""
+# Initial contact of the surfaces in one basin of the gap: row; place, z and angle on the profile; gap there;
+# curvatures A and B; normal force over approach^1.5 [m, rad, 1/m, N/m^1.5].
+_CONTACT = np.dtype(
+    [("row", int)]
+    + [(name, float) for name in ("y", "z", "angle", "height", "along", "across", "stiffness")]
+    + [("force", float), ("displacement", float)]
+)
+_Contacts = NDArray[np.void]
 
 
 def solve(
@@ -184,8 +177,7 @@ def solve(
     effective_modulus: float,
     resolution: Resolution,
     parameters: dict[str, float],
-    start: NormalSolution | None = None,
-    rough: bool = False,
+    **_: Any,
 ) -> NormalSolution:
     """Elliptic patches of every row; contract in `normal.model`.
 
@@ -199,152 +191,114 @@ def solve(
         raise ContactError(
             f"curvature_window = {1e3 * window:g} mm must be in {1e3 * _NARROWEST:g} .. {1e3 * _WIDEST:g} mm"
         )
-    loaded: list[_Contact] = []
-    forces: list[float] = []
-    displacements: list[float] = []
+    loaded = [np.zeros(0, _CONTACT)]
     for here, weight in zip(row.tolist(), load.tolist(), strict=True):
         contacts = _contacts(gap, here, weight, vertical, effective_modulus, window)
-        if len(contacts) > 1 and not vertical:
+        if contacts.size > 1 and not vertical:
             raise fault_of(NOT_SINGLE, here)
-        displacement = _balance(contacts, weight, vertical)
-        pairs = [(contact, _force(contact, displacement)) for contact in contacts]
-        for contact, force in sorted(pairs, key=lambda pair: -pair[1]):
-            if force > 0.0:
-                loaded.append(contact)
-                forces.append(force)
-                displacements.append(displacement)
-    return _cut_strips(gap, loaded, np.array(forces), np.array(displacements), effective_modulus, resolution)
+        contacts["displacement"] = _balance(contacts, weight, vertical)
+        contacts["force"] = _forces(contacts, contacts["displacement"])
+        contacts = contacts[np.argsort(-contacts["force"], kind="stable")]
+        loaded.append(contacts[contacts["force"] > 0.0])
+    return _cut_strips(gap, np.concatenate(loaded), effective_modulus, resolution)
 
 
 def _contacts(
     gap: Gap, row: int, load: float, vertical: bool, effective_modulus: float, window: float
-) -> list[_Contact]:
+) -> _Contacts:
     """Contacts that may close under the load, the lowest first."""
     here = gap.gap[row]
     lowest = int(here.argmin())
     if here[lowest] >= NO_WHEEL:
         raise fault_of(NO_CONTACT, row)
-    inner = here[1:-1]
-    minima = 1 + np.flatnonzero((inner < here[:-2]) & (inner <= here[2:]))
+    minima = 1 + np.flatnonzero((here[1:-1] < here[:-2]) & (here[1:-1] <= here[2:]))
     if lowest not in minima or max(here[lowest - 1], here[lowest + 1]) >= NO_WHEEL:
         raise fault_of(AT_EDGE, row)
-    first = _contact(gap, row, lowest, window, effective_modulus)
+    contacts = np.array([_contact(gap, row, lowest, window, effective_modulus)], _CONTACT)
     # What the lowest contact alone would do under the load: the others only make it less.
-    deepest = _displacement_alone(first, load, vertical)
-    contacts = [first]
+    deepest = _displacement_alone(contacts, load, vertical)[0]
     for index in minima[np.argsort(here[minima], kind="stable")]:
-        if here[index] >= deepest or index == lowest:
+        if here[index] >= deepest or np.abs(gap.counterface.y[index] - contacts["y"]).min() <= window:
             continue
-        if min(abs(gap.counterface.y[index] - contact.y) for contact in contacts) > window:
-            other = _contact(gap, row, int(index), window, effective_modulus)
-            if min(abs(other.y - contact.y) for contact in contacts) > window:
-                contacts.append(other)
-    return [contact for contact in contacts if contact.height < deepest]
+        other = np.array(_contact(gap, row, int(index), window, effective_modulus), _CONTACT)
+        if np.abs(other["y"] - contacts["y"]).min() > window:
+            contacts = np.append(contacts, other)
+    closing: _Contacts = contacts[contacts["height"] < deepest]
+    return closing
 
 
-def _contact(gap: Gap, row: int, index: int, window: float, effective_modulus: float) -> _Contact:
+def _contact(gap: Gap, row: int, index: int, window: float, effective_modulus: float) -> tuple[float, ...]:
     """Contact at one minimum of the gap: the window is moved onto the vertex of its parabola."""
     grid, here = gap.counterface, gap.gap[row]
+
+    def fault(y: float, why: str) -> ContactError:
+        place = f"no contact ellipse at y = {1e3 * y:.2f} mm of the counterface's profile"
+        return ContactError(f"{place}: {why}; take the normal model kik_piotrowski", row=row)
+
     y, move = float(grid.y[index]), 0.0
     for _ in range(_MOVES):
         y += move
         z, angle = float(np.interp(y, grid.y, grid.z)), float(np.interp(y, grid.y, grid.angle))
-        cosine, sine = math.cos(angle), math.sin(angle)
+        cosine, sine = float(np.cos(angle)), float(np.sin(angle))
         part = slice(*np.searchsorted(grid.y, (y - 3.0 * window, y + 3.0 * window)))
         s = (grid.y[part] - y) * cosine + (grid.z[part] - z) * sine
-        inside = np.abs(s) <= window
-        if s[0] > -window or s[-1] < window or here[part][inside].max() >= NO_WHEEL:
-            raise ContactError(
-                f"no contact ellipse at y = {1e3 * y:.2f} mm of the counterface's profile: the window of "
-                f"+-{1e3 * window:g} mm for its lateral curvature reaches the edge of a profile; take "
-                f"the normal model kik_piotrowski",
-                row=row,
-            )
+        if s[0] > -window or s[-1] < window or here[part][np.abs(s) <= window].max() >= NO_WHEEL:
+            what = f"the window of +-{1e3 * window:g} mm for its lateral curvature"
+            raise fault(y, f"{what} reaches the edge of a profile")
         wheel_slope = grid.slope[part] - np.gradient(here[part], grid.y[part])
         opening = (here[part] - here[index]) / (cosine + wheel_slope * sine)
-        level, tilt, across = _parabola(np.interp(window * _SAMPLES, s, opening), window)
+        level, tilt, across = _FIT @ np.interp(window * _SAMPLES, s, opening) / window ** np.arange(3)
         if across <= 0.0:
-            raise _not_positive("lateral curvature B", across, y, row)
-        vertex = -0.5 * tilt / across
+            raise fault(y, f"its lateral curvature B = {across:.3g} 1/m is not positive")
         # No further than the window from the minimum itself.
-        aim = min(max(y + vertex * cosine, grid.y[index] - window), grid.y[index] + window)
-        move = float(aim - y)
+        aim = y - 0.5 * tilt / across * cosine
+        move = min(max(aim, grid.y[index] - window), grid.y[index] + window) - y
         if abs(move) < _STILL:
             break
     radius = float(np.interp(y, grid.y, gap.wheel_radius[row]))
     along = 0.5 * cosine * (1.0 / radius + gap.curvature / (1.0 - gap.curvature * z))
     if along <= 0.0:
-        raise _not_positive("longitudinal curvature A", along, y, row)
-    alone = contact_ellipse(along, across, 1.0, effective_modulus)
-    return _Contact(
-        row=row,
-        y=y,
-        z=z,
-        angle=angle,
-        height=float(here[index]) + (level - 0.25 * tilt**2 / across) / cosine,
-        along=along,
-        across=across,
-        stiffness=float(alone.approach) ** -1.5,
-    )
+        raise fault(y, f"its longitudinal curvature A = {along:.3g} 1/m is not positive")
+    height = here[index] + (level - 0.25 * tilt**2 / across) / cosine
+    stiffness = contact_ellipse(along, across, 1.0, effective_modulus).approach ** -1.5
+    return row, y, z, angle, height, along, across, float(stiffness), 0.0, 0.0
 
 
-def _not_positive(name: str, curvature: float, y: float, row: int) -> ContactError:
-    return ContactError(
-        f"no contact ellipse at y = {1e3 * y:.2f} mm of the counterface's profile: its {name} = "
-        f"{curvature:.3g} 1/m is not positive; take the normal model kik_piotrowski",
-        row=row,
-    )
+def _forces(contacts: _Contacts, displacement: ArrayLike) -> FloatArray:
+    """Return the normal forces [N] of contacts of a wheel pushed down by a displacement [m]."""
+    approach = np.maximum((displacement - contacts["height"]) * np.cos(contacts["angle"]), 0.0)
+    force: FloatArray = contacts["stiffness"] * approach**1.5
+    return force
 
 
-def _parabola(values: FloatArray, window: float) -> tuple[float, float, float]:
-    """Coefficients of the least-squares parabola of values at `window * _SAMPLES`, by rising power."""
-    square = _SAMPLES**2
-    mean = square.mean()
-    bend = float(((square - mean) * values).sum() / ((square - mean) ** 2).sum())
-    tilt = float((_SAMPLES * values).sum() / square.sum())
-    return float(values.mean() - bend * mean), tilt / window, bend / window**2
-
-
-def _force(contact: _Contact, displacement: float) -> float:
-    """Return the normal force [N] of a contact of a wheel pushed down by `displacement` [m]."""
-    approach = max((displacement - contact.height) * math.cos(contact.angle), 0.0)
-    return contact.stiffness * float(approach**1.5)
-
-
-def _displacement_alone(contact: _Contact, load: float, vertical: bool) -> float:
-    """Vertical displacement [m] at which one contact carries all the load."""
-    cosine = math.cos(contact.angle)
+def _displacement_alone(contacts: _Contacts, load: float, vertical: bool) -> FloatArray:
+    """Vertical displacements [m] at which each contact carries all the load."""
+    cosine = np.cos(contacts["angle"])
     force = load / cosine if vertical else load
-    return contact.height + float((force / contact.stiffness) ** (2.0 / 3.0)) / cosine
+    displacement: FloatArray = contacts["height"] + (force / contacts["stiffness"]) ** (2.0 / 3.0) / cosine
+    return displacement
 
 
-def _balance(contacts: list[_Contact], load: float, vertical: bool) -> float:
+def _balance(contacts: _Contacts, load: float, vertical: bool) -> float:
     """Vertical displacement [m] at which the contacts of a wheel carry its load together."""
-    upper = min(_displacement_alone(contact, load, vertical) for contact in contacts)
-    if len(contacts) == 1:
+    upper = float(_displacement_alone(contacts, load, vertical).min())
+    if contacts.size == 1:
         return upper
-    low = min(contact.height for contact in contacts)
+    low, cosine = float(contacts["height"].min()), np.cos(contacts["angle"])
 
     def excess(approach: float) -> float:
-        return sum(_force(t, low + approach) * math.cos(t.angle) for t in contacts) - load
+        return float(_forces(contacts, low + approach) @ cosine) - load
 
     # Each contact alone would go deeper than all of them; the margin is for the rounding of `upper`.
-    approach: float = brentq(excess, 0.0, (upper - low) * (1.0 + 1e-9), xtol=1e-18, rtol=1e-15)
-    return low + approach
+    return low + float(brentq(excess, 0.0, (upper - low) * (1.0 + 1e-9), xtol=1e-18, rtol=1e-15))
 
 
 def _cut_strips(
-    gap: Gap,
-    contacts: list[_Contact],
-    force: FloatArray,
-    displacement: FloatArray,
-    effective_modulus: float,
-    resolution: Resolution,
+    gap: Gap, contacts: _Contacts, effective_modulus: float, resolution: Resolution
 ) -> NormalSolution:
     """Cut the ellipses into strips of equal width and make the pressure fit the load on them."""
-    row, y, z, angle, along, across, height = (
-        np.array([getattr(contact, name) for contact in contacts])
-        for name in ("row", "y", "z", "angle", "along", "across", "height")
+    row, y, z, angle, height, along, across, _, force, displacement = (
+        contacts[name].copy() for name in _CONTACT.names or ()
     )
     ellipse = contact_ellipse(along, across, force, effective_modulus)
     strips = resolution.strips_across(2.0 * ellipse.semi_axis_y)
@@ -354,8 +308,12 @@ def _cut_strips(
     grid = gap.counterface
     on_profile, skew = np.empty_like(place), np.empty_like(place)
     for m in range(row.size):
-        part = _facing(grid.angle - angle[m], int(np.searchsorted(grid.y, y[m])))
-        s = (grid.y[part] - y[m]) * math.cos(angle[m]) + (grid.z[part] - z[m]) * math.sin(angle[m])
+        # Points around the contact whose tangents turn less than 84 degrees away from its own.
+        away = np.flatnonzero(np.cos(grid.angle - angle[m]) < 0.1)
+        bounds = np.concatenate(([-1], away, [grid.y.size]))
+        k = np.searchsorted(away, np.searchsorted(grid.y, y[m]))
+        part = slice(bounds[k] + 1, bounds[k + 1])
+        s = (grid.y[part] - y[m]) * np.cos(angle[m]) + (grid.z[part] - z[m]) * np.sin(angle[m])
         first, last = np.searchsorted(s, place[m, [0, -1]])
         if first == 0 or last == s.size or gap.gap[row[m], part][first - 1 : last + 1].max() >= NO_WHEEL:
             raise fault_of(AT_EDGE, int(row[m]))
@@ -368,15 +326,14 @@ def _cut_strips(
     true = np.minimum(np.arange(middle.shape[1]), strips[:, None] - 1)
     skew = np.take_along_axis(skew[:, 1::2], true, axis=1)
     width = 2.0 * ellipse.semi_axis_y / strips
+    slope = force / (0.5 * np.pi * (half**2).sum(axis=1) * width)
     patch = Patch(
         row=row,
         y=middle,
         width=width,
         x_lead=skew + half,
         x_trail=skew - half,
-        pressure_slope=np.broadcast_to(
-            (force / (0.5 * np.pi * (half**2).sum(axis=1) * width))[:, None], half.shape
-        ),
+        pressure_slope=np.broadcast_to(slope[:, None], half.shape),
         interpenetration=np.zeros_like(middle),
         strips=strips,
         cells=cells_of(resolution, skew + half, skew - half),
@@ -398,20 +355,12 @@ def _check_overlap(row: IntArray, left: FloatArray, right: FloatArray) -> None:
     """Two ellipses of a wheel on the same part of the profile would load it twice."""
     order = np.lexsort((left, row))
     left, right, row = left[order], right[order], row[order]
-    overlap = np.flatnonzero((row[1:] == row[:-1]) & (left[1:] < right[:-1]))
-    if overlap.size > 0:
-        first = int(overlap[0])
+    for k in np.flatnonzero((row[1:] == row[:-1]) & (left[1:] < right[:-1]))[:1]:
         raise ContactError(
-            f"no contact ellipse: the ellipses of two contacts overlap at y = {1e3 * left[first + 1]:.2f} .. "
-            f"{1e3 * right[first]:.2f} mm of the counterface's profile; take the normal model kik_piotrowski",
-            row=int(row[first]),
+            f"no contact ellipse: the ellipses of two contacts overlap at y = {1e3 * left[k + 1]:.2f} .. "
+            f"{1e3 * right[k]:.2f} mm of the counterface's profile; take the normal model kik_piotrowski",
+            row=int(row[k]),
         )
-
-
-def _facing(turn: FloatArray, index: int) -> slice:
-    """Grid points around `index` whose tangents turn less than 84 degrees away from that of the contact."""
-    away = np.flatnonzero(np.cos(turn) < 0.1)
-    return slice(int(away[away < index].max(initial=-1)) + 1, int(away[away >= index].min(initial=turn.size)))
 
 
 # The wear of a small bump is that of the smooth profile around it, and what a step adds to the bump stays.

@@ -13,6 +13,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from wearsim.contact.geometry import Gap
+from wearsim.contact.kernel import bare_kernel
 from wearsim.contact.patch import FloatArray, IntArray, Patch, Resolution
 from wearsim.contact.registry import check_grid
 from wearsim.errors import ContactError, NumericalError
@@ -33,6 +34,16 @@ FAINT = 1e-3
 NEAR, FAR = 10e-3, 20e-3
 ALIKE, UNLIKE = 0.2, 0.3
 ADJACENT, CLEAR = 2e-3, 4e-3  # whatever the angle
+
+
+@bare_kernel
+def plane_share(distance: float, turn: float) -> float:
+    """Share in which two contacts have one plane, by their distance from edge to edge and their angles."""
+    near = min(max((FAR - distance) / (FAR - NEAR), 0.0), 1.0)
+    alike = min(max((UNLIKE - abs(turn)) / (UNLIKE - ALIKE), 0.0), 1.0)
+    adjacent = min(max((CLEAR - distance) / (CLEAR - ADJACENT), 0.0), 1.0)
+    share: float = max(near * alike, adjacent)
+    return share
 
 
 @dataclass(frozen=True)
@@ -223,8 +234,8 @@ def _check_solution(gap: Gap, solution: NormalSolution, effective_modulus: float
     row = patch.row
     loaded = ~(solution.normal_force < FAINT * np.bincount(row, solution.normal_force)[row])
     arrays = [getattr(solution, name) for name in _REAL] + [getattr(patch, name) for name in _REAL_OF_PATCH]
-    if not np.isfinite(np.concatenate(arrays, axis=None)).all():
-        fine = np.all([np.isfinite(values.reshape(row.size, -1)).all(axis=1) for values in arrays], axis=0)
+    fine = np.all([np.isfinite(values.reshape(row.size, -1)).all(axis=1) for values in arrays], axis=0)
+    if not fine.all():
         raise NumericalError(
             "the normal contact has no finite solution; check profiles, radii and load, or take another "
             "normal model",

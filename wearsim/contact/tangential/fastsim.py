@@ -10,7 +10,7 @@ References
 .. [1] J. J. Kalker, Vehicle System Dynamics 11 (1982) 1-13, doi:10.1080/00423118208968684.
 .. [2] J. Piotrowski, H. Chollet, Vehicle System Dynamics 43 (2005) 455-483,
    doi:10.1080/00423110500141144 (equivalent ellipse).
-.. [3] B. Liu, S. Bruni, Urban Rail Transit 1 (2016) 215-226, equation (38).
+.. [3] B. Liu, S. Bruni, Urban Rail Transit 1 (2016) 215-226.
 """
 
 from __future__ import annotations

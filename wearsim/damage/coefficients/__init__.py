@@ -6,6 +6,7 @@ A file holds the fields of `CoefficientSet`, and below `[values.SYMBOL]` those o
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Iterable
 from pathlib import Path
 
 from wearsim.damage.coefficients.record import Coefficient, CoefficientSet
@@ -26,24 +27,26 @@ COEFFICIENT_SETS: Registry[CoefficientSet] = Registry(
 )
 
 
-def coefficient_set(given: str | CoefficientSet, law: str | None) -> CoefficientSet:
+def coefficient_set(
+    given: str | CoefficientSet, law: str | None, faults: Iterable[Fault] = ()
+) -> CoefficientSet:
     """Return the coefficient set called `given`, or given itself, if it belongs to a law; None: to any.
 
     Raises
     ------
     SceneError
-        For an unknown name, or a set of other laws.
+        For an unknown name, or a set of other laws, behind the `faults` found before.
     """
+    found = list(faults)
+    chosen = COEFFICIENT_SETS.get(given) if isinstance(given, str) else given
     fitting = sorted(name for name, one in COEFFICIENT_SETS.items() if law is None or law in one.laws)
-    if isinstance(given, CoefficientSet):
-        chosen = given
-    elif given in COEFFICIENT_SETS:
-        chosen = COEFFICIENT_SETS[given]
-    else:
-        raise SceneError([unknown("coefficient set", given, fitting or COEFFICIENT_SETS)])
-    if law is not None and law not in chosen.laws:
+    if chosen is None:
+        found.append(unknown("coefficient set", str(given), fitting or COEFFICIENT_SETS))
+    elif law is not None and law not in chosen.laws:
         message = f'coefficients = "{chosen.name}" belong to {", ".join(chosen.laws)}, not to law = "{law}"'
-        raise SceneError([Fault(f"{message}; take {', '.join(fitting) or 'a table of your own'}")])
+        found.append(Fault(f"{message}; take {', '.join(fitting) or 'a table of your own'}"))
+    if chosen is None or found:
+        raise SceneError(found)
     return chosen
 
 

@@ -118,6 +118,14 @@ class CoefficientSet:
         return replace(self, departures=(*self.departures, change), values=values)
 
 
+def given_set(
+    name: str, law: str, values: Mapping[str, tuple[float, str]], source: str, validity: str, sure: str = ""
+) -> CoefficientSet:
+    """Return a set of the user's own for a law, of values with their units; `sure` is its certainty."""
+    numbers = {symbol: Coefficient(value, unit, source, "given") for symbol, (value, unit) in values.items()}
+    return CoefficientSet(name, (law,), "as given", source, validity, (), numbers, certainty=sure)
+
+
 def _range(limits: Sequence[float] | None) -> str:
     if limits is None or not math.isfinite(limits[1]):
         return ""

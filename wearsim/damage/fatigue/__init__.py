@@ -7,17 +7,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from dataclasses import fields as dataclass_fields
 
 import numpy as np
 
-from wearsim.damage.batches import batches, part_of
+from wearsim.contact.wheels import joined
+from wearsim.damage.batches import batches, require_usable
 from wearsim.damage.coefficients import coefficient_set
 from wearsim.damage.coefficients.record import CoefficientSet
 from wearsim.damage.fatigue.law import Branch, FatigueDamage, FatigueLaw
 from wearsim.damage.fatigue.loads import WEAR_NUMBERS, PatchLoads, WearNumber, patch_loads
 from wearsim.damage.registry import Registry, discover
-from wearsim.errors import Fault, NumericalError, SceneError
+from wearsim.errors import Fault
 from wearsim.quantities import QUANTITIES
 
 FATIGUE_LAWS: Registry[FatigueLaw] = discover("fatigue law", __name__, __path__, FatigueLaw)
@@ -74,13 +74,7 @@ def coefficients_of(settings: FatigueSettings) -> CoefficientSet:
     for name, value in (("crack_depth", settings.crack_depth), ("crack_width", settings.crack_width)):
         if value is not None and (fault := QUANTITIES[f"fatigue_{name}"].fault(value, name)):
             faults.append(Fault(fault))
-    try:
-        coefficients = coefficient_set(settings.coefficients, law.name)
-    except SceneError as error:
-        raise SceneError([*faults, *error.faults]) from None
-    if faults:
-        raise SceneError(faults)
-    return coefficients
+    return coefficient_set(settings.coefficients, law.name, faults)
 
 
 def counts_cycles(name: str) -> bool:
@@ -128,18 +122,10 @@ def passage_damage(loads: PatchLoads, settings: FatigueSettings) -> FatigueDamag
     for name in ("pressure", "shear_x", "shear_y", "work_density"):
         good &= np.isfinite(getattr(loads.fields, name)).all(axis=(1, 2))
     with np.errstate(divide="ignore", invalid="ignore"):
-        parts = [
-            law.damage(part_of(loads, patches), coefficients, **taken) for patches in batches(loads.area.size)
-        ]
-    names = [field.name for field in dataclass_fields(FatigueDamage)]
-    passage = FatigueDamage(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+        parts = [law.damage(part, coefficients, **taken) for part in batches(loads, loads.area.size)]
+    passage: FatigueDamage = joined(parts)
     bad = ~(good & np.isfinite(passage.index) & np.isfinite(passage.strip_damage).all(axis=1))
-    if bad.any():
-        raise NumericalError(
-            f'fatigue law "{settings.law}" got contact fields that are not finite, or carry no load, in '
-            f"{int(bad.sum())} of {bad.size} patches (first: {int(np.argmax(bad))}); "
-            "look at this operating point with the contact command"
-        )
+    require_usable(f'fatigue law "{settings.law}"', bad, "not finite, or carry no load,")
     return passage
 
 

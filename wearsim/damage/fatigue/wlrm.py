@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from wearsim.contact.patch import FloatArray
-from wearsim.damage.coefficients.record import Coefficient, CoefficientSet
+from wearsim.damage.coefficients.record import CoefficientSet, given_set
 from wearsim.damage.fatigue.law import Branch, FatigueDamage, FatigueLaw
 from wearsim.damage.fatigue.loads import WEAR_NUMBERS, PatchLoads, WearNumber, work_share
 from wearsim.errors import Fault, SceneError
@@ -52,39 +52,22 @@ def damage_function(
     return np.maximum(net, coefficients["floor"]) if "floor" in coefficients.values else net
 
 
-def own_function(
-    *,
-    start: float,
-    peak: float,
-    end: float,
-    peak_damage: float,
-    source: str,
-    certainty: str,
-    floor: float | None = None,
-) -> CoefficientSet:
+def own_function(*, source: str, certainty: str, **given: float | None) -> CoefficientSet:
     """Return break points of one's own for the law "wlrm", for wheels and other steels.
 
-    The wear numbers [N] must rise, else a SceneError is raised. `floor` is the lowest damage beyond `end`;
-    None: it falls on [-]. Source and certainty say where the numbers come from and how sure they are.
+    The wear numbers start, peak and end [N] must rise, else a SceneError is raised. `peak_damage` [-] is
+    between them, `floor` [-], if given, the lowest damage beyond the end. Source and certainty say where the
+    numbers come from and how sure they are.
     """
+    numbers = {name: value for name, value in given.items() if value is not None}
+    start, peak, end = (numbers[name] for name in ("start", "peak", "end"))
     if not 0.0 <= start < peak < end:
         points = f"start_N = {start:g}, peak_N = {peak:g} and end_N = {end:g}"
         raise SceneError([Fault(f"damage_function: {points} must rise; change them")])
-    numbers = {"start": start, "peak": peak, "end": end, "peak_damage": peak_damage}
-    numbers |= {} if floor is None else {"floor": floor}
     units = {"peak_damage": "-", "floor": "-"}
-    return CoefficientSet(
-        name="damage_function",
-        laws=("wlrm",),
-        materials="as given",
-        source=source,
-        validity=f"As given by the user. Certainty: {certainty}.",
-        departures=(),
-        values={
-            name: Coefficient(value, units.get(name, "N"), source, "given") for name, value in numbers.items()
-        },
-        certainty=certainty,
-    )
+    values = {name: (value, units.get(name, "N")) for name, value in numbers.items()}
+    validity = f"As given by the user. Certainty: {certainty}."
+    return given_set("damage_function", "wlrm", values, source, validity, certainty)
 
 
 def damage(

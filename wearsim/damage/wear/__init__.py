@@ -10,13 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from wearsim.contact.patch import FloatArray, IntArray, SurfaceFields
-from wearsim.damage.batches import batches, part_of
+from wearsim.damage.batches import batches, require_usable
 from wearsim.damage.coefficients import coefficient_set
 from wearsim.damage.coefficients.record import CoefficientSet
 from wearsim.damage.registry import Registry, discover
 from wearsim.damage.wear.archard import SEIZURE_CAPS, SeizureCap
 from wearsim.damage.wear.law import Form, WearLaw
-from wearsim.errors import Fault, NumericalError, SceneError
+from wearsim.errors import Fault
 
 WEAR_LAWS: Registry[WearLaw] = discover("wear law", __name__, __path__, WearLaw)
 
@@ -72,13 +72,8 @@ def coefficients_of(settings: WearSettings) -> CoefficientSet:
             faults.append(
                 Fault(f'{name} acts with law = {laws_that_take(name)} only, not "{law.name}"; delete it')
             )
-    try:
-        # a law that removes nothing takes any set
-        coefficients = coefficient_set(settings.coefficients, law.name if law.wears else None)
-    except SceneError as error:
-        raise SceneError([*faults, *error.faults]) from None
-    if faults:
-        raise SceneError(faults)
+    # a law that removes nothing takes any set
+    coefficients = coefficient_set(settings.coefficients, law.name if law.wears else None, faults)
     if settings.hardness is not None:
         value = 1e-9 * settings.hardness
         coefficients = coefficients.with_value("hardness", value, "hardness of the wheel as given")
@@ -120,17 +115,12 @@ def passage_depth(fields: SurfaceFields, area: FloatArray, settings: WearSetting
     coefficients = coefficients_of(settings)
     taken = {name: getattr(settings, name) for name in ("density", "seizure_cap") if name in law.parameters}
     parts = [
-        law.depth(part_of(fields, patches), area[patches], coefficients, form=settings.form, **taken)
-        for patches in batches(area.size)
+        law.depth(*part, coefficients, form=settings.form, **taken)
+        for part in batches((fields, area), area.size)
     ]
     depth = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
-    bad = ~np.isfinite(depth).all(axis=(0, 2))
-    if bad.any():
-        raise NumericalError(
-            f'wear law "{settings.law}" got contact fields that are not finite in '
-            f"{int(bad.sum())} of {bad.size} patches (first: {int(np.argmax(bad))}); "
-            "look at this operating point with the contact command"
-        )
+    bad = np.asarray(~np.isfinite(depth).all(axis=(0, 2)))
+    require_usable(f'wear law "{settings.law}"', bad, "not finite")
     return depth
 
 

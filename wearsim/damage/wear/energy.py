@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from wearsim.contact.patch import FloatArray, SurfaceFields
-from wearsim.damage.coefficients.record import Coefficient, CoefficientSet
+from wearsim.damage.coefficients.record import CoefficientSet, given_set
 from wearsim.damage.wear.law import Form, WearLaw
 from wearsim.damage.wear.sliding import along_strips, mean_of, patch_total
 
@@ -28,15 +28,8 @@ _WATT_PER_M2 = {"W mm-2": 1e6, "W m-2": 1.0}
 
 def constant(volume_per_work: float, source: str) -> CoefficientSet:
     """Return the set of a law with one constant k_e [m3/J], 1e-12 is 1 mm3/kJ, and where it comes from."""
-    return CoefficientSet(
-        name="constant",
-        laws=("energy",),
-        materials="as given",
-        source=source,
-        validity="As far as the constant holds.",
-        departures=(),
-        values={"mild": Coefficient(volume_per_work, "m3 J-1", source, "given")},
-    )
+    validity = "As far as the constant holds."
+    return given_set("constant", "energy", {"mild": (volume_per_work, "m3 J-1")}, source, validity)
 
 
 def volume_per_work(coefficients: CoefficientSet, level: str, density: float) -> float:

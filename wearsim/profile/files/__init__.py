@@ -2,58 +2,47 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from decimal import Decimal
+from decimal import Decimal, localcontext
+from functools import partial
 from pathlib import Path
-from typing import Literal, NamedTuple, Unpack
+from typing import NamedTuple, Unpack
 
 import numpy as np
 
 from wearsim.errors import ProfileError, suggestion
 from wearsim.profile import placement, standard
 from wearsim.profile.files import miniprof, simpack
-from wearsim.profile.files.axes import ORIGINS, RUNNING_CIRCLE, UNITS, Conversion, Statements
-from wearsim.profile.files.points import (
-    EXACT,
-    Faults,
-    Points,
-    SliceFile,
-    Text,
-    is_slice_list,
-    one_line,
-    read_points,
-    read_slice_list,
-    read_text,
-)
+from wearsim.profile.files.axes import ORIGINS, UNITS, Conversion, Statements
+from wearsim.profile.files.points import Faults, Points, Text, one_line, read_points, read_text
 from wearsim.profile.shape import Kind, Profile
 from wearsim.profile.smoothing import smoothed
 from wearsim.whole_files import utf8, write_whole
 
+_EXACT_DIGITS = 400  # enough to add 70 mm to any double without rounding
+
 
 class Format(NamedTuple):
-    """Title of a format, and how it is recognised.
+    """Title of a format, its reader, and how it is recognised: by its content, else by its extension.
 
-    By its content, else by its extensions with the kind they stand for ("" for both); a plain list of
-    points has the directions of y and z.
+    Extensions have the kind of profile they stand for, "" for both.
     """
 
     title: str
+    read: Callable[[Text, Kind, Faults], Points]
     suffixes: Mapping[str, str]
     recognises: Callable[[Text], bool] | None = None
-    axes: tuple[Literal["field", "centre"], Literal["down", "up"]] | None = None
 
 
 _GENSYS = {".wheel": "wheel", ".rail": "rail", ".kpf_rotr": "rail"}
-_SLICES = {".slcs": "rail", ".slcw": "wheel"}
 FORMATS: dict[str, Format] = {
-    "simpack": Format("SIMPACK", simpack.SUFFIXES, simpack.recognises),
-    "miniprof-parts": Format("MiniProf multi-part", {".mpt": ""}, miniprof.recognises_parts),
-    "miniprof": Format("MiniProf", miniprof.SUFFIXES, miniprof.recognises),
-    "slices": Format("CONTACT slices", _SLICES, is_slice_list),
-    "gensys": Format("GENSYS", _GENSYS, axes=("centre", "down")),
-    "uic519": Format("UIC 519 table", {".dat": ""}, axes=("field", "up")),
-    "two-column": Format("two columns", {}, axes=("field", "down")),
+    "simpack": Format("SIMPACK", simpack.read, simpack.SUFFIXES, simpack.recognises),
+    "miniprof": Format("MiniProf", miniprof.read, miniprof.SUFFIXES, miniprof.recognises),
+    "gensys": Format("GENSYS", partial(read_points, towards_centre=True), _GENSYS),
+    "uic519": Format("UIC 519 table", partial(read_points, upwards=True), {".dat": ""}),
+    "two-column": Format("two columns", read_points, {}),
 }
 """What can be read, in the order in which files are tried."""
 
@@ -66,10 +55,7 @@ class ProfileReading:
     format: str  # key of `FORMATS`
     header: Mapping[str, str] = field(repr=False)  # keys and values of the file, unchanged
     notes: tuple[str, ...]  # what was detected, changed or left out
-    files: tuple[Path, ...]  # the file given, and that of the slice
     lean: float | None = None  # of a rail head towards the track centre, see `placement.head_lean` [-]
-    # of y = 0 from the flange back, by the header if y of the file starts there [m]
-    running_circle: float = placement.RUNNING_CIRCLE
     diameter: float | None = None  # of a wheel at the running circle, that the instrument wrote down [m]
 
 
@@ -91,34 +77,31 @@ def read_profile(path: str | Path, kind: Kind, **statements: Unpack[Statements])
         One line per fault, ``file:line: message``; what cannot be detected names the flag that settles it.
     """
     path = Path(path)
-    format, part, slice = statements.get("format"), statements.get("part"), statements.get("slice")
+    name = statements.get("format")
     _known("units", statements.get("units"), UNITS, path)
     _known("origin", statements.get("origin"), ORIGINS, path)
-    text, files, header, notes = read_text(path), [path], dict[str, str](), tuple[str, ...]()
-    name, faults = _format_of(text, format, kind)
-    if name == "slices":
-        listed = read_slice_list(text, faults, slice)
+    _known("format", name, FORMATS, path)
+    text, suffix, faults = read_text(path), path.suffix.lower(), Faults(path)
+    by_content = (key for key, each in FORMATS.items() if each.recognises and each.recognises(text))
+    by_suffix = (key for key, each in FORMATS.items() if suffix in each.suffixes)
+    name = name or next(by_content, None) or next(by_suffix, "two-column")
+    stands_for = FORMATS[name].suffixes.get(suffix, "")
+    if stands_for not in ("", kind):
+        faults.add(f"{suffix} is a {stands_for}, a {kind} profile is needed")
+    with localcontext(prec=_EXACT_DIGITS):
+        points = FORMATS[name].read(text, kind, faults)
         faults.raise_any()
-        assert listed is not None
-        files.append(_slice_file(path, listed))
-        header, notes = dict(listed.header), (f"format {FORMATS[name].title}", *text.notes, listed.note)
-        text, slice = read_text(files[-1]), None
-        name, faults = _format_of(text, None, kind)
-    content = _content(text, name, kind, faults, part)
-    if slice is not None:
-        faults.add(f"--slice {slice} is stated, but the file is no list of slices: leave it out")
-    faults.raise_any()
-    assert content is not None
-    ours = Conversion(content, kind, statements, faults).result()
-    lean = None if kind == "wheel" else placement.head_lean(ours.y, ours.z)
-    notes += (f"format {FORMATS[name].title}", *text.notes, *content.notes, *ours.notes)
-    notes += () if lean is None else (f"head {placement.lean_words(lean)}",)
+        conversion = Conversion(points, kind, statements, faults)
+        y, z = conversion.result()
+    lean = None if kind == "wheel" else placement.head_lean(y, z)
+    leans = () if lean is None else (f"head {placement.lean_words(lean)}",)
+    notes = (f"format {FORMATS[name].title}", *text.notes, *conversion.notes, *leans)
     shown = notes[1:] if name == "two-column" else notes
     source = f"file {path.name} ({'; '.join(shown)})" if shown else f"file {path.name}"
-    profile = Profile(utf8(path.stem), kind, ours.y, ours.z, source)
-    header |= content.header
-    diameter = miniprof.wheel_diameter(header) if kind == "wheel" else None
-    return ProfileReading(profile, name, header, notes, tuple(files), lean, ours.running_circle, diameter)
+    diameter = miniprof.wheel_diameter(points.header) if kind == "wheel" else None
+    return ProfileReading(
+        Profile(utf8(path.stem), kind, y, z, source), name, points.header, notes, lean, diameter
+    )
 
 
 def _known(key: str, value: str | None, known: Iterable[str], path: Path) -> None:
@@ -126,42 +109,6 @@ def _known(key: str, value: str | None, known: Iterable[str], path: Path) -> Non
     if value is not None and value not in known:
         hint = suggestion(value, known)
         raise ProfileError(f"{path}: {key} = {value!r} is not one of {', '.join(known)}{hint}")
-
-
-def _format_of(text: Text, name: str | None, kind: Kind) -> tuple[str, Faults]:
-    """Format of a file, stated, by its content, or by its extension, with the fault of a wrong extension."""
-    _known("format", name, FORMATS, text.path)
-    suffix, faults = text.path.suffix.lower(), Faults(text.path)
-    by_content = (key for key, each in FORMATS.items() if each.recognises and each.recognises(text))
-    by_suffix = (key for key, each in FORMATS.items() if suffix in each.suffixes)
-    name = name or next(by_content, None) or next(by_suffix, "two-column")
-    stands_for = FORMATS[name].suffixes.get(suffix, "")
-    if stands_for not in ("", kind):
-        faults.add(f"{suffix} is a {stands_for}, a {kind} profile is needed")
-    return name, faults
-
-
-def _content(text: Text, name: str, kind: Kind, faults: Faults, part: int | str | None) -> Points | None:
-    """Read a file of known format; None with a fault."""
-    if name == "slices":
-        faults.add("is a list of slices within a list of slices; give the list itself")
-        return None
-    if name == "miniprof-parts":
-        return miniprof.read_part(text, kind, faults, part)
-    if part is not None:
-        faults.add(f"--part {part} is stated, but the file holds one profile: leave it out")
-    if (axes := FORMATS[name].axes) is not None:
-        return read_points(text, faults, *axes)
-    return simpack.read(text, kind, faults) if name == "simpack" else miniprof.read(text, kind, faults)
-
-
-def _slice_file(path: Path, listed: SliceFile) -> Path:
-    """File of a slice, in the folder of the list."""
-    file = path.parent / listed.file.replace("\\", "/")
-    if not file.is_file():
-        message = f"slice file {listed.file[:40]!r} does not exist in the folder of the list; copy it there"
-        raise ProfileError(f"{path}:{listed.line}: {message}")
-    return file
 
 
 def load_profile(
@@ -215,7 +162,7 @@ def is_file(name: str) -> bool:
     """
     path = Path(name)
     looks_like_path = bool(path.suffix) or len(path.parts) != 1
-    return path.is_file() or (looks_like_path and not standard.is_designation(name))
+    return os.path.isfile(name) or (looks_like_path and not standard.is_designation(name))
 
 
 def place_file(
@@ -292,13 +239,6 @@ def write_profile(
     write_whole(path, "\n".join(_lines(profile, path, format)) + "\n")
 
 
-_MINIPROF_HEADER = """\
-Filename={file}
-ProgramName=wearsim
-XYPoints={count}
-ColumnDef=X,Y
-UOF1={about}
-{axis}"""
 _SIMPACK_HEADER = """\
 ! {kind} profile written by wearsim: {file}
 header.begin
@@ -338,16 +278,16 @@ def _lines(profile: Profile, path: Path, format: str) -> list[str]:
     # name and source without the marks that begin a comment in some format
     about = one_line(f"{name}; {profile.source}" if profile.source else name)
     about = about.replace('"', "'").replace("!", "")
-    keys = {"file": one_line(path.name), "count": len(points), "about": about, "kind": profile.kind,
-            "type": int(wheel), "comment": about.replace("'", ""),
-            "axis": f"{miniprof.AXIS_KEY}={miniprof.AXIS_FIELD}"}  # fmt: skip
     if format == "simpack":
+        keys = {"file": one_line(path.name), "kind": profile.kind, "type": int(wheel)}
+        head = _SIMPACK_HEADER.format(**keys, comment=about.replace("'", "")).splitlines()
         rows = [f"    {y:f} {z:f}" for y, z in points]
         # SIMPACK lists wheels from the field side to the flange
-        head = _SIMPACK_HEADER.format(**keys).splitlines()
         return [*head, *(rows[::-1] if wheel else rows), "  point.end", "spline.end"]
-    head = _MINIPROF_HEADER.format(**keys).splitlines()
+    head = [f"Filename={one_line(path.name)}", "ProgramName=wearsim", f"XYPoints={len(points)}"]
+    head += ["ColumnDef=X,Y", f"UOF1={about}", f"{miniprof.AXIS_KEY}={miniprof.AXIS_FIELD}"]
     if wheel:
-        head.append(f"WheelDiameterTaperline={RUNNING_CIRCLE}.0000")
-        return [*head, "", *(f"{EXACT.add(y, RUNNING_CIRCLE):f} {z:f}" for y, z in points)]
+        head.append(f"{miniprof.CIRCLE_KEY}={miniprof.RUNNING_CIRCLE}.0000")
+        with localcontext(prec=_EXACT_DIGITS):
+            return [*head, "", *(f"{y + miniprof.RUNNING_CIRCLE:f} {z:f}" for y, z in points)]
     return [*head, "", *(f"{y:f} {z.copy_negate():f}" for y, z in points)]

@@ -1,31 +1,29 @@
-"""Text of profile files, the points in it, and the formats that are plain lists of points.
+"""Text of profile files, the columns of numbers in it, and the formats that are plain lists of points.
 
 Axes of GENSYS after its manual pages `kpf` and `kpf_rot`, of UIC 519 after published tables of the reference
-profiles of EN 15302, slices after the manual of the program CONTACT.
+profiles of EN 15302.
 """
 
 from __future__ import annotations
 
 import codecs
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from decimal import Context, Decimal
+from decimal import Decimal
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal, NoReturn
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wearsim.errors import Fault, ProfileError, first_of
-from wearsim.profile.shape import FloatArray
+from wearsim.profile.shape import Kind
 
 MAX_BYTES = 20_000_000
 MAX_LINES = 1_100_000  # 10^6 points and what may stand around them
 MAX_POINTS = 1_000_000
 MAX_CELL = 1000  # characters of one number
-MAX_SLICES = 100_000
-EXACT = Context(prec=400)
-"""Digits enough to add 70 mm to any double without rounding."""
-
 _MOST_FAULTS = 1000  # then reading stops
 _CONTROL = re.compile(r"[\x00-\x08\x0b\x0e-\x1f\x7f]")  # all but tab, line ends and form feed
 _LARGEST = 1e6  # in any unit; keeps sums and products of points finite
@@ -34,7 +32,11 @@ _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity|1\.#\w*)", re.IGNORECASE)
 _COMMENT = re.compile(r"[#!%].*")
 _NUMBERS_BEGIN = re.compile(r"(^|[;,\s])[+-]?(\.?\d|nan\b|inf)", re.IGNORECASE)
 _SEPARATORS = {"": "blanks", ",": "commas", ";": "semicolons"}
-_SLICE = re.compile(r"""([-+.\deE]+)\s+(?:'([^']+)'|"([^"]+)")""")
+
+Decimals = NDArray[np.object_]
+"""Exact decimals, as they stand in a file."""
+Row = tuple[int, str]
+"""Number of a line, and its text without comment."""
 
 
 @dataclass(frozen=True)
@@ -48,32 +50,17 @@ class Text:
 
 @dataclass(frozen=True)
 class Points:
-    """Points as they stand in a file, before any axis or unit is settled."""
+    """Points (n,) as they stand in a file, and what its format says on their axes."""
 
     lines: list[int]  # of each point
-    y: list[str]  # decimals as written
-    z: list[str]
+    y: Decimals
+    z: Decimals
     # directions by the rules of the format: y to the field side or the track centre, z down to the flange tip
-    y_axis: Literal["field", "centre", "unknown"] = "unknown"
-    z_axis: Literal["down", "up", "unknown"] = "unknown"
-    shift_y: Decimal = Decimal(0)  # to be added to the file's numbers
-    shift_z: Decimal = Decimal(0)
-    mirror_y: bool = False  # sign to be changed after that
-    mirror_z: bool = False
-    metres: Decimal | None = None  # length of the file's unit [m]; None if the file does not say
-    running_circle: Decimal | None = None  # distance from the flange back given in the file [mm]
+    y_axis: Literal["field", "centre", "unknown"]
+    z_axis: Literal["down", "up"]
+    unit: Decimal | None = None  # length of the file's unit [m]; None if the file does not say
     header: dict[str, str] = field(default_factory=dict)  # keys and values, unchanged
     notes: tuple[str, ...] = ()  # what to report
-
-
-@dataclass(frozen=True)
-class SliceFile:
-    """Name of the file that holds a slice, the line that names it, header, and what to report."""
-
-    file: str
-    line: int
-    header: dict[str, str]
-    note: str
 
 
 class Faults:
@@ -83,16 +70,17 @@ class Faults:
         self.path = path
         self.faults: list[Fault] = []
 
-    @property
-    def count(self) -> int:
-        """How many there are."""
-        return len(self.faults)
-
     def add(self, message: str, line: int | None = None) -> None:
         """Note a fault; reading stops after many."""
         self.faults.append(Fault(message, str(self.path), line))
-        if self.count >= _MOST_FAULTS:
+        if len(self.faults) >= _MOST_FAULTS:
             self.raise_any()
+
+    def stop(self, message: str, line: int | None = None) -> NoReturn:
+        """Raise all faults, this one last."""
+        self.add(message, line)
+        self.raise_any()
+        raise AssertionError(message)
 
     def raise_any(self) -> None:
         """Raise `ProfileError` if there are faults: those alike in one line, of many the first."""
@@ -103,47 +91,6 @@ class Faults:
                  for same in alike.values()]  # fmt: skip
         if lines:
             raise ProfileError("\n".join(first_of(lines)))
-
-
-class Columns:
-    """Collects the points of a file line by line."""
-
-    def __init__(self, faults: Faults) -> None:
-        self.faults = faults
-        self.lines: list[int] = []
-        self.y: list[str] = []
-        self.z: list[str] = []
-        self.skipped = 0  # lines that are there, but hold no point
-        self.separator: str | None = None  # of the first line of numbers
-
-    def cells(self, line: str) -> list[str]:
-        """Cells of a line."""
-        if self.separator is None:
-            self.separator = separator_of(line)
-        return split_cells(line, self.separator)
-
-    def add(self, line: int, y: str, z: str, names: str = "yz") -> None:
-        """Take the cells of one line, or note what is wrong with them."""
-        if self.separator != ",":
-            y, z = y.replace(",", "."), z.replace(",", ".")
-        wrong = [
-            f"{name} = {cell[:40]!r} {fault}"
-            for name, cell in zip(names, (y, z), strict=True)
-            if (fault := number_fault(cell)) is not None
-        ]
-        if wrong:
-            self.skipped += 1
-            for message in wrong:
-                self.faults.add(message, line)
-            return
-        self.lines.append(line)
-        self.y.append(y)
-        self.z.append(z)
-        if len(self.lines) > MAX_POINTS:
-            self.faults.add(
-                f"more than {MAX_POINTS} points, hardly one profile; give one cross-section", line
-            )
-            self.faults.raise_any()
 
 
 def read_text(path: Path) -> Text:
@@ -195,9 +142,14 @@ def number_fault(cell: str) -> str | None:
     return "is not a number" if cell else "is missing"
 
 
-def is_number(cell: str) -> bool:
-    """Whether a cell is a decimal number, with point or comma."""
-    return len(cell) <= MAX_CELL and _NUMBER.fullmatch(cell.replace(",", ".")) is not None
+def value_of(header: Mapping[str, str], key: str) -> str:
+    """Value of a key of a header in any case of letters, empty if it has none."""
+    return next((value.strip() for name, value in header.items() if name.lower() == key.lower()), "")
+
+
+def one_line(text: str) -> str:
+    """Text with single blanks and without characters that no reader takes."""
+    return " ".join("".join(mark if mark.isprintable() else " " for mark in text).split())
 
 
 def separator_of(line: str) -> str:
@@ -211,103 +163,66 @@ def separator_of(line: str) -> str:
     return "," if "," in line else ""
 
 
-def one_line(text: str) -> str:
-    """Text with single blanks and without characters that no reader takes."""
-    return " ".join("".join(mark if mark.isprintable() else " " for mark in text).split())
+def cells_of(line: str, separator: str) -> list[str]:
+    """Cells of a line with decimal points."""
+    cells = [cell.strip() for cell in line.split(separator)] if separator else line.split()
+    return cells if separator == "," else [cell.replace(",", ".") for cell in cells]
 
 
-def split_cells(line: str, separator: str) -> list[str]:
-    """Cells of a line."""
-    return [cell.strip() for cell in line.split(separator)] if separator else line.split()
+def read_columns(
+    rows: list[Row],
+    faults: Faults,
+    *,
+    need: str,
+    most: int,
+    take: tuple[int, int] = (0, 1),
+    names: str = "yz",
+) -> dict[str, Any]:
+    """Lines, y and z of points from two columns of numbers; whatever is no number is a fault of its line.
 
-
-def scaled(cells: list[str], shift: Decimal, factor: Decimal, offset: Decimal) -> FloatArray:
-    """Exact (cell + shift) * factor + offset of decimals, each rounded once to a double; zeros are positive.
-
-    The shift is in the unit of the file, the factor leads to metres (negative mirrors), the offset is in m.
+    Rows have at least the columns that are taken and at most `most`, `need` in words.
     """
-    add, multiply = EXACT.add, EXACT.multiply
-    return np.array([float(add(multiply(add(Decimal(c), shift), factor), offset)) for c in cells]) + 0.0
+    separator = separator_of(rows[0][1]) if rows else ""
+    lines: list[int] = []
+    pairs: list[tuple[Decimal, Decimal]] = []
+    for number, line in rows:
+        cells = cells_of(line, separator)
+        if not max(take) < len(cells) <= most:
+            cut = ": the file is cut off; copy it again" if len(cells) < 2 and number == rows[-1][0] else ""
+            what = f"number of columns (separated by {_SEPARATORS[separator]}) = {len(cells)}"
+            faults.add(f"{what} must be {need}{cut}", number)
+            continue
+        y, z = (cells[column] for column in take)
+        wrong = [(name, cell, number_fault(cell)) for name, cell in zip(names, (y, z), strict=True)]
+        for name, cell, fault in wrong:
+            if fault is not None:
+                faults.add(f"{name} = {cell[:40]!r} {fault}", number)
+        if wrong[0][2] is wrong[1][2] is None:
+            lines.append(number)
+            pairs.append((Decimal(y), Decimal(z)))
+        if len(lines) > MAX_POINTS:
+            faults.stop(f"more than {MAX_POINTS} points, hardly one profile; give one cross-section", number)
+    columns = np.array(pairs, dtype=object).reshape(-1, 2).T
+    return {"lines": lines, "y": columns[0], "z": columns[1]}
 
 
 def read_points(
-    text: Text, faults: Faults, y_axis: Literal["field", "centre"], z_axis: Literal["down", "up"]
+    text: Text, _kind: Kind, faults: Faults, *, towards_centre: bool = False, upwards: bool = False
 ) -> Points:
-    """Points of a plain list with the axes of its format.
+    """Points of a plain list of wheel or rail alike, with the axes of its format.
 
     `#`, `!` and `%` begin comments; one line without numbers may precede the points.
     """
-    points = Columns(faults)
-    heading = ""
-    for number, raw in enumerate(text.lines, start=1):
-        commented = "#" in raw or "!" in raw or "%" in raw  # faster than the search, for long files
-        line = (_COMMENT.sub("", raw) if commented else raw).strip()
-        if not line:
-            continue
-        if points.separator is None and not heading and not _NUMBERS_BEGIN.search(line):
-            heading = line
-            continue
-        cells = points.cells(line)
-        if len(cells) == 2:
-            points.add(number, *cells)
-        else:
-            by = _SEPARATORS[points.separator or ""]
-            fix = "two: y and z, apart by blanks, semicolons, or commas with decimal points"
-            faults.add(f"number of columns (separated by {by}) = {len(cells)} must be {fix}", number)
+    bare = ((number, _COMMENT.sub("", raw).strip()) for number, raw in enumerate(text.lines, start=1))
+    rows = [row for row in bare if row[1]]
+    heading = rows.pop(0)[1] if rows and not _NUMBERS_BEGIN.search(rows[0][1]) else ""
+    need = "two: y and z, apart by blanks, semicolons, or commas with decimal points"
+    columns = read_columns(rows, faults, need=need, most=2)
     first = (line.lstrip()[1:].strip() for line in text.lines[:20] if line.lstrip()[:1] in ("#", "!", "%"))
     about = {"comment": next(first, ""), "columns": heading}
-    header = {key: value for key, value in about.items() if value}
-    return Points(points.lines, points.y, points.z, y_axis, z_axis, header=header)
-
-
-def is_slice_list(text: Text) -> bool:
-    """Whether a file holds lines of position and quoted file name, as lists of slices of CONTACT do."""
-    bare = [line for line in (_bare(raw) for raw in text.lines[:200]) if line]
-    return bool(bare) and len(_numbers(bare[0], 2)) == 2 and any(map(_SLICE.match, bare[4:]))
-
-
-def _bare(line: str) -> str:
-    """Line without comment; a `%` or `!` in a file name is not expected."""
-    return re.split(r"[!%]", line, maxsplit=1)[0].strip()
-
-
-def _numbers(line: str, count: int) -> list[str]:
-    """Return the first `count` cells of a line, or fewer if they are no numbers; words may follow."""
-    cells = line.replace(",", " ").split()[:count]
-    return [cell for cell in cells if number_fault(cell) is None]
-
-
-def read_slice_list(text: Text, faults: Faults, number: int | None) -> SliceFile | None:
-    """File of one slice (from 1) of a list of CONTACT: `.slcs` (rail along the track), `.slcw` (wheel).
-
-    The text has offset and scale, number of slices, features, method, then one line per slice. None if no
-    slice can be chosen; the fault says why.
-    """
-    rows = [(at, line) for at, line in ((k, _bare(raw)) for k, raw in enumerate(text.lines, 1)) if line]
-    names = ("offset and scale", "the number of slices", "NFEAT NKINK NACCEL", "the method")
-    for name, count, (at, line) in zip(names, (2, 1, 3, 1), rows, strict=False):
-        if len(_numbers(line, count)) < count:
-            faults.add(f"{count} number{'s are' if count > 1 else ' is'} needed here: {name}", at)
-    if len(rows) < 4:
-        faults.add(f"ends before {names[len(rows)]}: the file is cut off; copy it again", len(text.lines))
-    if faults.count:
-        return None
-    total = float(_numbers(rows[1][1], 1)[0])
-    listed = [(at, match) for at, line in rows[4:] if (match := _SLICE.match(line))][: int(total)]
-    if total not in range(1, MAX_SLICES + 1):
-        faults.add(f"{total:g} slices; the number must be a whole one in 1 .. {MAX_SLICES}", rows[1][0])
-    elif len(listed) < total:
-        missing = f"{total:g} slices are promised, {len(listed)} are listed with position and file name"
-        faults.add(f"{missing}: the file is cut off; copy it again", len(text.lines))
-    elif number is None and total > 1:
-        faults.add(f"lists {total:g} slices; choose one with --slice 1 .. {total:g}")
-    elif number is not None and not 1 <= number <= total:
-        faults.add(f"--slice {number} must be in 1 .. {total:g}")
-    if faults.count:
-        return None
-    chosen = number or 1
-    at, match = listed[chosen - 1]
-    position, name = match[1], match[2] or match[3]
-    header = {"slice": str(chosen), "slices": f"{total:g}", "position": position, "file": name}
-    note = f"slice {chosen} of {total:g}, at position {position}: {name}"
-    return SliceFile(name, at, header, note)
+    return Points(
+        **columns,
+        y_axis="centre" if towards_centre else "field",
+        z_axis="up" if upwards else "down",
+        header={key: value for key, value in about.items() if value},
+    )

@@ -3,24 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from wearsim.errors import ProfileError
-from wearsim.profile.alignment import HOLD_TREAD, Alignment, align
-from wearsim.profile.conicity import AMPLITUDES, Running, running
+from wearsim.profile.alignment import Alignment, align
+from wearsim.profile.conicity import AMPLITUDES, JUDGED_AMPLITUDE, Running, running
 from wearsim.profile.inspection import inputs
 from wearsim.profile.inspection.inputs import ProfileInput
-from wearsim.profile.limits import Judgement, LimitSet, judge_wheelset
-from wearsim.profile.measures import (
-    GaugeDistances,
-    Measures,
-    axle_measures,
-    running_circle_level,
-    wheel_measures,
-)
-from wearsim.profile.placement import BACK_TO_BACK, GAUGE
-from wearsim.profile.reprofiling import Reprofiling, reprofile, reprofile_axle
+from wearsim.profile.limits import Judgement, LimitSet, judge
+from wearsim.profile.measures import Measures, axle_measures, running_circle_level, wheel_measures
+from wearsim.profile.placement import BACK_TO_BACK, GAUGE, RUNNING_CIRCLE
+from wearsim.profile.reprofiling import reprofile, reprofile_axle
 from wearsim.profile.shape import Kind, Profile
 from wearsim.profile.smoothing import smoothed
 from wearsim.profile.worn import WearBetween, wear_between
@@ -28,22 +22,11 @@ from wearsim.profile.worn import WearBetween, wear_between
 COUNTERPART = {"wheel": "60E1", "rail": "S1002"}
 _LARGE_REST = 50e-6  # left on the zones of a best fit, not explained by noise of an instrument [m]
 
-IF_STATED = ("wheel_diameter", "wheel_diameter_difference", "back_to_back", "front_to_front")
-"""Measures that are there only if something is stated."""
-
-_GAUGED_AT = {
-    "below_tip": {"flange_gradient"},
-    "level": {"flange_thickness", "flange_gradient", "front_to_front"},
-    "flange_back": {"flange_height", "flange_thickness", "flange_gradient", "front_to_front"},
-}
-
 
 @dataclass(frozen=True)
 class Conditions:
     """What is stated about a wheelset, its track and the ways of measuring, SI units; None: not stated."""
 
-    distances: GaugeDistances = field(default_factory=GaugeDistances)  # running circle: the next one counts
-    running_circle: float | None = None  # from the flange back [m]; that of the wheel if not stated
     back_to_back: float | None = None  # `BACK_TO_BACK` acts if not stated, without being judged [m]
     gauge: float = GAUGE
     diameter: float | None = None  # at the running circle as it is now [m]
@@ -54,12 +37,11 @@ class Conditions:
     align: str | None = None  # rule of alignment; else best_fit for measured profiles, none for standard ones
     rotate: bool = False  # whether the best fit may turn the profile, too
     statements: Mapping[str, Any] | None = None  # on files, see `read_profile`
-    own_limits: bool = False  # meant for the stated distances; else gauge values at others are not judged
 
     @property
     def half_span(self) -> float:
         """From the track centre to the running circle [m]."""
-        return 0.5 * (self.back_to_back or BACK_TO_BACK) + self.distances.flange_back
+        return 0.5 * (self.back_to_back or BACK_TO_BACK) + RUNNING_CIRCLE
 
 
 @dataclass(frozen=True)
@@ -74,24 +56,19 @@ class Comparison:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What speaks against the wear, or is hidden in it; a sentence each."""
+        """What speaks against the wear; a sentence each."""
         lines = []
-        rule, rms = self.alignment.rule, self.alignment.rms
         if self.wear.worn_area < 0.0:
             lines.append(
-                f"the net worn area is negative, which no wear is: {rule} does not fit these profiles, or "
-                f"they are not of one {self.reference.kind}; try another rule with --align"
+                "the net worn area is negative, which no wear is: they are not of one "
+                f"{self.reference.kind}, or --align {self.alignment.rule} does not fit them"
             )
+        rms = self.alignment.rms
         if rms is not None and rms > _LARGE_REST:
             lines.append(
                 f"{1e6 * rms:.0f} µm rms are left on parts that do not wear, more than "
                 f"{1e6 * _LARGE_REST:.0f}: wear of this size is uncertain; a profile measured at a tilt "
                 "needs --rotate"
-            )
-        if held := HOLD_TREAD.get(rule):
-            lines.append(
-                f"{rule} lays the {held} on each other: wear there counts as none, and the sides seem to "
-                "grow; best_fit shows it"
             )
         return tuple(lines)
 
@@ -106,7 +83,7 @@ class Inspection:
     # of "right", "left" and "axle"; of alike wheels "right" only, with the values of the axle; none of rails
     measures: Mapping[str, Measures]
     limits: LimitSet | None  # what the measures were judged by
-    judgements: tuple[tuple[str, Judgement], ...]  # with the key of `measures`; the axle by its smaller wheel
+    judgements: tuple[Judgement, ...]
     running: Running | None  # on the counterpart; None where it cannot run there
     trouble: str  # why it cannot
     comparison: Comparison | None
@@ -116,15 +93,17 @@ class Inspection:
         """Profile as it lies on the one it is compared with; as measured, if it is not compared."""
         return self.given.profile if self.comparison is None else self.comparison.alignment.profile
 
-    @property
-    def exceeded(self) -> tuple[str, ...]:
-        """Names of the measures beyond a limit."""
-        return tuple(dict.fromkeys(each.measure for _, each in self.judgements if each.exceeded))
+    def beyond(self, *wheels: str) -> list[str]:
+        """Names of the measures beyond a limit, of some wheels or of all."""
+        found = (
+            each for each in self.judgements if each.exceeded and each.wheel in (wheels or self.measures)
+        )
+        return list(dict.fromkeys(each.measure for each in found))
 
     @property
-    def not_judged(self) -> tuple[str, ...]:
+    def not_judged(self) -> list[str]:
         """Names of the measures that have limits, but could not be compared with them."""
-        return tuple(dict.fromkeys(each.measure for _, each in self.judgements if each.exceeded is None))
+        return list(dict.fromkeys(each.measure for each in self.judgements if each.exceeded is None))
 
 
 def inspect_profile(
@@ -134,8 +113,7 @@ def inspect_profile(
     *,
     left: ProfileInput | None = None,
     against: ProfileInput | None = None,
-    amplitudes: tuple[float, ...] = AMPLITUDES,
-    measure_reference: bool = True,
+    brief: bool = False,
 ) -> Inspection:
     """Measure a wheel or rail profile.
 
@@ -145,10 +123,8 @@ def inspect_profile(
         Wheel or rail, left wheel that differs, and earlier or new profile of the same kind.
     conditions, limits : Conditions, LimitSet, optional
         What is stated, and what the measures of a wheel are judged by.
-    amplitudes : tuple of float
-        Of the conicity [m].
-    measure_reference : bool
-        Whether the other profile is measured, too.
+    brief : bool
+        Whether one amplitude of the conicity and nothing of the other profile is enough.
 
     Raises
     ------
@@ -156,70 +132,45 @@ def inspect_profile(
         The profile cannot be smoothed, aligned or compared.
     """
     at = conditions or Conditions()
-    circle = at.running_circle or given.running_circle
-    at = replace(at, distances=replace(at.distances, flange_back=circle))
-    given = _prepared(given, at)
-    if left is not None:
-        left = _prepared(left, at)
-        given = given.noted(*inputs.axle_notes(given, left))
-    if against is not None:
-        given = given.noted(*inputs.comparison_notes(given, against))
+    given, left, against = (
+        _prepared(given, at),
+        left and _prepared(left, at),
+        against and _prepared(against, at),
+    )
     measures = _measures(given, left, at)
     if measures:
-        given = _checked(given, measures["right"], at)
-        left = left and _checked(left, measures["left"], at)
+        given = given.noted(*inputs.measure_notes(given, measures["right"].values))
+        left = left and left.noted(*inputs.measure_notes(left, measures["left"].values))
+    amplitudes = (JUDGED_AMPLITUDE,) if brief else AMPLITUDES
     run, trouble = _running(given, left, at, amplitudes)
-    comparison = None
-    if against is not None:
-        before = _prepared(against, at)
-        comparison = _compared(given, before, at)
-        if measure_reference:
-            comparison = replace(
-                comparison,
-                measures=_measures(before, None, at).get("right"),
-                running=_running(before, None, at, amplitudes)[0],
-            )
-    judgements = _judged(measures, limits, run, at) if limits is not None else ()
+    comparison = None if against is None else _compared(given, against, at)
+    if comparison is not None and against is not None and not brief:
+        before = _measures(against, None, at).get("right")
+        comparison = replace(comparison, measures=before, running=_running(against, None, at, amplitudes)[0])
+    judgeable = dict(measures)
+    if measures and run is not None and (conicity := run.judged_conicity) is not None:
+        body, last = list(measures.items())[-1]  # that of the axle, if there is one
+        judgeable[body] = replace(last, values={**last.values, "equivalent_conicity": conicity})
     limits = limits if measures else None
+    judgements = () if limits is None else tuple(judge(judgeable, limits))
     return Inspection(given, left, at, measures, limits, judgements, run, trouble, comparison)
 
 
 def counterpart_of(kind: Kind, at: Conditions) -> ProfileInput:
-    """Rail under a wheel, or wheel on a rail, as read; a wheel with y from the running circle that acts."""
-    name = at.counterpart or COUNTERPART[kind]
-    other = inputs.read_input(
-        name, "rail" if kind == "wheel" else "wheel", at.statements if at.counterpart else None
-    )
-    return _prepared(other, replace(at, smooth=None)) if other.kind == "wheel" else other
-
-
-def _checked(given: ProfileInput, measures: Measures, at: Conditions) -> ProfileInput:
-    """Profile with warnings on its measures."""
-    notes = inputs.header_notes(given, measures.values, _elsewhere(at.distances))
-    return given.noted(*notes, *inputs.hollowing_notes(given, measures.values))
-
-
-def _elsewhere(distances: GaugeDistances) -> set[str]:
-    """Gauge values that other than the usual distances change."""
-    usual = GaugeDistances()
-    changed = (names for key, names in _GAUGED_AT.items() if getattr(distances, key) != getattr(usual, key))
-    return set().union(*changed)
+    """Rail under a wheel, or wheel on a rail, as read."""
+    other: Kind = "rail" if kind == "wheel" else "wheel"
+    if at.counterpart is None:
+        return inputs.read_input(COUNTERPART[kind], other)
+    return inputs.read_input(at.counterpart, other, at.statements)
 
 
 def _prepared(given: ProfileInput, at: Conditions) -> ProfileInput:
-    """Profile with y from the running circle that acts, and, if measured, without its noise."""
-    circle, wavelength = at.distances.flange_back, at.smooth
+    """Profile with a note on its place and, if measured, without its noise."""
     given = given.noted(*inputs.placement_notes(given, at.inclination))
-    if given.kind == "wheel" and given.running_circle != circle:
-        moved = replace(given.profile, y=given.profile.y + (given.running_circle - circle))
-        before = f"{given.running_circle * 1e3:g} before"
-        given = replace(given, profile=moved).noted(
-            f"y from a running circle {circle * 1e3:g} mm from the flange back, {before}"
-        )
-    if wavelength is None or not given.measured:
+    if at.smooth is None or not given.measured:
         return given
-    return replace(given, profile=smoothed(given.profile, wavelength)).noted(
-        f"waves shorter than {wavelength * 1e3:g} mm taken out"
+    return replace(given, profile=smoothed(given.profile, at.smooth)).noted(
+        f"waves shorter than {at.smooth * 1e3:g} mm taken out"
     )
 
 
@@ -227,44 +178,21 @@ def _measures(given: ProfileInput, left: ProfileInput | None, at: Conditions) ->
     """Gauge values of the right wheel, of a left wheel that differs and of their axle."""
     if given.kind != "wheel":
         return {}
-    right = wheel_measures(given.profile, at.distances, diameter=at.diameter or given.diameter)
+    right = wheel_measures(given.profile, diameter=at.diameter or given.diameter)
     if left is None and at.left_diameter is None:
-        axle = axle_measures(right, right, at.back_to_back)
-        values, missing = {**right.values, **axle.values}, {**right.missing, **axle.missing}
-        for known in (values, missing):
-            known.pop("wheel_diameter_difference", None)  # there is none of one wheel
-        return {"right": Measures(values, missing)}
+        axle = dict(axle_measures(right, right, at.back_to_back).values)
+        axle.pop("wheel_diameter_difference", None)  # there is none of one wheel
+        return {"right": replace(right, values={**right.values, **axle})}
     diameter = at.left_diameter or (None if left is None else left.diameter) or at.diameter
-    other = wheel_measures((left or given).profile, at.distances, diameter=diameter)
+    other = wheel_measures((left or given).profile, diameter=diameter)
     return {"right": right, "left": other, "axle": axle_measures(right, other, at.back_to_back)}
-
-
-def _judged(
-    measures: Mapping[str, Measures], limits: LimitSet, run: Running | None, at: Conditions
-) -> tuple[tuple[str, Judgement], ...]:
-    """Judgements of all bodies; the conicity is with the axle, or with the wheel if both are alike."""
-    elsewhere = set() if at.own_limits else _elsewhere(at.distances)
-    judgeable = {}
-    for body, each in measures.items():
-        # what nobody stated is not judged: only gauge values that should be there are reported as missing
-        missing = {name: why for name, why in each.missing.items() if name not in IF_STATED}
-        values = {name: value for name, value in each.values.items() if name not in elsewhere}
-        other = "measured at other distances than those the limits are meant for"
-        missing |= dict.fromkeys(elsewhere & each.values.keys(), other)
-        conicity = run.judged_conicity if run and body == list(measures)[-1] else None
-        if conicity is not None:
-            values["equivalent_conicity"] = conicity
-        judgeable[body] = Measures(values, missing)
-    judged = judge_wheelset(judgeable, limits)
-    return tuple((body, each) for body, judgements in judged.items() for each in judgements)
 
 
 def _compared(given: ProfileInput, before: ProfileInput, at: Conditions) -> Comparison:
     """Wear between two profiles, the later one laid on the earlier one."""
     reference, after = _in_track(before, at), _in_track(given, at)
     rule = at.align or ("best_fit" if given.measured else "none")
-    options = {"rotation": True} if at.rotate else {}
-    alignment = align(after.profile, reference.profile, rule, **options)
+    alignment = align(after.profile, reference.profile, rule, rotation=at.rotate)
     return Comparison(reference, alignment, wear_between(reference.profile, alignment.profile))
 
 
@@ -314,14 +242,12 @@ def _running(
 class ReprofiledWheel:
     """One wheel after reprofiling."""
 
-    side: str  # "right", "left", or "" of a wheel by itself
-    reprofiling: Reprofiling  # to the template
-    diameter: float | None  # at the running circle afterwards [m]; None: that before is not known
-
-    @property
-    def diameter_loss(self) -> float:
-        """Loss on the lathe [m]."""
-        return 2.0 * self.reprofiling.radius_loss
+    wheel: str  # "right" or "left"
+    diameter_loss: float  # on the lathe [m]
+    wheel_diameter: float | None  # at the running circle afterwards [m]; None: that before is not known
+    place: float  # y where the lathe takes least [m]
+    slack: float  # radius taken off beyond what the wheel needs [m]
+    compared: tuple[float, float]  # y between which the template was held against the worn profile [m]
 
 
 def reprofiled_wheels(inspection: Inspection, template: ProfileInput) -> tuple[ReprofiledWheel, ...]:
@@ -330,19 +256,22 @@ def reprofiled_wheels(inspection: Inspection, template: ProfileInput) -> tuple[R
     Of an axle with a diameter that is not known, both are taken for equal at their running circles. Raises
     `ProfileError` as `wearsim.profile.reprofiling.reprofile` does.
     """
-    right, left = inspection.given.profile, inspection.left
-    before = {side: each.values.get("wheel_diameter") for side, each in inspection.measures.items()}
-    diameter, other = before.get("right"), before.get("left")
-    if left is None:
-        one = reprofile(right, template.profile)
-        return (ReprofiledWheel("", one, None if diameter is None else diameter - 2.0 * one.radius_loss),)
-    known = diameter is not None and other is not None
-    radii = [
-        0.5 * (each if known and each else 0.0) - running_circle_level(wheel.y, wheel.z)
-        for wheel, each in ((right, diameter), (left.profile, other))
-    ]
-    both = reprofile_axle(right, left.profile, (template.profile, template.profile), (radii[0], radii[1]))
+    wheels = [inspection.given.profile] + ([inspection.left.profile] if inspection.left else [])
+    sides = ("right", "left")[: len(wheels)]
+    before = [inspection.measures[side].values.get("wheel_diameter") for side in sides]
+    known = None not in before
+    if len(wheels) == 1:
+        new = [reprofile(wheels[0], template.profile)]
+    else:
+        right, left = (
+            0.5 * (each if known and each else 0.0) - running_circle_level(wheel.y, wheel.z)
+            for wheel, each in zip(wheels, before, strict=True)
+        )
+        new = list(reprofile_axle(wheels[0], wheels[1], (template.profile, template.profile), (right, left)))
     return tuple(
-        ReprofiledWheel(side, one, each - 2.0 * one.radius_loss if known and each is not None else None)
-        for side, one, each in zip(("right", "left"), both, (diameter, other), strict=True)
-    )
+        ReprofiledWheel(
+            side, 2.0 * one.radius_loss, each - 2.0 * one.radius_loss if known and each is not None else None,
+            one.place, one.slack, (one.start, one.end),
+        )
+        for side, one, each in zip(sides, new, before, strict=True)
+    )  # fmt: skip

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import errno
+import os
 from argparse import Namespace
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -12,41 +12,34 @@ from wearsim.errors import Fault, ProfileError, SceneError
 from wearsim.profile.alignment import ALIGNMENTS
 from wearsim.profile.files import FORMATS, WRITTEN_FORMATS
 from wearsim.profile.files.axes import ORIGINS, UNITS
-from wearsim.profile.files.points import MAX_SLICES
 from wearsim.profile.inspection import Conditions, counterpart_of
 from wearsim.profile.inspection.inputs import ProfileInput, read_input
 from wearsim.profile.limits import LimitSet, load_limits
-from wearsim.profile.measures import GaugeDistances
 from wearsim.profile.placement import slope_of
 from wearsim.quantities import QUANTITIES
 from wearsim.toml_faults import decimal
 
 _PICTURES = (".png", ".svg", ".pdf")
 _NUMBERS = {  # quantity whose input range holds
-    "below_tip_mm": "below_tip",
-    "level_mm": "level",
-    "running_circle_mm": "flange_back",
     "gauge_mm": "gauge",
     "back_to_back_mm": "back_to_back",
-    "wheel_radius_mm": "wheel_radius",
     "diameter_mm": "wheel_diameter",
     "left_diameter_mm": "wheel_diameter",
     "smooth_mm": "noise_wavelength",
 }
 _NAMES = ("name", "left", "rail", "wheel", "against", "reprofile_to", "limits", "fleet", "out", "csv", "plot")
-_SINGLE = ("name", "left", "convert", "out", "part", "slice", "left_diameter_mm", "reprofile_to", "at_km")
-_WHEEL_ONLY = ("below_tip_mm", "level_mm", "running_circle_mm", "left", "limits", "rail", "reprofile_to",
-               "origin")  # fmt: skip
+_SINGLE = ("name", "left", "convert", "out", "left_diameter_mm", "reprofile_to", "at_km")
+_WHEEL_ONLY = ("left", "limits", "rail", "reprofile_to", "origin")
 _CHOICES = {"units": UNITS, "origin": ORIGINS, "format": FORMATS, "kind": ("wheel", "rail"),
-            "convert": WRITTEN_FORMATS}  # fmt: skip
+            "convert": WRITTEN_FORMATS, "align": ALIGNMENTS}  # fmt: skip
 _NEEDS = {  # each acts with one of the others only
     "out": ("convert",), "overwrite": ("convert", "csv"), "align": ("against",), "rotate": ("against",),
-    "left_diameter_mm": ("diameter_mm", "wheel_radius_mm"),
+    "left_diameter_mm": ("diameter_mm",),
 }  # fmt: skip
 _EXCLUDE = (
-    ("rail", "wheel"), ("diameter_mm", "wheel_radius_mm"), ("mirror", "no_mirror"), ("z_up", "z_down"),
-    *(("fleet", single) for single in _SINGLE),
+    ("rail", "wheel"), ("mirror", "no_mirror"), ("z_up", "z_down"), *(("fleet", key) for key in _SINGLE),
 )  # fmt: skip
+_LONGEST = 250  # bytes of a file name, with room for the extension of one that is being written
 _T = TypeVar("_T")
 
 
@@ -63,7 +56,12 @@ class Request:
         self.given: dict[str, Any] = {
             key: None if value is False else value for key, value in vars(arguments).items()
         }
-        self.faults = list(self._name_faults())
+        names = {key: self.given[key] for key in _NAMES if self.given[key] is not None}
+        self.faults = [
+            f"{flag_of(key)} = {name[:60]!r} must not be empty, hold zero bytes or be too long for a file"
+            for key, name in names.items()
+            if not name.strip() or "\0" in name or max(map(len, os.fsencode(name).split(b"/"))) > _LONGEST
+        ]
         self.raise_any()  # nothing can be looked up under such names, and more messages would only repeat it
         self.side = "right"  # wheel of a result file
         self._take_side()
@@ -72,17 +70,30 @@ class Request:
             if text is not None and text not in known:
                 self.faults.append(f"{flag_of(key)} = {_short(text)} must be one of {', '.join(known)}")
                 self.given[key] = None
-        self.statements = self._statements()
-        self.numbers = self._numbers()
+        keys = ("format", "units", "origin")
+        self.statements = {key: self.given[key] for key in keys if self.given[key] is not None}
+        for key, no in (("mirror", "no_mirror"), ("z_up", "z_down")):
+            if self.given[key] or self.given[no]:
+                self.statements[key] = bool(self.given[key])
+        self.numbers: dict[str, float] = {}  # stated lengths [m]
+        for key, quantity in _NUMBERS.items():
+            if (text := self.given[key]) is not None:
+                (low, high), number = QUANTITIES[quantity].span, decimal(text)
+                self.numbers[key.removesuffix("_mm")] = number * 1e-3
+                if not low <= number <= high:
+                    self.faults.append(f"{flag_of(key)} = {_short(text)} must be {low:g} to {high:g} mm")
         self.inclination = None
         if self.given["inclination"] is not None:
             try:
                 self.inclination = slope_of(self.given["inclination"].strip())
             except ValueError as error:
                 self.faults.append(f"--inclination = {_short(self.given['inclination'])} {error}")
-        self.faults += [*self._pair_faults(), *self._output_faults()]
-        if "wheel_radius_mm" in self.numbers:
-            self.numbers["diameter_mm"] = 2.0 * self.numbers.pop("wheel_radius_mm")
+        self.faults += self._pair_faults()
+        if self.plot and Path(self.plot).suffix.lower() not in _PICTURES:
+            self.faults.append(f"--plot = {_short(self.plot)} must end with {', '.join(_PICTURES)}")
+        for key in ("out", "csv"):
+            if self.given[key] not in (None, "-"):
+                self.check_new(key, Path(self.given[key]))
 
     def __getattr__(self, key: str) -> Any:
         """Value of a flag, None if it is not given."""
@@ -109,20 +120,10 @@ class Request:
         if self.faults:
             raise SceneError([Fault(fault) for fault in dict.fromkeys(self.faults)])
 
-    def conditions(self) -> Conditions:
-        """Return what is stated in the flags."""
-        lengths = {key.removesuffix("_mm"): length for key, length in self.numbers.items()}
-        gauge = {key: lengths.pop(key) for key in ("below_tip", "level") if key in lengths}
-        return Conditions(
-            GaugeDistances(**gauge),
-            **lengths,
-            inclination=self.inclination,
-            counterpart=self.rail or self.wheel,
-            align=self.align or ("best_fit" if self.rotate else None),
-            rotate=bool(self.rotate),
-            statements=self.statements,
-            own_limits=self.limits is not None,
-        )
+    def check_new(self, key: str, path: Path) -> None:
+        """Note a file that would be overwritten unasked."""
+        if os.path.exists(path) and not self.overwrite:
+            self.faults.append(f"--{key}: {path} exists already; choose another name or add --overwrite")
 
     def check_kind(self, kind: str, name: str) -> None:
         """Note flags that say nothing about this kind of profile."""
@@ -133,16 +134,21 @@ class Request:
                     self.faults.append(f"{flag_of(key)} belongs to wheels, {name} is a rail; {fix}")
         elif self.wheel is not None:
             self.faults.append(f"--wheel is the wheel on a rail, {name} is a wheel; give --left or --rail")
-        known = [rule for rule, each in ALIGNMENTS.items() if kind in each.kinds]
-        if self.align is not None and self.align not in known:
-            self.faults.append(f"--align = {_short(self.align)} must be one of {', '.join(known)}")
 
-    def common(self, kind: Any) -> tuple[Conditions | None, LimitSet | None]:
+    def common(self, kind: Any) -> tuple[Conditions, LimitSet | None]:
         """Conditions and limits, the counterpart tried."""
         limits = self.take(lambda: load_limits(self.limits or "TSI"), "--limits" if self.limits else "")
-        at = self.take(self.conditions)
-        if at is not None and kind is not None and (self.rail if kind == "wheel" else self.wheel) is not None:
-            self.take(lambda: counterpart_of(kind, at), "--rail" if kind == "wheel" else "--wheel")
+        at = Conditions(
+            **self.numbers,
+            inclination=self.inclination,
+            counterpart=self.rail or self.wheel,
+            align=self.align or ("best_fit" if self.rotate else None),
+            rotate=bool(self.rotate),
+            statements=self.statements,
+        )
+        key = "rail" if kind == "wheel" else "wheel"
+        if kind is not None and self.given[key] is not None:
+            self.take(lambda: counterpart_of(kind, at), flag_of(key))
         return at, limits
 
     def _take_side(self) -> None:
@@ -160,21 +166,6 @@ class Request:
         else:
             self.side = side
 
-    def _name_faults(self) -> Iterator[str]:
-        """Names that the operating system does not accept."""
-        for key in _NAMES:
-            text = self.given[key]
-            if text is not None and not text.strip():
-                yield f"{flag_of(key)} = {text!r} must not be empty"
-            elif text is not None:
-                try:
-                    Path(text).stat()
-                except ValueError:
-                    yield f"{flag_of(key)} = {_short(text)!r} must not hold zero bytes"
-                except OSError as error:
-                    if error.errno == errno.ENAMETOOLONG:
-                        yield f"{flag_of(key)} = {_short(text)}... is too long a name; give a shorter one"
-
     def _pair_faults(self) -> Iterator[str]:
         """List flags that need or exclude others."""
         given = self.given
@@ -188,57 +179,8 @@ class Request:
                 yield f"{' and '.join(map(flag_of, pair))} exclude each other; give one of them"
         if self.rotate and self.align not in (None, "best_fit"):
             yield f"--rotate belongs to --align best_fit, not to {_short(self.align)}; leave one out"
-
-    def _output_faults(self) -> Iterator[str]:
-        """Files that must not be written."""
         if self.json and self.csv == "-":
             yield "--json and --csv - exclude each other on stdout; give --csv a file"
-        if self.plot and Path(self.plot).suffix.lower() not in _PICTURES:
-            yield f"--plot = {_short(self.plot)} must end with {', '.join(_PICTURES)}"
-        files = {
-            key: Path(self.given[key]) for key in ("out", "csv", "plot") if self.given[key] not in (None, "-")
-        }
-        for key, path in files.items():
-            named = f"--{key} = {_short(str(path))}"
-            if not path.parent.is_dir():
-                yield f"{named}: the folder does not exist; make it first"
-            elif path.is_dir():
-                yield f"{named} is a folder; give the name of a file in it"
-            elif key == "csv" and path.exists() and not self.overwrite:
-                yield f"{named} exists already; choose another name or add --overwrite"
-            elif key == "csv" and self.fleet and path.resolve().parent == Path(self.fleet).resolve():
-                yield f"{named} lies in the folder of --fleet, whose next run would read it; choose another"
-        if len(set(files.values())) < len(files):
-            yield "--out, --csv and --plot must not name the same file"
-
-    def _statements(self) -> dict[str, Any]:
-        """Arguments of `read_profile`."""
-        keys = ("format", "units", "origin", "part")
-        statements = {key: self.given[key] for key in keys if self.given[key] is not None}
-        for key, no in (("mirror", "no_mirror"), ("z_up", "z_down")):
-            if self.given[key] or self.given[no]:
-                statements[key] = bool(self.given[key])
-        if self.slice is not None:
-            number = decimal(self.slice)
-            if 1.0 <= number <= MAX_SLICES and number.is_integer():
-                statements["slice"] = int(number)
-            else:
-                self.faults.append(f"--slice = {_short(self.slice)} must be a whole number from 1")
-        return statements
-
-    def _numbers(self) -> dict[str, float]:
-        """Stated lengths [m]."""
-        numbers = {}
-        for key, quantity in _NUMBERS.items():
-            text = self.given[key]
-            if text is None:
-                continue
-            (low, high), number = QUANTITIES[quantity].span, decimal(text)
-            if low <= number <= high:
-                numbers[key] = number * 1e-3
-            else:
-                self.faults.append(f"{flag_of(key)} = {_short(text)} must be {low:g} to {high:g} mm")
-        return numbers
 
 
 def is_result(name: str | None) -> bool:

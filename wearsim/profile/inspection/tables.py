@@ -5,18 +5,18 @@ from __future__ import annotations
 import csv
 import io
 import textwrap
-from collections.abc import Sequence
-from dataclasses import asdict
+from collections.abc import Mapping, Sequence
+from dataclasses import fields, is_dataclass
 from typing import Any
 
 from wearsim.profile.conicity import Running
-from wearsim.profile.files.points import one_line
-from wearsim.profile.inspection import IF_STATED, Comparison, Inspection, ReprofiledWheel
+from wearsim.profile.files.points import one_line, value_of
+from wearsim.profile.inspection import Comparison, Inspection, ReprofiledWheel
 from wearsim.profile.inspection.fleet import FleetRow
 from wearsim.profile.inspection.inputs import ProfileInput
 from wearsim.profile.limits import NO_DIAMETER, Judgement
-from wearsim.profile.measures import Measures
-from wearsim.profile.placement import BACK_TO_BACK
+from wearsim.profile.measures import BELOW_TIP, LEVEL, Measures
+from wearsim.profile.placement import BACK_TO_BACK, RUNNING_CIRCLE
 from wearsim.profile.shape import arc_length
 from wearsim.quantities import QUANTITIES
 
@@ -27,8 +27,8 @@ MEASURES = {
 }  # fmt: skip
 """Measures in the order of tables, with their short names."""
 
+_SHORT = {**MEASURES, "equivalent_conicity": "conicity"}
 _SYMBOLS = ("Sh", "Sd", "qR", "AR", "SR")
-
 _HEADER_KEYS = ("Stock", "CarNo", "AxleNo", "Side", "WheelID", "Sh", "Sd", "qR", "Line", "Date", "Time",
                 "UOF1", "comment")  # fmt: skip
 _FLEET = {
@@ -44,7 +44,7 @@ _FLEET = {
     "max_wear_depth_mm": ("max_wear_depth", 4, "depth"),
     "rms_um": ("alignment_rms", 1, "rms µm"),
 }
-_IDENTITY = ("wheel", "kind", "format", "stock", "car", "axle", "side", "align")
+_IDENTITY = ("file", "wheel", "kind", "format", "stock", "car", "axle", "side", "align")
 
 
 def as_text(result: Inspection) -> str:
@@ -62,15 +62,15 @@ def as_text(result: Inspection) -> str:
 
 def _origin(given: ProfileInput, before: str = "") -> list[str]:
     """Return what was read, and where it comes from."""
-    y, z = given.profile.y, given.profile.z
+    y, z = 1e3 * given.profile.y, 1e3 * given.profile.z
     lines = [
         f"{before}{given.profile.name}, {given.kind}, {given.title}",
-        f"  points     {len(y)} over {1e3 * arc_length(y, z)[-1]:.2f} mm along the profile, y "
-        f"{1e3 * y.min():.2f} to {1e3 * y.max():.2f} mm, z {1e3 * z.min():.2f} to {1e3 * z.max():.2f} mm",
+        f"  points     {len(y)} over {arc_length(y, z)[-1]:.2f} mm along the profile, y {y.min():.2f} to "
+        f"{y.max():.2f} mm, z {z.min():.2f} to {z.max():.2f} mm",
     ]
     if given.measured:
         lines.append(f"  file       {given.given}")
-    header = [f"{key} {value}" for key in _HEADER_KEYS if (value := given.key(key))]
+    header = [f"{key} {value}" for key in _HEADER_KEYS if (value := value_of(given.header, key))]
     if header:
         lines += _wrapped("header", "; ".join(one_line(each)[:300] for each in header))
     lines += _notes(given)
@@ -81,8 +81,9 @@ def _origin(given: ProfileInput, before: str = "") -> list[str]:
 
 def _notes(given: ProfileInput) -> list[str]:
     notes = given.notes or ("nothing to be detected or changed",)
-    words = [_wrapped("" if k else "read", one_line(note)[:300]) for k, note in enumerate(notes)]
-    return [line for lines in words for line in lines]
+    return [
+        line for k, note in enumerate(notes) for line in _wrapped("" if k else "read", one_line(note)[:300])
+    ]
 
 
 def _wrapped(word: str, text: str) -> list[str]:
@@ -128,17 +129,18 @@ def _comparison(comparison: Comparison) -> list[str]:
 
 def reprofiled_text(template: ProfileInput, wheels: Sequence[ReprofiledWheel]) -> str:
     """Return what the lathe takes of one wheel, or of right and left."""
+    both = len(wheels) == 2
     lines = [f"reprofiled to {template.profile.name} ({template.title}), least loss of diameter"]
     for each in wheels:
-        word = f"{each.side} wheel: " if each.side else ""
-        after = "" if each.diameter is None else f", to {1e3 * each.diameter:.3f} mm"
+        word = f"{each.wheel} wheel: " if both else ""
+        after = "" if each.wheel_diameter is None else f", to {1e3 * each.wheel_diameter:.3f} mm"
         lines.append(f"  {word}the lathe takes {_number(each.diameter_loss)} mm of the diameter{after}")
-    tight = min(wheels, key=lambda each: each.reprofiling.slack)
-    whose, cut = f" of the {tight.side} wheel" if tight.side else "", tight.reprofiling
-    lines += _wrapped("", f"decided at y = {1e3 * cut.place:.2f} mm{whose}, where nothing is taken; compared "
-                          f"from {1e3 * cut.start:.2f} to {1e3 * cut.end:.2f} mm, flange backs on each "
-                          "other")  # fmt: skip
-    if len(wheels) == 2 and any(each.diameter is None for each in wheels):
+    tight = min(wheels, key=lambda each: each.slack)
+    whose, (start, end) = f" of the {tight.wheel} wheel" if both else "", tight.compared
+    decided = f"decided at y = {1e3 * tight.place:.2f} mm{whose}, where nothing is taken"
+    where = f"compared from {1e3 * start:.2f} to {1e3 * end:.2f} mm, flange backs on each other"
+    lines += _wrapped("", f"{decided}; {where}")
+    if both and wheels[0].wheel_diameter is None:
         lines += _wrapped("", "both diameters are not known (--diameter-mm, --left-diameter-mm): taken for "
                               "equal at the running circles")  # fmt: skip
     return "\n".join(lines)
@@ -147,34 +149,27 @@ def reprofiled_text(template: ProfileInput, wheels: Sequence[ReprofiledWheel]) -
 def _measures(result: Inspection) -> list[str]:
     """Gauge values, of both wheels or against another."""
     several, comparison = len(result.measures) > 1, result.comparison
-    columns = {body if several else result.given.profile.name: each for body, each in result.measures.items()}
-    before = None if comparison is None else comparison.measures
-    rows = [["measures [mm]", *columns]]
-    if comparison is not None and before is not None:
-        rows[0] += [comparison.reference.profile.name, "difference"]
+    columns = [(body if several else result.given.profile.name, each.values, ".3f")
+               for body, each in result.measures.items()]  # fmt: skip
+    if comparison is not None and comparison.measures is not None:
+        now, old = result.measures["right"].values, comparison.measures.values
+        change = {name: now[name] - old[name] for name in now.keys() & old.keys()}
+        columns += [(comparison.reference.profile.name, old, ".3f"), ("difference", change, "+.3f")]
+    rows = [["measures [mm]", *(title for title, _, _ in columns)]]
     for name in MEASURES:
-        values = [each.values.get(name) for each in columns.values()]
-        old = None if before is None else before.values.get(name)
-        if old is None and all(value is None for value in values):
-            continue
-        row = [f"  {_named(name)}", *map(_number, values)]
-        if before is not None:
-            now = values[0]
-            change = None if now is None or old is None else now - old
-            row += [_number(old), _number(change, "+.3f")]
-        rows.append(row)
+        if any(name in values for _, values, _ in columns):
+            cells = (_number(values.get(name), form) for _, values, form in columns)
+            rows.append([f"  {_named(name)}", *cells])
     whys = [
         f"  no {QUANTITIES[name].meaning}{f' of {body}' if several else ''}: {why}"
-        for body, each in columns.items()
+        for body, each in result.measures.items()
         for name, why in each.missing.items()
-        if name not in IF_STATED
     ]
-    at = result.conditions.distances
     return [
         *_table(rows),
         *whys,
-        f"  running circle {1e3 * at.flange_back:g} mm from the flange back; Sd {1e3 * at.level:g} mm above "
-        f"it; qR from there to {1e3 * at.below_tip:g} mm below the flange tip",
+        f"  running circle {1e3 * RUNNING_CIRCLE:g} mm from the flange back; Sd {1e3 * LEVEL:g} mm above it; "
+        f"qR from there to {1e3 * BELOW_TIP:g} mm below the flange tip",
     ]
 
 
@@ -188,17 +183,17 @@ def _limits(result: Inspection) -> list[str]:
     if result.limits is None or not result.judgements:
         return ["no limits for these measures"]
     rows = [[f"limits [mm] ({result.limits.name})", "value", "limit"]]
-    for body, each in result.judgements:
+    for each in result.judgements:
         factor = QUANTITIES[each.measure].shown_factor
-        whose = f"{body} " if len(result.measures) > 1 and body != "axle" else ""
+        whose = f"{each.wheel} " if len(result.measures) > 1 and each.wheel != "axle" else ""
         limit = "-" if each.limit is None else f"{each.limit * factor:g}"
         rows.append(
             [f"  {whose}{_named(each.measure)}", _number(each.value, factor=factor), f"{each.bound} {limit}"]
         )
-    remarks = ["margin", *(_margin(each) for _, each in result.judgements)]
+    remarks = ["margin", *map(_margin, result.judgements)]
     lines = [f"{line}  {remark}" for line, remark in zip(_table(rows), remarks, strict=True)]
     lines.append(f"  {result.limits.title}")
-    for source, certainty in dict.fromkeys((each.source, each.certainty) for _, each in result.judgements):
+    for source, certainty in dict.fromkeys((each.source, each.certainty) for each in result.judgements):
         lines += _wrapped("source", source) + _wrapped("certainty", certainty)
     return lines
 
@@ -214,30 +209,34 @@ def _margin(judgement: Judgement) -> str:
     return (f"EXCEEDED by {text}" if judgement.exceeded else f"{text} left") + condition
 
 
+def track_text(run: Running) -> str:
+    """Return which wheels run on which rails."""
+    wheels = f"{run.wheel} and {run.left} (left)" if run.differ else run.wheel
+    return f"{wheels} on {run.track}"
+
+
 def _running(result: Inspection) -> list[str]:
     """Return rolling radius difference and conicity."""
-    run = result.running
+    run, before = result.running, result.comparison
     if run is None:
         return [f"no rolling radius difference and conicity: {result.trouble}"]
     runs = {"": run}
-    if result.comparison is not None and result.comparison.running is not None:
-        runs[f", {result.comparison.reference.profile.name}"] = result.comparison.running
-    shifts = list(dict.fromkeys(shift for each in runs.values() for shift, _ in each.at))
-    differences = [["  shift, to the right [mm]", *(f"{1e3 * u:.0f}" for u in shifts)]]
-    conicities = [["  amplitude [mm]", *(f"{1e3 * a:.0f}" for a, _, _ in run.conicity)]]
+    if before is not None and before.running is not None:
+        runs[f", {before.reference.profile.name}"] = before.running
+    shifts = list(dict.fromkeys(at.shift for each in runs.values() for at in each.rolling_radius_difference))
+    differences = [["  shift, to the right [mm]", *(f"{1e3 * shift:.0f}" for shift in shifts)]]
+    conicities = [["  amplitude [mm]", *(f"{1e3 * at.amplitude:.0f}" for at in run.equivalent_conicity)]]
     for title, each in runs.items():
-        at = dict(each.at)
-        cells = [_number(at[u]) if u in at else "" for u in shifts]
-        differences.append([f"  rolling radius difference{title} [mm]", *cells])
-        values = [_number(value, factor=1.0) for _, value, _ in each.conicity]
+        known = {at.shift: _number(at.value) for at in each.rolling_radius_difference}
+        differences.append(
+            [f"  rolling radius difference{title} [mm]", *(known.get(at, "") for at in shifts)]
+        )
+        values = [_number(at.value, factor=1.0) for at in each.equivalent_conicity]
         conicities.append([f"  equivalent conicity, EN 15302{title}", *values])
-    whys = dict.fromkeys(f"  -: {why}" for each in runs.values() for _, _, why in each.conicity if why)
-    equal = "  equal diameters at both running circles, but for a difference that is stated"
-    wheels = f"{run.wheel} and {run.left} (left)" if run.left else run.wheel
-    return [
-        f"{wheels} on {run.track}", *_table(differences), *_table(conicities), *whys,
-        *([equal] if run.left else []),
-    ]  # fmt: skip
+    whys = [f"  -: {at.reason}" for each in runs.values() for at in each.equivalent_conicity if at.reason]
+    if run.differ:
+        whys.append("  equal diameters at both running circles, but for a difference that is stated")
+    return [track_text(run), *_table(differences), *_table(conicities), *dict.fromkeys(whys)]
 
 
 def points_csv(result: Inspection) -> str:
@@ -253,42 +252,54 @@ def points_csv(result: Inspection) -> str:
 
 def as_json(result: Inspection) -> dict[str, Any]:
     """Return the JSON value of one profile, SI units."""
-    at = result.conditions
+    at, comparison = result.conditions, result.comparison
     value: dict[str, Any] = {"profile": _profile_json(result.given)}
     if result.left is not None:
         value["left"] = _profile_json(result.left)
-    value |= {"distances": asdict(at.distances), "measures": None}
-    for body, measures in result.measures.items():
-        value["measures" if body == "right" else f"{body}_measures"] = _measures_json(measures)
+    value["measures"] = _measures_json(result.measures.get("right"))
+    value |= {f"{body}_measures": _measures_json(result.measures[body]) for body in list(result.measures)[1:]}
     if result.limits is not None:
-        value["limits"] = {"name": result.limits.name, "title": result.limits.title}
-        value["judgements"] = [{"wheel": body, **asdict(each)} for body, each in result.judgements]
-        value |= {"exceeded": list(result.exceeded), "not_judged": list(result.not_judged)}
-    value["track"] = _picked(at, "gauge", "half_span") | {
-        "back_to_back": at.back_to_back or BACK_TO_BACK, "back_to_back_stated": at.back_to_back is not None
-    }  # fmt: skip
-    value |= _running_json(result.running, result.trouble)
-    if result.comparison is not None:
-        value["against"] = _comparison_json(result.comparison)
+        value |= {"limits": {"name": result.limits.name, "title": result.limits.title},
+                  "judgements": plain(result.judgements), "exceeded": result.beyond(),
+                  "not_judged": result.not_judged}  # fmt: skip
+    value["track"] = {"gauge": at.gauge, "half_span": at.half_span,
+                      "back_to_back": at.back_to_back or BACK_TO_BACK,
+                      "back_to_back_stated": at.back_to_back is not None}  # fmt: skip
+    value |= {"running": plain(result.running), "trouble": result.trouble}
+    if comparison is not None:
+        value["against"] = {
+            "profile": _profile_json(comparison.reference),
+            "alignment": plain(comparison.alignment),
+            **plain(comparison.wear),
+            "warnings": list(comparison.warnings),
+            "measures": _measures_json(comparison.measures),
+            "running": plain(comparison.running),
+        }
     return value
 
 
 def reprofiled_json(template: ProfileInput, wheels: Sequence[ReprofiledWheel]) -> dict[str, Any]:
     """Return the JSON value of wheels on the lathe, SI units."""
-    rows = [
-        {"wheel": each.side or "right", "diameter_loss": each.diameter_loss, "wheel_diameter": each.diameter,
-         **_picked(each.reprofiling, "place", "slack"),
-         "compared": [each.reprofiling.start, each.reprofiling.end]}
-        for each in wheels
-    ]  # fmt: skip
-    return {"template": _profile_json(template), "wheels": rows}
+    return {"template": _profile_json(template), "wheels": plain(wheels)}
+
+
+def plain(value: Any) -> Any:
+    """Return records as dicts by the fields that their repr shows, which leaves out arrays."""
+    if is_dataclass(value):
+        return {each.name: plain(getattr(value, each.name)) for each in fields(value) if each.repr}
+    if isinstance(value, Mapping):
+        return {key: plain(each) for key, each in value.items()}
+    if hasattr(value, "_asdict"):
+        return value._asdict()
+    return [plain(each) for each in value] if isinstance(value, list | tuple) else value
 
 
 def _profile_json(given: ProfileInput) -> dict[str, Any]:
     y, z = given.profile.y, given.profile.z
+    names = ("given", "kind", "format", "title", "source", "certainty", "notes", "header")
     return {
         "name": given.profile.name,
-        **_picked(given, "given", "kind", "format", "title", "source", "certainty", "notes", "header"),
+        **{name: getattr(given, name) for name in names},
         "points": len(y),
         "length": float(arc_length(y, z)[-1]),
         "y_range": [float(y.min()), float(y.max())],
@@ -296,77 +307,36 @@ def _profile_json(given: ProfileInput) -> dict[str, Any]:
     }
 
 
-def _picked(record: object, *names: str) -> dict[str, Any]:
-    """Take some fields of a record."""
-    return {name: getattr(record, name) for name in names}
-
-
 def _measures_json(measures: Measures | None) -> dict[str, Any] | None:
     if measures is None:
         return None
-    known = {**dict.fromkeys(measures.missing), **measures.values}
-    return {**{name: known[name] for name in MEASURES if name in known}, "missing": dict(measures.missing)}
+    return {**{name: measures.values.get(name) for name in MEASURES}, "missing": dict(measures.missing)}
 
 
-def _running_json(run: Running | None, trouble: str) -> dict[str, Any]:
-    if run is None:
-        return {"running": None, "trouble": trouble}
-    return {
-        "running": {
-            **_picked(run, "wheel", "rail", "track"),
-            "left": run.left or run.wheel,
-            "rolling_radius_difference": [
-                dict(zip(("shift", "value"), each, strict=True)) for each in run.at
-            ],
-            "equivalent_conicity": [
-                dict(zip(("amplitude", "value", "reason"), each, strict=True)) for each in run.conicity
-            ],
-        }
-    }
-
-
-def _comparison_json(comparison: Comparison) -> dict[str, Any]:
-    return {
-        "profile": _profile_json(comparison.reference),
-        "alignment": _picked(comparison.alignment, "rule", "dy", "dz", "angle", "rms", "note"),
-        **_picked(comparison.wear, "worn_area", "zone_areas", "max_wear_depth", "max_wear_depth_y",
-                  "compared_length", "note"),
-        "warnings": list(comparison.warnings),
-        "measures": _measures_json(comparison.measures),
-        **_running_json(comparison.running, ""),
-    }  # fmt: skip
-
-
-def fleet_json(row: FleetRow) -> dict[str, object]:
+def fleet_json(row: FleetRow) -> dict[str, Any]:
     """Return the SI values of a row."""
-    return {
-        "file": row.file,
-        "wheel": row.wheel,
-        **row.identity,
-        **{name: row.values.get(name) for name, _, _ in _FLEET.values()},
-        **_picked(row, "exceeded", "not_judged", "notes"),
-        "fault": row.fault or None,
-    }
+    return dict.fromkeys(name for name, _, _ in _FLEET.values()) | row.values
 
 
 def _fleet_cells(row: FleetRow) -> dict[str, str]:
     """Cells of a row by column of the CSV."""
-    cells = {"file": row.file, **dict.fromkeys(_IDENTITY, ""), "wheel": row.wheel, **row.identity}
+    value = row.values
+    cells = {key: value.get(key, "") for key in _IDENTITY}
     for column, (name, digits, _) in _FLEET.items():
-        value = row.values.get(name)
-        cells[column] = "" if value is None else f"{value * QUANTITIES[name].shown_factor:.{digits}f}"
-    short = {**MEASURES, "equivalent_conicity": "conicity"}
-    cells["exceeded"] = " ".join(short.get(name, name) for name in row.exceeded)
-    cells["not_judged"] = " ".join(short.get(name, name) for name in row.not_judged)
-    return {**cells, "notes": "; ".join(row.notes), "fault": row.fault}
+        number = value.get(name)
+        cells[column] = "" if number is None else f"{number * QUANTITIES[name].shown_factor:.{digits}f}"
+    for key in ("exceeded", "not_judged"):
+        cells[key] = " ".join(_SHORT.get(name, name) for name in value[key])
+    return {**cells, "notes": "; ".join(value["notes"] + value["warnings"]), "fault": value["fault"] or ""}
 
 
 def fleet_csv(rows: Sequence[FleetRow]) -> str:
     """Return all rows as CSV."""
     text = io.StringIO()
-    writer = csv.DictWriter(text, [*_fleet_cells(FleetRow(""))], lineterminator="\n")
+    cells = [_fleet_cells(row) for row in rows]
+    writer = csv.DictWriter(text, cells[0], lineterminator="\n")
     writer.writeheader()
-    writer.writerows(map(_fleet_cells, rows))
+    writer.writerows(cells)
     return text.getvalue()
 
 
@@ -376,23 +346,17 @@ def fleet_text(rows: Sequence[FleetRow]) -> str:
     used = {key: title for key, (_, _, title) in _FLEET.items() if title and any(cell[key] for cell in cells)}
     table = [["file", *used.values()]]
     table += [[cell["file"], *(cell[key] or "-" for key in used)] for cell in cells]
-    remarks = ["wheel, beyond limits, faults", *map(_remarks, rows, cells)]
+    remarks = ["wheel, beyond limits, faults"]
+    uncertain = [bool(row.values["warnings"]) for row in rows]
+    for row, cell, doubtful in zip(rows, cells, uncertain, strict=True):
+        words = [cell["wheel"]] if row.profile is not None else []
+        words += [f"beyond limits: {cell['exceeded']}"] if cell["exceeded"] else []
+        words += [f"not checked: {cell['not_judged']}"] if cell["not_judged"] else []
+        words += ["wear uncertain"] if doubtful else []
+        words += [f"FAULT {cell['fault']}"] if cell["fault"] else []
+        remarks.append("; ".join(words))
     lines = [f"{line}  {remark}".rstrip() for line, remark in zip(_table(table), remarks, strict=True)]
-    if any(row.not_judged and "wheel_diameter" not in row.values for row in rows):
+    if any(row.values["not_judged"] and "wheel_diameter" not in row.values for row in rows):
         lines.append("not checked: some limits need the wheel diameter, which is not given (--diameter-mm)")
-    if any(row.warnings for row in rows):
-        lines.append("wear uncertain: the reasons are in the notes of --csv and --json")
-    lines.append("lengths in mm" + ("; conicity at 3 mm, EN 15302" if "conicity_3mm" in used else ""))
-    return "\n".join(lines)
-
-
-def _remarks(row: FleetRow, cell: dict[str, str]) -> str:
-    """Return what stands behind the numbers of a row."""
-    words = [
-        cell["wheel"] if row.measured else "",
-        f"beyond limits: {cell['exceeded']}" if row.exceeded else "",
-        f"not checked: {cell['not_judged']}" if row.not_judged else "",
-        "wear uncertain" if row.warnings else "",
-        f"FAULT {row.fault}" if row.fault else "",
-    ]
-    return "; ".join(filter(None, words))
+    lines += ["wear uncertain: the reasons are in the notes of --csv and --json"] if any(uncertain) else []
+    return "\n".join([*lines, "lengths in mm; conicity at 3 mm, EN 15302"])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -15,7 +14,7 @@ from matplotlib.colors import Normalize
 
 from wearsim.errors import ResultError
 from wearsim.profile.shape import arc_length
-from wearsim.report.figures.campaign import WHEELS, along
+from wearsim.report.figures.campaign import DRAWN_DEPTH, WHEELS, exaggeration, worn_shape
 from wearsim.report.style import (
     COLOURS,
     grid,
@@ -27,37 +26,19 @@ from wearsim.report.style import (
     style,
     with_unit,
 )
-from wearsim.results.checks import new_row
 from wearsim.translation.axes import rows_at
 from wearsim.whole_files import write_whole
 
 FRAMES = 60
 _FRAMES_PER_SECOND = 10
-_LARGEST = 5e-3  # wear depth as drawn [m]: normals of a flange tip cross beyond 12 mm
 _DPI = 80
 _PATCH_POINTS = 15
-
-
-def exaggeration(depth: float) -> float:
-    """Factor 1, 2, 5, 10, ... at which a depth [m] is drawn at most 5 mm deep."""
-    most = _LARGEST / depth if depth > 0.0 else 1.0
-    power = 10.0 ** math.floor(math.log10(max(most, 1.0)))
-    return max(power * step for step in (1.0, 2.0, 5.0) if power * step <= max(most, 1.0))
-
-
-def drawn_profile(dataset: xr.Dataset, wheel: int, distance: float, factor: float) -> np.ndarray:
-    """Points (n, 2) of a wheel at a distance, worn `factor` times as deep as it is [m]."""
-    row = int(rows_at(dataset["distance"].values, np.array([distance]))[0])
-    new = np.stack([dataset[f"profile_{c}"].values[new_row(dataset, row), wheel] for c in "yz"], axis=1)
-    worn = np.stack([along(dataset, f"profile_{c}", distance)[wheel] for c in "yz"], axis=1)
-    drawn: np.ndarray = new + factor * (worn - new)
-    return drawn
 
 
 def patch_lines(
     dataset: xr.Dataset, wheel: int, distance: float, drawn: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Lines (m, k, 2) on `drawn` (n, 2) [m] of the patches that wear, as last stored, and pressures [Pa]."""
+    """Lines (m, k, 2) on `drawn` (2, n) [m] of the patches that wear, as last stored, and pressures [Pa]."""
     row = int(rows_at(dataset["distance"].values, np.array([distance]))[0])
     here = (dataset["side"].values[row] == wheel) & (dataset["weight"].values[:, None] > 0.0)
     centre, width, pressure = (
@@ -69,7 +50,7 @@ def patch_lines(
     at = np.interp(centre, rising, arc[tip:])[:, None] + np.outer(
         width, np.linspace(-0.5, 0.5, _PATCH_POINTS)
     )
-    lines = np.stack([np.interp(at, arc, drawn[:, k]) for k in (0, 1)], axis=2)
+    lines = np.stack([np.interp(at, arc, line) for line in drawn], axis=2)
     return lines, pressure
 
 
@@ -78,7 +59,7 @@ def animate_wear(dataset: xr.Dataset, path: Path, frames: int = FRAMES) -> Path:
     run = dataset["distance"].values
     if not run[-1] > 0.0:
         raise ResultError(f"{path}: the campaign has no wear step yet, there is nothing to animate")
-    factor = exaggeration(float(np.nanmax(dataset["max_wear_depth"].values)))
+    factor = exaggeration([dataset])
     weighted = dataset["weight"].values > 0.0
     pressures = shown("max_pressure", dataset["max_pressure"].values[:, weighted])
     scale = Normalize(0.0, float(np.nanmax(pressures)))
@@ -106,22 +87,22 @@ class _Film:
 
     def __init__(self, ax: Axes, dataset: xr.Dataset, wheel: int, factor: float, scale: Normalize) -> None:
         self.ax, self.dataset, self.wheel, self.factor = ax, dataset, wheel, factor
-        start = shown("profile_y", drawn_profile(dataset, wheel, 0.0, factor))
+        start = shown("profile_y", worn_shape(dataset, wheel, 0.0, factor))
         self.patches = LineCollection([], norm=scale, cmap="viridis_r", lw=7.0, alpha=0.6, capstyle="butt")
         ax.add_collection(self.patches)
-        ax.plot(*start.T, "--", color=COLOURS["new"], lw=1.2, label="new wheel")
+        ax.plot(*start, "--", color=COLOURS["new"], lw=1.2, label="new wheel")
         name = "worn" if factor == 1.0 else f"worn, drawn {plain(factor, 1)} times as deep"
         (self.line,) = ax.plot([], [], color=COLOURS[role_of(dataset)], label=name)
-        ax.set(xlim=(start[:, 0].min() - 2.0, start[:, 0].max() + 2.0))
-        ax.set_ylim(start[:, 1].max() + 2.0, start[:, 1].min() - 1e3 * _LARGEST - 1.0)  # outward is down
+        ax.set(xlim=(start[0].min() - 2.0, start[0].max() + 2.0))
+        ax.set_ylim(start[1].max() + 2.0, start[1].min() - 1e3 * DRAWN_DEPTH - 1.0)  # outward is down
         ax.legend(loc="lower right")
         deep = "" if factor == 1.0 else f", wear ×{plain(factor, 1)}"
         label_axes(ax, label(dataset, "profile_y"), f"Height, outward is down{deep} [mm]")
 
     def show(self, distance: float) -> None:
         """Draw a distance [m]."""
-        drawn = drawn_profile(self.dataset, self.wheel, distance, self.factor)
-        self.line.set_data(*shown("profile_y", drawn).T)
+        drawn = worn_shape(self.dataset, self.wheel, distance, self.factor)
+        self.line.set_data(*shown("profile_y", drawn))
         lines, pressure = patch_lines(self.dataset, self.wheel, distance, drawn)
         self.patches.set_segments(list(shown("profile_y", lines)))
         self.patches.set_array(shown("max_pressure", pressure))

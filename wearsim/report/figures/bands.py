@@ -6,7 +6,8 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from wearsim.report.style import COLOURS, capital, label_axes, own_axes, shown
+from wearsim.report.figures.campaign import new_place
+from wearsim.report.style import COLOURS, capital, label_axes, own_axes, role_of, shown
 from wearsim.translation.bands import PER_KM, QUANTILES
 
 _WIDTH = f"{100 * (QUANTILES[-1] - QUANTILES[0]):.0f} %"
@@ -31,17 +32,15 @@ def plot_band(bands: xr.Dataset, role: str, name: str = "max_wear_depth", ax: Ax
     return label_axes(ax, f"Distance run, {role} [km]", f"{meaning} [mm]", 0.0)
 
 
-def plot_depth_band(bands: xr.Dataset, role: str, wheel: int = 0, ax: Axes | None = None) -> Axes:
-    """Draw the depth along the profile at the end of one campaign, with its band."""
-    ax = own_axes(ax)
-    x, variable = shown("arc_length", bands[f"{role}_arc"].values), f"{role}_wear_depth"
-    values = shown("wear_depth", bands[variable].values[wheel])
-    band = shown("wear_depth", bands[f"{variable}_band"].values[:, wheel])
-    _draw(ax, x, values, band, COLOURS[role], role)
-    worn = np.flatnonzero(band[-1] > 0.01 * np.nanmax(band[-1]))
-    if worn.size:
-        ax.set_xlim(x[worn[0]] - 2.0, x[worn[-1]] + 2.0)
-    return label_axes(ax, "Arc length from the flange back [mm]", "Wear depth [mm]", 0.0)
+def plot_depth_band(
+    bands: xr.Dataset, dataset: xr.Dataset, ax: Axes | None = None, *, wheel: int = 0
+) -> Axes:
+    """Draw the band of the wear depth along the profile, at the end of the campaign of a dataset."""
+    ax, role = own_axes(ax), role_of(dataset)
+    low, _, high = shown("wear_depth", bands[f"{role}_wear_depth_band"].values[:, wheel])
+    x, name = shown("profile_y", new_place(dataset, wheel)), f"{role}, {_WIDTH} of the draws"
+    ax.fill_between(x, low, high, color=COLOURS[role], alpha=0.2, lw=0, label=name)
+    return ax
 
 
 def plot_per_km(bands: xr.Dataset, basis: int = 0, ax: Axes | None = None) -> Axes:
@@ -49,10 +48,8 @@ def plot_per_km(bands: xr.Dataset, basis: int = 0, ax: Axes | None = None) -> Ax
     ax = own_axes(ax)
     name = list(PER_KM)[basis]
     if basis:
-        x, text = (
-            shown("worn_area", bands["worn_area_reached"].values[2, :, 0, -1]),
-            "Worn area of each [mm²]",
-        )
+        reached, text = bands["worn_area_reached"].values[2, :, 0, -1], "Worn area of each [mm²]"
+        x = shown("worn_area", reached)
     else:
         x, text = shown("max_wear_depth", bands["worn_depth"].values[1, :, 0]), "Largest depth of each [mm]"
     _draw(ax, x, bands[name].values, bands[f"{name}_band"].values, COLOURS["difference"], "field over rig")

@@ -36,7 +36,8 @@ NEW_Y = "Lateral position on the new wheel [mm]"
 _MARKERS = ("o", "^")
 _STATES = 5  # earlier states of a counterface drawn at most
 _BOUNDARY_LINES = ("-", "--", "_")
-_LIMITS = {"stability_number": "stability_limit", "step_error": "error_tolerance"}
+_OF_STEPS = {"step_length": "", "stability_number": "stability_limit", "step_error": "error_tolerance"}
+"""Quantities of the wear steps, with the attribute of their limit."""
 
 
 def series_colour(index: int) -> str:
@@ -67,11 +68,17 @@ def new_place(dataset: xr.Dataset, wheel: int, distance: float | None = None) ->
     return np.asarray(dataset["profile_y"].values[new_row(dataset, _row(dataset, distance)), wheel])
 
 
+DRAWN_DEPTH = 6e-3
+"""Depth that wear is drawn at most [m]: normals of a flange tip cross beyond 12 mm."""
+
+
 def exaggeration(datasets: Iterable[xr.Dataset]) -> float:
     """Round factor that draws the deepest wear of campaigns 3 to 6 mm deep, 1 if that is deeper."""
     deepest = max(float(data["wear_depth"].values[last_worn_row(data)].max()) for data in datasets)
     factors = (base * 10.0**power for power in range(7) for base in (1, 2, 3, 5, 7))
-    return max((factor for factor in factors if factor * deepest <= 6e-3 and deepest > 0.0), default=1.0)
+    return max(
+        (factor for factor in factors if factor * deepest <= DRAWN_DEPTH and deepest > 0.0), default=1.0
+    )
 
 
 def worn_shape(dataset: xr.Dataset, wheel: int, distance: float | None, factor: float) -> np.ndarray:
@@ -149,23 +156,31 @@ def plot_wear_depth(
 
 
 def plot_over_distance(dataset: xr.Dataset, name: str, ax: Axes | None = None) -> Axes:
-    """Draw a measure of the wheels (or of the wheelset) over the distance; gaps where it is undefined."""
-    ax = own_axes(ax)
-    role = role_of(dataset)
-    x = values_of(dataset, "distance")
-    values = values_of(dataset, name)
-    if values.ndim == 1:
-        ax.plot(x, values, color=COLOURS[role], label=role)
-    else:
-        for wheel, side in enumerate(WHEELS):
-            text = f"{role}, {side} wheel"
-            ax.plot(x, values[:, wheel], WHEEL_LINES[wheel], color=COLOURS[role], label=text)
-    limit, known = limits_of(dataset.attrs).get(name), values[np.isfinite(values)]
+    """Draw a measure of the wheels, wheelset, counterfaces or wear steps over the distance.
+
+    Gaps where it is undefined; the depth of rollers is 0 after a redressing. A limit stands as a dotted line.
+    """
+    ax, role = own_axes(ax), role_of(dataset)
+    colour, run, values = COLOURS[role], values_of(dataset, "distance"), values_of(dataset, name)
+    wheels, of_step, counterface = values.ndim > 1, name in _OF_STEPS, name.startswith("counterface")
+    if name == "counterface_max_wear_depth":
+        redressed = np.flatnonzero(np.diff(dataset["counterface_redressed_count"].values) > 0) + 1
+        run = np.insert(run, redressed + 1, run[redressed])
+        values = np.insert(values, redressed + 1, 0.0, axis=0)
+    run, values = run[of_step:], values[of_step:]
+    for wheel, side in enumerate(WHEELS if wheels else ("",)):
+        text = side if counterface else f"{role}, {side} wheel" if wheels else role
+        line: dict[str, Any] = {"marker": ".", "lw": 0.8} if of_step else {"ls": WHEEL_LINES[wheel]}
+        ax.plot(run, values[:, wheel] if wheels else values, color=colour, label=text, **line)
+    limit = dataset.attrs.get(_OF_STEPS[name]) if of_step else limits_of(dataset.attrs).get(name)
+    known = values[np.isfinite(values)]
     if limit is not None and known.size:
         at, room = float(shown(name, limit)), 2.0 * np.ptp(known)
-        if known.min() - room <= at <= known.max() + room:  # a limit far away would hide what happens
-            ax.axhline(at, color=COLOURS[role], lw=0.8, ls=":", label=f"limit, {role}")
-    return label_axes(ax, label(dataset, "distance"), label(dataset, name))
+        # a limit far away would hide what happens
+        if of_step or known.min() - room <= at <= known.max() + room:
+            ax.axhline(at, color=colour, lw=0.8, ls=":", label=f"limit, {role}")
+    floor = 0.0 if of_step or counterface else None
+    return label_axes(ax, label(dataset, "distance"), label(dataset, name), floor)
 
 
 def _patch_marks(ax: Axes, dataset: xr.Dataset, row: int, x: np.ndarray, y: np.ndarray, alpha: float) -> None:
@@ -207,18 +222,6 @@ def plot_wear_by_regime(dataset: xr.Dataset, ax: Axes | None = None, *, wheel: i
     return label_axes(ax, NEW_Y, label(dataset, "wear_depth"), 0.0)
 
 
-def plot_steps(dataset: xr.Dataset, name: str, ax: Axes | None = None) -> Axes:
-    """Draw a quantity of the wear steps (step_length, stability_number, step_error) over the distance."""
-    ax = own_axes(ax)
-    role = role_of(dataset)
-    x, y = values_of(dataset, "distance")[1:], values_of(dataset, name)[1:]
-    ax.plot(x, y, ".-", lw=0.8, color=COLOURS[role], label=role)
-    limit = dataset.attrs.get(_LIMITS.get(name))
-    if limit is not None:
-        ax.axhline(float(shown(name, limit)), color=COLOURS[role], lw=0.8, ls=":", label=f"limit, {role}")
-    return label_axes(ax, label(dataset, "distance"), label(dataset, name), 0.0)
-
-
 def states_shown(dataset: xr.Dataset) -> list[int]:
     """Rows whose counterface depth is drawn, rising, the last of the file at the end.
 
@@ -247,20 +250,6 @@ def plot_counterface_depth(dataset: xr.Dataset, ax: Axes | None = None, *, side:
         ax.plot(y, depth, color=COLOURS[role_of(dataset)], **look)
     place = "Lateral position on the new profile [mm]"
     return label_axes(ax, place, label(dataset, "counterface_wear_depth"), 0.0)
-
-
-def plot_counterface_over_distance(dataset: xr.Dataset, name: str, ax: Axes | None = None) -> Axes:
-    """Draw a measure of both rails or rollers over the distance run; depth is 0 after a redressing."""
-    ax = own_axes(ax)
-    run = values_of(dataset, "distance")
-    values = values_of(dataset, name)
-    if name == "counterface_max_wear_depth":
-        redressed = np.flatnonzero(np.diff(dataset["counterface_redressed_count"].values) > 0) + 1
-        run = np.insert(run, redressed + 1, run[redressed])
-        values = np.insert(values, redressed + 1, 0.0, axis=0)
-    for side, where in enumerate(WHEELS):
-        ax.plot(run, values[:, side], WHEEL_LINES[side], color=COLOURS[role_of(dataset)], label=where)
-    return label_axes(ax, label(dataset, "distance"), label(dataset, name), 0.0)
 
 
 def plot_wear_laws(dataset: xr.Dataset, ax: Axes | None = None, *, wheel: int = 0) -> Axes:
@@ -326,16 +315,49 @@ def plot_shakedown(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     return label_axes(ax, "Utilised friction", "Largest pressure over yield stress in shear", 0.0, width=60)
 
 
-def plot_positions(dataset: xr.Dataset, ax: Axes | None = None, *, most: int = 8) -> Axes:
+def plot_positions(dataset: xr.Dataset, ax: Axes | None = None, *, most: int = 6) -> Axes:
     """Draw where the wheelset runs over the distance: the lateral position of each operating point.
 
-    At most `most` points, those that wear the most; where a force is controlled wear moves the wheelset.
+    The `most` that wear the most have colours and names; where a force is controlled wear moves the wheelset.
     """
     ax = own_axes(ax)
     x, y = values_of(dataset, "distance"), values_of(dataset, "lateral_position")
     worn = dataset["wear_share"].values.max(axis=0)
-    shown_points = np.sort(np.argsort(-worn, kind="stable")[: min(most, int((worn > 0.0).sum()))])
-    for index, point in enumerate(shown_points):
+    order = [int(point) for point in np.argsort(-worn, kind="stable") if worn[point] > 0.0]
+    for point in order[most:]:
+        ax.plot(x, y[:, point], "-", lw=0.8, color=COLOURS["new"], alpha=0.5, label="others")
+    for index, point in enumerate(sorted(order[:most])):
         name = str(dataset["operating_point_name"].values[point])
         ax.plot(x, y[:, point], ".-", lw=0.8, color=series_colour(index), label=name)
     return label_axes(ax, label(dataset, "distance"), label(dataset, "lateral_position"))
+
+
+def plot_wear_index(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Draw the wear index of every patch at the end over the shift, mean to largest, and limits of regimes.
+
+    The mean has the colour of the regime that wears most; limits are those numbers of the law that are wear
+    indices.
+    """
+    ax, row = own_axes(ax), last_worn_row(dataset)
+    mean, most = (values_of(dataset, f"wear_index_{what}", row) for what in ("mean", "max"))
+    shift = np.broadcast_to(values_of(dataset, "shift")[:, None], mean.shape)
+    regime = dataset["wear_regime"].values[row]
+    ax.vlines(shift, mean, most, color=COLOURS["new"], lw=0.7, label="up to the largest in the patch")
+    for index, name in enumerate(dataset["regime_name"].values):
+        here, colour = regime == index, REGIME_COLOURS[index % len(REGIME_COLOURS)]
+        ax.plot(shift[here], mean[here], "o", color=colour, label=f"mean, mostly {name}")
+    for number in str(dataset.attrs.get("wear_law_numbers", "")).split(", "):
+        name, _, value = number.partition(" = ")
+        if name.endswith("_limit") and value.endswith(" N mm-2"):
+            at = float(value.split()[0])
+            ax.axhline(at, color=COLOURS["difference"], lw=0.8, ls=":")
+            ax.annotate(
+                name.replace("_", " "), (1.0, at), (-2, 2), textcoords="offset points", ha="right",
+                xycoords=ax.get_yaxis_transform(), fontsize=7.5,
+            )  # fmt: skip
+    known = most[np.isfinite(most) & (most > 0.0)]
+    if known.size:
+        ax.set_yscale("log")
+        ax.set_ylim(0.5 * max(mean[mean > 0.0].min(), 1e-4 * known.max()), 2.0 * known.max())
+        ax.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    return label_axes(ax, label(dataset, "shift"), "Wear index Tγ/A [N/mm²]")

@@ -45,18 +45,10 @@ def _ends(
     At their centres strips end where they end; in between, neighbours are joined half-way.
     """
     y = values_of(dataset, "lateral", patch)
-    half = 0.5 * (y[1] - y[0])
-    place = np.empty(2 * y.size + 1)
-    place[0], place[1::2], place[2::2] = y[0] - half, y, y + half
-    ends = [values_of(dataset, name, patch) for name in of]
-    middle = 0.5 * (ends[0] + ends[1])
-    lines = []
-    for end in ends:
-        line = np.empty_like(place)
-        line[1::2] = end
-        line[2:-1:2] = 0.5 * (end[1:] + end[:-1])
-        line[0], line[-1] = middle[0], middle[-1]
-        lines.append(line)
+    place = y[0] + 0.5 * (y[1] - y[0]) * np.arange(-1, 2 * y.size)
+    ends = np.stack([values_of(dataset, name, patch) for name in of])
+    lines = np.stack([np.interp(place, y, end) for end in ends])
+    lines[:, [0, -1]] = ends[:, [0, -1]].mean(axis=0)
     return place, lines[0], lines[1]
 
 

@@ -1,29 +1,31 @@
-"""Figures of a profile: `plot_x(dataset, ax=None) -> Axes`; wheels are drawn flange down.
-
-The datasets are those of `wearsim.profile.inspection.datasets`.
-"""
+"""Figures of profiles: `plot_x(inspection, ax=None) -> Axes`; wheels are drawn flange down."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from wearsim.profile.conicity import Running
+from wearsim.profile.inspection import Comparison, Inspection
+from wearsim.profile.inspection.fleet import FleetRow
+from wearsim.profile.inspection.inputs import ProfileInput
+from wearsim.profile.inspection.tables import track_text
+from wearsim.profile.measures import BELOW_TIP, LEVEL
+from wearsim.profile.placement import RUNNING_CIRCLE
+from wearsim.profile.shape import Profile, extremum
 from wearsim.quantities import QUANTITIES
 from wearsim.report.style import (
     COLOURS,
     SERIES_COLOURS,
     WHEEL_LINES,
-    label,
     label_axes,
     own_axes,
     plain,
-    shown,
     style,
-    values_of,
     wrapped,
 )
 
@@ -32,247 +34,236 @@ EXCEEDED = "#882255"
 
 _BODY = "#1a1a1a"
 _DIMENSION = "#0072b2"
+_GREY = "#555555"
 _FILL = "#f1efe9"
 _BEHIND = 9.0  # material drawn behind the surface [mm]
-_ROOM = 2.2  # from a dimension line to its text [mm]
-_TREAD_SHIFT = 6.0  # shifts whose radius differences set the scale [mm]
-_TIP, _CIRCLE, _LOWER, _UPPER = range(4)
-_WIDTH = 10.0  # inch
-_EDGE = (0.85, 0.25)  # left and right of the axes [inch]
-_PANEL = 2.1  # height of the lower panels [inch]
+_TREAD_SHIFT = 6e-3  # shifts whose radius differences set the scale [m]
+_WIDTH, _PANEL = 10.0, 2.9  # of a figure, height of its lower rows [inch]
 _LINE = 125  # characters of a title's line
-_FLATTEST = 0.18  # height over width of the shape's axes at least
-_GAP = 0.85  # between rows [inch]
 _GAUGED = {"Sh": "flange_height", "Sd": "flange_thickness", "qR": "flange_gradient"}
+_MOST_NAMES = 12  # profiles beyond a limit that a legend names
 
 
-def plot_shape(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
-    """Draw a profile over its reference, equal aspect, with Sh, Sd and qR if the dataset has gauge points."""
+def plot_shape(result: Inspection, ax: Axes | None = None) -> Axes:
+    """Draw a profile over its reference, equal aspect, with Sh, Sd and qR of a wheel that has them."""
     ax = own_axes(ax)
-    y, z = _points(dataset, "profile")
-    wheel = dataset.attrs["kind"] == "wheel"
+    y, z = _mm(result.aligned)
+    wheel = result.given.kind == "wheel"
     back = min(float(z.min()) - _BEHIND, 0.0) if wheel else float(z.max())
     ax.fill(np.concatenate((y, y[[-1, 0]])), np.concatenate((z, [back, back])), color=_FILL, lw=0.0)
-    others = {"reference": (COLOURS["new"], "--"), "left": (SERIES_COLOURS[1], WHEEL_LINES[1])}
-    for name, (colour, line) in others.items():
-        if f"{name}_y" in dataset:
-            text = dataset.attrs[f"{name}_label"]
-            ax.plot(*_points(dataset, name), color=colour, lw=1.2, ls=line, label=text)
-    ax.plot(y, z, color=_BODY, lw=1.5, label=dataset.attrs["label"])
-    if "gauge_y" in dataset:
-        _dimensions(dataset, ax)
-    ax.set_aspect("equal", adjustable="box")
+    if result.comparison is not None:
+        reference = result.comparison.reference.profile
+        ax.plot(*_mm(reference), color=COLOURS["new"], lw=1.2, ls="--", label=reference.name)
+    if result.left is not None:
+        # its measures have no dimension lines: its label names those beyond a limit
+        beyond = ", ".join(QUANTITIES[name].meaning for name in result.beyond("left"))
+        text = f"{result.left.profile.name} (left wheel)" + f", beyond: {beyond} !" * bool(beyond)
+        ax.plot(*_mm(result.left.profile), color=SERIES_COLOURS[1], lw=1.2, ls=WHEEL_LINES[1], label=text)
+    ax.plot(y, z, color=_BODY, lw=1.5, label=result.given.profile.name)
+    if wheel and result.measures["right"].values.keys() >= set(_GAUGED.values()):
+        _dimensions(result, ax)
+    place = "from the running circle" if wheel else _origin(result.given, result.comparison)
+    height = "Height, outward\nis down [mm]" if wheel else "Height, down [mm]"
+    return _shape_axes(ax, f"Lateral position {place}, to the field side [mm]", height)
+
+
+def _shape_axes(ax: Axes, x: str, y: str) -> Axes:
+    """Set equal scales, z down."""
+    ax.set_aspect("equal", adjustable="box", anchor="W")
     if not ax.yaxis_inverted():
         ax.invert_yaxis()
-    origin = "from the running circle" if wheel else dataset.attrs.get("origin", "")
-    place = " ".join(filter(None, ("Lateral position", origin)))
-    height = "Height, outward\nis down [mm]" if wheel else "Height, down [mm]"
-    return label_axes(ax, f"{place}, to the field side [mm]", height)
+    return label_axes(ax, x, y)
 
 
-def _points(dataset: xr.Dataset, name: str) -> np.ndarray:
+def _mm(profile: Profile) -> np.ndarray:
     """Lateral positions and heights (2, n) [mm]."""
-    return shown("profile_y", [dataset[f"{name}_{axis}"].values for axis in "yz"])
+    return 1e3 * np.array([profile.y, profile.z])
 
 
-def _dimensions(dataset: xr.Dataset, ax: Axes) -> None:
+def _origin(rail: ProfileInput, comparison: Comparison | None) -> str:
+    """Where the lateral position of a rail is counted from."""
+    if comparison is not None:
+        return "in the track" if comparison.reference.upright else f"of {comparison.reference.profile.name}"
+    return "as measured" if rail.measured else "from the symmetry axis" if rail.upright else "in the track"
+
+
+def gauge_points(result: Inspection) -> np.ndarray:
+    """Flange tip, running circle, lower and upper point of the flank (4, 2) [m] of measured Sh, Sd and qR."""
+    profile, values = result.given.profile, result.measures["right"].values
+    height, thickness, gradient = (values[name] for name in _GAUGED.values())
+    tip_y, tip_z = extremum(profile.y, profile.z, int(np.argmax(profile.z)))
+    base, flank = tip_z - height, thickness - RUNNING_CIRCLE
+    y = np.array([tip_y, 0.0, flank, flank - gradient])
+    z = np.array([tip_z, base, base + LEVEL, tip_z - BELOW_TIP])
+    return np.column_stack((y, z) if result.comparison is None else result.comparison.alignment.moved(y, z))
+
+
+def _dimensions(result: Inspection, ax: Axes) -> None:
     """Draw Sh, Sd and qR where a gauge takes them."""
-    y, z = _points(dataset, "gauge")
-    exceeded = dataset.attrs.get("exceeded", "").split()
-    names = [f"{name}_distance" for name in ("level", "below_tip", "running_circle")]
-    level, below, circle = shown("profile_z", [dataset.attrs[name] for name in names])
-    look = {name: EXCEEDED if row in exceeded else _DIMENSION for name, row in _GAUGED.items()}
-    texts = {
-        name: f"{name} {values_of(dataset, row):.2f}{' !' if row in exceeded else ''}"
-        for name, row in _GAUGED.items()
-    }
-    back = y[_CIRCLE] - circle
-    low = z[_TIP] + 7.0
-    # running circle, flange back and the two levels
-    _line(ax, (y[_CIRCLE], y[_CIRCLE]), (z[_CIRCLE] - 6.0, low), ls=(0, (8, 2, 2, 2)))
+    tip, circle, lower, upper = 1e3 * gauge_points(result)
+    values, beyond = result.measures["right"].values, result.beyond("right")
+    look = {name: EXCEEDED if row in beyond else _DIMENSION for name, row in _GAUGED.items()}
+    back, low = circle[0] - 1e3 * RUNNING_CIRCLE, tip[1] + 7.0
+    thin: dict[str, Any] = {"color": "#8a8a8a", "lw": 0.6, "zorder": 1.5}
+    ax.plot([circle[0]] * 2, [circle[1] - 6.0, low], ls=(0, (8, 2, 2, 2)), **thin)
+    ax.plot([back] * 2, [circle[1] - 6.0, low], **thin)
+    for point in (tip, circle):
+        ax.plot([point[0], 24.0], [point[1]] * 2, **thin)
+    for point in (lower, upper):
+        ax.plot([point[0]] * 2, [point[1], low], **thin)
     # left of its line, for the legend stands on the right
-    ax.text(
-        y[_CIRCLE] - 0.8, low - 0.4, "running circle", color="#555555", fontsize=7.5, ha="right", va="bottom"
-    )
-    _line(ax, (back, back), (z[_CIRCLE] - 6.0, low))
-    _line(ax, (y[_TIP], 24.0), (z[_TIP], z[_TIP]))
-    _line(ax, (0.0, 24.0), (z[_CIRCLE], z[_CIRCLE]))
-    _arrow(ax, (20.0, z[_CIRCLE]), (20.0, z[_TIP]), look["Sh"])
-    _text(ax, 20.0 + _ROOM, 0.6 * z[_TIP] + 0.4 * z[_CIRCLE], texts["Sh"], look["Sh"])
-    # Sd at its level, the level itself next to the root
-    _arrow(ax, (back, z[_LOWER]), (y[_LOWER], z[_LOWER]), look["Sd"])
-    _text(ax, 0.5 * (y[_LOWER] + back), z[_LOWER] - 0.6, texts["Sd"], look["Sd"], "center", "bottom")
-    _line(ax, (y[_LOWER], -14.0), (z[_LOWER], z[_LOWER]))
-    _arrow(ax, (-17.0, z[_CIRCLE]), (-17.0, z[_LOWER]), "#555555", 0.8)
-    _text(ax, -17.0 + 0.6 * _ROOM, z[_LOWER] - 0.35 * level, f"{level:g}", "#555555")
-    _line(ax, (-17.0, 0.0), (z[_CIRCLE], z[_CIRCLE]))
-    # qR below the flange, its upper level on the other side of the tip
-    for k in (_LOWER, _UPPER):
-        _line(ax, (y[k], y[k]), (z[k], low))
-    _arrow(ax, (y[_UPPER], low - 1.5), (y[_LOWER], low - 1.5), look["qR"])
-    _text(ax, y[_LOWER] + _ROOM, low - 1.5, texts["qR"], look["qR"])
-    left = back - 4.0
-    for k in (_UPPER, _TIP):
-        _line(ax, (left - 1.0, y[k]), (z[k], z[k]))
-    for k, away in ((_UPPER, -4.0), (_TIP, 4.0)):
-        _arrow(ax, (left, z[k] + away), (left, z[k]), "#555555", 0.8, "-|>")
-    _text(ax, left - 0.6 * _ROOM, 0.5 * (z[_UPPER] + z[_TIP]), f"{below:g}", "#555555", "right")
-    ax.plot(y[:4], z[:4], "o", color="white", markeredgecolor=_BODY, ms=4.0, zorder=5)
+    ax.text(circle[0] - 0.8, low - 0.4, "running circle", color=_GREY, fontsize=7.5, ha="right", va="bottom")
+    spans = {
+        # ends of the arrow, place of the text and its alignment
+        "Sh": ((20.0, circle[1]), (20.0, tip[1]), (22.2, 0.6 * tip[1] + 0.4 * circle[1]), "left", "center"),
+        "Sd": ((back, lower[1]), tuple(lower), (0.5 * (lower[0] + back), lower[1] - 0.6), "center", "bottom"),
+        "qR": ((upper[0], low - 1.5), (lower[0], low - 1.5), (lower[0] + 2.2, low - 1.5), "left", "center"),
+    }
+    for name, (start, end, place, across, along) in spans.items():
+        arrow = {"arrowstyle": "<|-|>,head_width=0.18,head_length=0.45", "color": look[name], "lw": 1.1,
+                 "shrinkA": 0.0, "shrinkB": 0.0}  # fmt: skip
+        ax.annotate("", end, start, arrowprops=arrow, zorder=4)
+        text = f"{name} {1e3 * values[_GAUGED[name]]:.2f}{' !' if look[name] == EXCEEDED else ''}"
+        ax.text(*place, text.replace("-", "\N{MINUS SIGN}"), color=look[name], fontsize=9.0, weight="bold",
+                ha=across, va=along, zorder=6)  # fmt: skip
+    points = np.array([tip, circle, lower, upper]).T
+    ax.plot(*points, "o", color="white", markeredgecolor=_BODY, ms=4.0, zorder=5)
 
 
-def _line(ax: Axes, y: Any, z: Any, ls: Any = "-") -> None:
-    ax.plot(y, z, color="#8a8a8a", lw=0.6, ls=ls, zorder=1.5)
-
-
-def _arrow(ax: Axes, start: Any, end: Any, colour: str, width: float = 1.1, style: str = "<|-|>") -> None:
-    ax.annotate("", end, start, arrowprops={
-        "arrowstyle": f"{style},head_width=0.18,head_length=0.45", "color": colour, "lw": width,
-        "shrinkA": 0.0, "shrinkB": 0.0,
-    }, zorder=4)  # fmt: skip
-
-
-def _text(ax: Axes, y: float, z: float, text: str, colour: str, ha: Any = "left", va: Any = "center") -> None:
-    text = text.replace("-", "\N{MINUS SIGN}")
-    weight = "bold" if colour in (EXCEEDED, _DIMENSION) else "normal"
-    size = 9.0 if weight == "bold" else 7.5
-    ax.text(y, z, text, color=colour, fontsize=size, weight=weight, ha=ha, va=va, zorder=6)
-
-
-def plot_depth(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
+def plot_depth(comparison: Comparison, ax: Axes | None = None) -> Axes:
     """Draw the wear depth along the reference, positive where material is gone."""
     ax = own_axes(ax)
-    s = values_of(dataset, "arc_length")
-    depth = values_of(dataset, "wear_depth")
-    ax.axhline(0.0, color="#555555", lw=0.8)
+    s, y, depth = (1e3 * each for each in (comparison.wear.s, comparison.wear.y, comparison.wear.depth))
+    ax.axhline(0.0, color=_GREY, lw=0.8)
     ax.fill_between(s, depth, 0.0, color=COLOURS["field"], alpha=0.18, lw=0.0)
     ax.plot(s, depth, color=COLOURS["field"], lw=1.4)
     deepest = int(np.argmax(depth))
     ax.plot(s[deepest], depth[deepest], "o", color="white", markeredgecolor=COLOURS["field"], zorder=4)
     ax.set_xlim(s[0], s[-1])
     ax.margins(y=0.15)
-    _lateral_ticks(dataset, ax, s)
-    x_label = f"Arc length along {dataset.attrs['reference_label']} [mm]"
-    return label_axes(ax, x_label, "Wear depth along the\nnormal [mm]")
-
-
-def _lateral_ticks(dataset: xr.Dataset, ax: Axes, s: np.ndarray) -> None:
-    """Second scale above: the lateral position, from the flange tip (rail: the gauge side) on."""
-    y = shown("profile_y", dataset["wear_y"].values)
+    # second scale above: the lateral position, from the flange tip (rail: the gauge side) on
     reach = np.maximum.accumulate(y)
     rising = np.concatenate(([True], reach[1:] > reach[:-1]))
     step = 10.0 if np.ptp(y) < 90.0 else 20.0
     marks = np.arange(np.ceil(y.min() / step) * step, y.max(), step)
     top = ax.secondary_xaxis("top")
     top.set_xticks(np.interp(marks, y[rising], s[rising]), [plain(mark, 3).split(".")[0] for mark in marks])
-    top.tick_params(labelsize=7.5, colors="#555555", length=2.5, pad=1.5)
-    top.set_xlabel("Lateral position [mm]", fontsize=7.5, color="#555555", labelpad=3.5)
+    top.tick_params(labelsize=7.5, colors=_GREY, length=2.0, pad=1.5)
+    top.set_xlabel("Lateral position [mm]", fontsize=7.5, color=_GREY, labelpad=3.5)
+    area, place = plain(1e6 * comparison.wear.worn_area), plain(y[deepest], 3)
+    title = f"Worn area {area} mm², deepest {plain(depth[deepest], 3)} mm at y = {place} mm"
+    ax.set_title(title, pad=30.0)  # above the second scale
+    x_label = f"Arc length along {comparison.reference.profile.name} [mm]"
+    return label_axes(ax, x_label, "Wear depth along the\nnormal [mm]")
 
 
-def _reference(dataset: xr.Dataset, *names: str) -> list[np.ndarray]:
-    return [shown(name, dataset[f"reference_{name}"].values) for name in names]
+def _runs(result: Inspection) -> list[tuple[Running, str, dict[str, Any]]]:
+    """Return the running behaviour of the reference and of the profile, its name, and how it is drawn."""
+    comparison, runs = result.comparison, list[tuple[Running, str, dict[str, Any]]]()
+    if comparison is not None and comparison.running is not None:
+        look = {"color": COLOURS["new"], "lw": 1.2, "ls": "--", "markersize": 3.5}
+        runs.append((comparison.running, comparison.reference.profile.name, look))
+    if result.running is not None:
+        runs.append((result.running, result.given.profile.name, {"color": SERIES_COLOURS[0]}))
+    return runs
 
 
-def plot_radius_difference(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
+def plot_radius_difference(result: Inspection, ax: Axes | None = None) -> Axes:
     """Draw the rolling radius difference over the lateral shift."""
     ax = own_axes(ax)
-    shift, values = (values_of(dataset, name) for name in ("shift", "rolling_radius_difference"))
-    ax.axhline(0.0, color="#555555", lw=0.8)
-    ax.axvline(0.0, color="#555555", lw=0.8)
-    if "reference_shift" in dataset:
-        line = _reference(dataset, "shift", "rolling_radius_difference")
-        ax.plot(*line, color=COLOURS["new"], lw=1.2, ls="--", label=dataset.attrs["reference_label"])
-    ax.plot(shift, values, label=dataset.attrs["label"], color=SERIES_COLOURS[0])
-    # beyond flange contact the difference runs off and would flatten all the rest
-    inner = np.abs(values[np.abs(shift) <= _TREAD_SHIFT])
-    reach = 1.3 * max(inner.max(initial=0.0), 0.5)
-    ax.set_ylim(-reach, reach)
+    ax.axhline(0.0, color=_GREY, lw=0.8)
+    ax.axvline(0.0, color=_GREY, lw=0.8)
+    for run, name, look in _runs(result):
+        ax.plot(1e3 * run.shift, 1e3 * run.difference, label=name, **look)
+        # beyond flange contact the difference runs off and would flatten all the rest
+        inner = np.abs(1e3 * run.difference[np.abs(run.shift) <= _TREAD_SHIFT])
+        reach = 1.3 * max(inner.max(initial=0.0), 0.5)
+        ax.set_ylim(-reach, reach)
+    ax.set_title("Rolling radius difference")
     x_label = "Lateral shift of the wheelset, to the right [mm]"
-    return label_axes(ax, x_label, label(dataset, "rolling_radius_difference"), width=40)
+    return label_axes(ax, x_label, "Rolling radius difference [mm]", width=40)
 
 
-def plot_conicity(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
-    """Draw the equivalent conicity over the amplitude."""
+def plot_conicity(result: Inspection, ax: Axes | None = None) -> Axes:
+    """Draw the equivalent conicity over the amplitude, amplitudes without one left out."""
     ax = own_axes(ax)
-    amplitude, conicity = (values_of(dataset, name) for name in ("amplitude", "equivalent_conicity"))
-    highest = float(conicity.max(initial=0.1))
-    if "reference_amplitude" in dataset:
-        at, before = _reference(dataset, "amplitude", "equivalent_conicity")
-        highest = float(before.max(initial=highest))
-        ax.plot(at, before, color=COLOURS["new"], lw=1.2, ls="--", marker="o", ms=3.5)
-    ax.plot(amplitude, conicity, color=SERIES_COLOURS[0], marker="o")
-    for at, value in zip(amplitude, conicity, strict=True):
+    highest, known = 0.1, list[tuple[float, float]]()
+    for run, name, look in _runs(result):
+        known = [(1e3 * at.amplitude, at.value) for at in run.equivalent_conicity if at.value is not None]
+        highest = max([highest, *(value for _, value in known)])
+        ax.plot([at for at, _ in known], [value for _, value in known], marker="o", label=name, **look)
+    for at, value in known:
         ax.annotate(f"{value:.3f}", (at, value), (0, 6), textcoords="offset points", ha="center",
                     fontsize=7.5, bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6})  # fmt: skip
-    if amplitude.size == 0:
+    if not known:
         ax.text(0.5, 0.5, "undefined over all amplitudes", transform=ax.transAxes, ha="center", va="center")
     ax.set_xlim(0.5, 6.5)
     ax.set_ylim(0.0, 1.25 * highest)
-    x_label = f"Amplitude [{QUANTITIES['amplitude'].shown_unit}]"
-    return label_axes(ax, x_label, "Equivalent conicity, EN 15302", width=40)
+    ax.set_title("Equivalent conicity")
+    return label_axes(ax, "Amplitude [mm]", "Equivalent conicity, EN 15302", width=40)
 
 
-def profile_figure(dataset: xr.Dataset) -> Figure:
+def profile_figure(result: Inspection) -> Figure:
     """Draw the shape of a profile with dimensions, wear depth, rolling radius difference and conicity.
 
     Rows without data are left out.
     """
-    wear, runs = "wear_depth" in dataset, "shift" in dataset and dataset.sizes["shift"] > 0
-    limits_y, limits_z = _window(dataset)
-    inner = _WIDTH - sum(_EDGE)
-    shape = min(inner / np.ptp(limits_y), 4.6 / np.ptp(limits_z)) * np.ptp(limits_z)
-    heights = [shape] + [_PANEL] * (int(wear) + int(runs))
-    # a title of two lines, the scale above the wear depth
-    lines = _title(dataset)
-    top, bottom = 0.3 + 0.17 * (lines.count("\n") + 1), 0.55
-    gaps = [_GAP + (0.35 if wear and k == 0 else 0.0) for k in range(len(heights) - 1)]
-    total = top + sum(heights) + sum(gaps) + bottom
+    comparison, run, profiles = result.comparison, result.running, [result.aligned]
+    title = [f"{result.given.profile.name}: {result.given.kind}, {result.given.title}"]
+    rows: list[Any] = [["shape", "shape"]]
+    if comparison is not None:
+        rows.append(["depth", "depth"])
+        profiles.append(comparison.reference.profile)
+        alignment = comparison.alignment
+        title.append(f"laid on {profiles[1].name}: {alignment.rule}, {alignment.note}")
+    if run is not None:
+        title.append(track_text(run))
+        rows += [["difference", "conicity"]] if run.shift.size else []
+    y, z = np.concatenate([_mm(each) for each in profiles], axis=1)
+    span = (y.min() - 4.0, y.max() + 4.0)
+    # room for the dimension lines and the legend below the tip
+    depths = (z.max() + (14.0 if result.given.kind == "wheel" else 3.0), z.min() - 5.0)
+    shape = 0.8 + 9.0 * max((depths[0] - depths[1]) / (span[1] - span[0]), 0.18)
+    heights = [shape] + [_PANEL] * (len(rows) - 1)
     with style():
-        figure = Figure(figsize=(_WIDTH, total))
-        figure.text(_EDGE[0] / _WIDTH, 1.0 - 0.12 / total, lines, fontsize=9.5, va="top")
-
-        def axes(row: int, column: int = 0, columns: int = 1) -> Axes:
-            below = total - top - sum(heights[: row + 1]) - sum(gaps[:row])
-            width = (inner - 0.9 * (columns - 1)) / columns
-            left = _EDGE[0] + column * (width + 0.9)
-            return figure.add_axes((left / _WIDTH, below / total, width / _WIDTH, heights[row] / total))
-
-        ax = plot_shape(dataset, axes(0))
-        ax.set_xlim(*limits_y)
-        ax.set_ylim(*limits_z[::-1])
-        ax.set_anchor("W")
-        if "reference_y" in dataset or "left_y" in dataset:
-            place: Any = "lower right" if dataset.attrs["kind"] == "wheel" else "center"
-            ax.legend(loc=place, handlelength=2.2)
-        if wear:
-            plot_depth(dataset, axes(1)).set_title(_wear_title(dataset), pad=30.0)  # above the second scale
-        if runs:
-            row = len(heights) - 1
-            plot_radius_difference(dataset, axes(row, 0, 2)).set_title("Rolling radius difference")
-            plot_conicity(dataset, axes(row, 1, 2)).set_title("Equivalent conicity")
+        figure = Figure(figsize=(_WIDTH, sum(heights) + 0.2 * len(title)), layout="constrained")
+        text = "\n".join(wrapped(line, _LINE) for line in title)
+        figure.suptitle(text, x=0.01, ha="left", fontsize=9.5, weight="normal")
+        axes = figure.subplot_mosaic(rows, height_ratios=heights)
+        ax = plot_shape(result, axes["shape"])
+        ax.set_xlim(*span)
+        ax.set_ylim(*depths)
+        if comparison is not None or result.left is not None:
+            ax.legend(loc="lower right" if result.given.kind == "wheel" else "center", handlelength=2.2)
+        if comparison is not None:
+            plot_depth(comparison, axes["depth"])
+        if "conicity" in axes:
+            plot_radius_difference(result, axes["difference"])
+            plot_conicity(result, axes["conicity"])
     return figure
 
 
-def _window(dataset: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
-    """Limits of the shape: all points, and room for the dimension lines."""
-    names = [name for name in ("profile", "reference") if f"{name}_y" in dataset]
-    y, z = np.concatenate([_points(dataset, name) for name in names], axis=1)
-    room = (12.0, 4.0, 5.0, 9.0) if "gauge_y" in dataset else (4.0, 4.0, 3.0, 3.0)
-    if {"gauge_y", "reference_y", "left_y"} <= set(dataset.variables):
-        room = (*room[:3], room[3] + 4.0)  # three lines of the legend below the tip
-    span = np.array([y.min() - room[0], y.max() + room[1]])
-    # a shape without a flange would be a stripe too low for its axis
-    more = 0.5 * max(_FLATTEST * float(np.ptp(span)) - float(np.ptp(z)) - room[2] - room[3], 0.0)
-    return span, np.array([z.min() - room[2] - more, z.max() + room[3] + more])
+def fleet_figure(rows: Sequence[FleetRow], reference: Profile | None) -> Figure:
+    """Draw the profiles of a folder over each other and the reference, wheels and rails by themselves.
 
-
-def _title(dataset: xr.Dataset) -> str:
-    lines = [dataset.attrs[key] for key in ("title", "subtitle", "track") if dataset.attrs.get(key)]
-    return "\n".join(wrapped(line, _LINE) for line in lines) or dataset.attrs["label"]
-
-
-def _wear_title(dataset: xr.Dataset) -> str:
-    deepest = int(np.argmax(dataset["wear_depth"].values))
-    depth = plain(values_of(dataset, "wear_depth", deepest), 3)
-    place = plain(shown("profile_y", dataset["wear_y"].values[deepest]), 3)
-    area = plain(values_of(dataset, "worn_area"))
-    return f"Worn area {area} mm², deepest {depth} mm at y = {place} mm"
+    Those beyond a limit stand out by name.
+    """
+    measured = [(row.values, row.profile) for row in rows if row.profile is not None]
+    kinds = list(dict.fromkeys(profile.kind for _, profile in measured))
+    with style():
+        figure = Figure(figsize=(_WIDTH, 3.8 * len(kinds)), layout="constrained")
+        for ax, kind in zip(figure.subplots(len(kinds), 1, squeeze=False)[:, 0], kinds, strict=True):
+            if reference is not None and reference.kind == kind:
+                ax.plot(*_mm(reference), color=COLOURS["new"], lw=1.2, ls="--", label=reference.name)
+            texts = set[str]()
+            for values, profile in measured:
+                if profile.kind == kind:
+                    beyond = ", ".join(QUANTITIES[name].meaning for name in values["exceeded"])
+                    text = f"{values['wheel']}: {beyond} !" if beyond else "not beyond a limit"
+                    named = text not in texts and len(texts) < _MOST_NAMES
+                    texts.add(text)
+                    colour, width = (EXCEEDED, 1.2) if beyond else (_BODY, 0.6)
+                    ax.plot(*_mm(profile), color=colour, lw=width, label=text if named else None)
+            _shape_axes(ax, f"Lateral position of {kind}s [mm]", "Height, down [mm]")
+            ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.18), ncols=3)
+    return figure

@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 
 from wearsim.contact.geometry import NO_WHEEL, Gap
-from wearsim.contact.normal.half_space.lobes import Lobe, angle_of, gather, lobes_of, missed, place_grids
+from wearsim.contact.normal.half_space.lobes import angle_of, gather, lobes_of, missed, place_grids
 from wearsim.contact.normal.half_space.pressure import MOST_ITERATIONS, TOLERANCE, solve_pressure
 from wearsim.contact.normal.half_space.regions import (
     Region,
@@ -55,10 +55,7 @@ from wearsim.contact.normal.model import (
 )
 from wearsim.contact.patch import FloatArray, IntArray, PatchGrid, Resolution, from_grid
 
-DEFAULTS = {
-    "half_space_tolerance": TOLERANCE,
-    "half_space_iterations": float(MOST_ITERATIONS),
-}
+DEFAULTS = {"half_space_tolerance": TOLERANCE, "half_space_iterations": float(MOST_ITERATIONS)}
 
 _TRIALS = 20  # of the displacement
 _FITS = 25  # of grids to patches
@@ -115,18 +112,15 @@ def solve_wheel(
     row: int,
     load: float,
     *,
-    vertical: bool,
-    effective_modulus: float,
-    resolution: Resolution,
-    parameters: dict[str, float],
     start: WheelPressure | None = None,
     rough: bool = False,
+    **options: Any,
 ) -> WheelPressure:
     """Pressures of one wheel.
 
     Parameters
     ----------
-    gap, vertical, effective_modulus, resolution, parameters, rough
+    gap, rough, **options
         As of `solve`.
     row : int
         Which row of the gap.
@@ -150,7 +144,7 @@ def solve_wheel(
         raise fault_of(NO_CONTACT, row)
     if not 0 < lowest < curve.size - 1 or max(curve[lowest - 1], curve[lowest + 1]) >= NO_WHEEL:
         raise fault_of(AT_EDGE, row)
-    task = _Task(gap, row, load, vertical, effective_modulus, resolution, {**DEFAULTS, **parameters})
+    task = _Task(gap, row, load, **options)
     if start is None:
         state = task.searched()
         if rough:
@@ -158,7 +152,7 @@ def solve_wheel(
             if all(abs(new - old.angle) < _NEARLY for new, old in zip(angle, state.regions, strict=True)):
                 return task.turned(state, angle)
         return task.fitted(state, rough)
-    ratio = (load / _carried(start, vertical)) ** (1.0 / 3.0)
+    ratio = (load / _carried(start, task.vertical)) ** (1.0 / 3.0)
     regions = tuple(map(scaled, start.regions, [ratio] * len(start.regions), start.pressure))
     moved = ratio**2 * start.vertical_displacement
     return task.fitted(WheelPressure(regions, start.pressure, moved, ()), rough)
@@ -180,13 +174,17 @@ class _Task:
     row: int
     load: float
     vertical: bool
-    modulus: float
+    effective_modulus: float
     resolution: Resolution
     parameters: dict[str, float]
 
+    def parameter(self, name: str) -> float:
+        """Parameter of the model."""
+        return {**DEFAULTS, **self.parameters}[name]
+
     def searched(self) -> WheelPressure:
         """Pressures on coarse grids over the overlap of the rigid surfaces."""
-        level = (self.load / self.modulus) ** (2.0 / 3.0) * 1.5
+        level = (self.load / self.effective_modulus) ** (2.0 / 3.0) * 1.5
         counts: tuple[int, ...] = ()
         for trial in range(_TRIALS):
             regions = overlaps(self.gap, self.row, level)
@@ -205,13 +203,16 @@ class _Task:
 
         Grids are coarse at first if those of the state are; rough: no others.
         """
-        gap, tolerance = self.gap, self.parameters["half_space_tolerance"]
+        gap, tolerance = self.gap, self.parameter("half_space_tolerance")
         fine, coarse = (self.resolution, tolerance), (_coarser(self.resolution), max(tolerance, 1e-3))
         first, coupled, settled = fine, np.zeros((0, 0)), False
         if state.iterations or rough or _coarser_than(coarse[0], state):  # state.iterations: of the search
             first = coarse
         elif not _coarser_than(fine[0], state):
-            coupled = np.zeros((1, 1)) if len(state.regions) == 1 else gather(gap, _lobes(gap, state))[1]
+            coupled = np.zeros((1, 1))
+            if len(state.regions) > 1:
+                grids = zip(state.regions, state.pressure, strict=True)
+                coupled = gather(gap, [lobe for grid in grids for lobe in lobes_of(gap, *grid)])[1]
             if len(coupled) == len(state.regions):
                 moved = state.vertical_displacement
                 state = self.pressed(state.regions, coupled, moved, state.pressure, tolerance, ())
@@ -220,10 +221,8 @@ class _Task:
             old = list(zip(state.regions, state.pressure, strict=True))
             groups = [lobes_of(gap, region, pressure) for region, pressure in old]
             if not settled:
-                outside = missed(
-                    gap, state.regions, state.pressure, state.vertical_displacement, self.modulus
-                )
-                before = coupled
+                moved, before = state.vertical_displacement, coupled
+                outside = missed(gap, state.regions, state.pressure, moved, self.effective_modulus)
                 groups, coupled = gather(gap, [*(lobe for group in groups for lobe in group), *outside])
                 same = coupled.shape == before.shape and np.abs(coupled - before).max() < _ALIKE
                 settled = fit >= _GATHERED or (same and not outside)
@@ -264,11 +263,11 @@ class _Task:
         solution = solve_pressure(
             grids,
             self.load if self.vertical else self.load * grids[0].cosine,
-            self.modulus,
-            coupling=coupling_of(self.gap, regions, coupled, self.modulus),
+            self.effective_modulus,
+            coupling=coupling_of(self.gap, regions, coupled, self.effective_modulus),
             start=start,
             tolerance=tolerance,
-            limit=int(self.parameters["half_space_iterations"]),
+            limit=int(self.parameter("half_space_iterations")),
         )
         if not solution.converged:
             raise fault_of(NO_CONVERGENCE, self.row)
@@ -281,10 +280,6 @@ class _Task:
         regions = tuple(map(turned, state.regions, angle))
         share = self.load / _carried(replace(state, regions=regions), self.vertical)
         return replace(state, regions=regions, pressure=tuple(share * field for field in state.pressure))
-
-
-def _lobes(gap: Gap, state: WheelPressure) -> list[Lobe]:
-    return [one for grid in zip(state.regions, state.pressure, strict=True) for one in lobes_of(gap, *grid)]
 
 
 def _coarser_than(resolution: Resolution, state: WheelPressure) -> bool:
@@ -325,34 +320,32 @@ def _start_of(gap: Gap, row: int, start: NormalSolution) -> WheelPressure:
 
 def _assembled(gap: Gap, row: IntArray, states: list[WheelPressure], vertical: bool) -> NormalSolution:
     """Patches of all rows in their order."""
-    lines: list[_Line] = []
+    lines: list[dict[str, Any]] = []
     for here, state in zip(row, states, strict=True):
         loaded = [pair for pair in zip(state.regions, state.pressure, strict=True) if pair[1].any()]
-        each = [_line(gap, *pair, state.vertical_displacement) for pair in loaded]
-        patches = [line for line in each if line is not None]
-        if len(patches) < len(each):  # faint ones may lie at an edge, the others carry their load
+        patches = [line for pair in loaded if (line := _line(gap, *pair, state.vertical_displacement))]
+        scale = 1.0
+        if len(patches) < len(loaded):  # faint ones may lie at an edge, the others carry their load
             load = _carried(state, vertical)
-            kept = sum(line.force * (float(np.cos(line.angle)) if vertical else 1.0) for line in patches)
+            kept = sum(line["force"] * (np.cos(line["angle"]) if vertical else 1.0) for line in patches)
             if not kept > (1.0 - FAINT) * load:
                 raise fault_of(AT_EDGE, int(here))
             scale = load / kept
-            patches = [
-                replace(line, force=scale * line.force, pressure=scale * line.pressure, scale=scale)
-                for line in patches
-            ]
         if len(patches) > 1 and not vertical:
             raise fault_of(NOT_SINGLE, int(here))
-        lines.extend(sorted(patches, key=lambda line: -line.force))
+        for line in sorted(patches, key=lambda line: -line["force"]):
+            line |= {"scale": scale, "force": scale * line["force"], "pressure": scale * line["pressure"]}
+            lines.append(line)
 
-    cells, strips = np.array([line.pressure.shape for line in lines], dtype=np.int64).reshape(-1, 2).T
+    cells, strips = np.array([line["pressure"].shape for line in lines], dtype=np.int64).reshape(-1, 2).T
     count, nx, ny = len(lines), cells.max(initial=1), strips.max(initial=1)
     y, edges, pressure = np.zeros((count, ny)), np.zeros((count, ny + 1)), np.zeros((count, nx, ny))
     for m, line in enumerate(lines):
-        y[m, : strips[m]], pressure[m, : cells[m], : strips[m]] = line.y, line.pressure
-        edges[m, : strips[m] + 1], edges[m, strips[m] + 1 :] = line.edges, line.edges[-1]
+        y[m, : strips[m]], pressure[m, : cells[m], : strips[m]] = line["y"], line["pressure"]
+        edges[m, : strips[m] + 1], edges[m, strips[m] + 1 :] = line["edges"], line["edges"][-1]
 
     def column(name: str) -> FloatArray:
-        return np.array([getattr(line, name) for line in lines])
+        return np.array([line[name] for line in lines], dtype=np.float64)
 
     grid = PatchGrid(column("x_lead"), column("cell_length"), pressure)
     patch = from_grid(column("row").astype(np.int64), y, column("width"), grid, strips, cells)
@@ -369,40 +362,18 @@ def _assembled(gap: Gap, row: IntArray, states: list[WheelPressure], vertical: b
     )
 
 
-@dataclass(frozen=True)
-class _Line:
-    """One patch; names as in `NormalSolution`, `Patch` and `PatchGrid`."""
-
-    row: int
-    centre: float
-    angle: float
-    approach: float
-    force: float
-    vertical_displacement: float
-    y: FloatArray
-    width: float
-    edges: FloatArray
-    x_lead: float
-    cell_length: float
-    pressure: FloatArray
-    scale: float = 1.0
-
-
-def _line(gap: Gap, region: Region, pressure: FloatArray, displacement: float) -> _Line | None:
+def _line(gap: Gap, region: Region, pressure: FloatArray, displacement: float) -> dict[str, Any] | None:
     """Patch on one grid, if it is whole; lengths from its pressure-weighted centre and the contact line."""
     length, width = region.cell
     curve, grid = gap.gap[region.row], gap.counterface
-    section = Section(gap, region.y, region.angle)
-    s = region.s
-    load = pressure.sum(axis=0)
+    section, s, load = Section(gap, region.y, region.angle), region.s, pressure.sum(axis=0)
     middle = float((load * s).sum() / load.sum())
     centre = float(section.lateral(np.array([middle]))[0])
     edges = section.lateral(np.append(s - 0.5 * width, s[-1] + 0.5 * width))
-    loaded = np.flatnonzero(load)
-    ends = edges[[int(loaded[0]), int(loaded[-1]) + 1]]
-    first, last = int(np.searchsorted(grid.y, ends[0])) - 2, int(np.searchsorted(grid.y, ends[1])) + 2
+    one, other = np.flatnonzero(load)[[0, -1]]
+    first, last = np.searchsorted(grid.y, edges[one]) - 2, np.searchsorted(grid.y, edges[other + 1]) + 2
     # Cells beyond the end of a profile carry nothing: a patch within half a strip of it is cut off.
-    low, high = s[loaded[0]] - width, s[loaded[-1]] + width
+    low, high = s[one] - width, s[other] + width
     cut = (section.part.start == 0 and low < section.ends[0]) or (
         section.part.stop == grid.y.size and high > section.ends[1]
     )
@@ -410,20 +381,20 @@ def _line(gap: Gap, region: Region, pressure: FloatArray, displacement: float) -
         return None
     ahead = origin_x(gap, region) - float(np.interp(centre, grid.y, gap.x[region.row]))
     lowest = float(curve[first:last].min() - curve.min())
-    return _Line(
-        row=region.row,
-        centre=centre,
-        angle=region.angle,
-        approach=(displacement - lowest) * float(np.cos(region.angle)),
-        force=float(pressure.sum()) * length * width,
-        vertical_displacement=float(plane_of(gap, region).vertical_displacement[0]) + displacement,
-        y=s - middle,
-        width=width,
-        edges=edges,
-        x_lead=region.x_high + ahead,
-        cell_length=length,
-        pressure=pressure,
-    )
+    return {
+        "row": region.row,
+        "centre": centre,
+        "angle": region.angle,
+        "approach": (displacement - lowest) * float(np.cos(region.angle)),
+        "force": float(pressure.sum()) * length * width,
+        "vertical_displacement": float(plane_of(gap, region).vertical_displacement[0]) + displacement,
+        "y": s - middle,
+        "width": width,
+        "edges": edges,
+        "x_lead": region.x_high + ahead,
+        "cell_length": length,
+        "pressure": pressure,
+    }
 
 
 MODEL = NormalModel(name="half_space", solve=solve, parameters=DEFAULTS, fewest=8)

@@ -16,12 +16,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from wearsim.contact.geometry import Gap
 from wearsim.contact.normal.half_space.regions import Region, Section, curvature_along, origin_x
-from wearsim.contact.normal.model import ADJACENT, ALIKE, CLEAR, FAR, NEAR, UNLIKE
+from wearsim.contact.normal.model import ADJACENT, FAR, NEAR, plane_share
 from wearsim.contact.patch import FloatArray, IntArray, Resolution
 
 MARGIN = 1.5  # empty cells between a patch and each border of its grid
@@ -81,40 +82,26 @@ def lobes_of(gap: Gap, region: Region, pressure: FloatArray) -> list[Lobe]:
     if loaded.size == 0:
         return []
     section = Section(gap, region.y, region.angle)
-    s, x = region.s, region.x
+    s, x, origin = region.s, region.x, origin_x(gap, region)
     y = section.lateral(s)
     angle = np.interp(y, gap.counterface.y, gap.counterface.angle)
-    origin = origin_x(gap, region)
-    ahead = _reach(pressure**2)
-    behind = _reach(pressure[::-1] ** 2)
+    ahead, behind = _reach(pressure**2), _reach(pressure[::-1] ** 2)
     lobes = []
     for run in np.split(loaded, np.flatnonzero(np.diff(loaded) > 1) + 1):
-        profile = load[run][:, None]
-        before, after = float(_reach(profile)[0]), float(_reach(profile[::-1])[0])
+        weight, part, total = load[run], pressure[:, run] > 0.0, load[run].sum()
+        before, after = _reach(weight[:, None])[0], _reach(weight[::-1, None])[0]
         # Longer and wider where they reach the border of the grid.
         if run[0] == 0 and not np.isfinite(region.y_low):
             before = _GROW * ny
         if run[-1] == ny - 1 and not np.isfinite(region.y_high):
             after = _GROW * ny
         edges = section.lateral(np.array([s[run[0]] - before * width, s[run[-1]] + after * width]))
-        top = float((x[np.argmax(pressure[:, run] > 0.0, axis=0)] + ahead[run] * length).max())
-        bottom = float(
-            (x[nx - 1 - np.argmax(pressure[::-1, run] > 0.0, axis=0)] - behind[run] * length).min()
-        )
-        top += _GROW * nx * length if pressure[0, run].any() else 0.0
-        bottom -= _GROW * nx * length if pressure[-1, run].any() else 0.0
-        total = float(load[run].sum())
-        lobes.append(
-            Lobe(
-                float(edges[0]),
-                float(edges[1]),
-                bottom + origin,
-                top + origin,
-                float((load[run] * y[run]).sum()) / total,
-                float((load[run] * angle[run]).sum()) / total,
-                total,
-            )
-        )
+        top = (x[np.argmax(part, axis=0)] + ahead[run] * length).max()
+        bottom = (x[nx - 1 - np.argmax(part[::-1], axis=0)] - behind[run] * length).min()
+        top += _GROW * nx * length if part[0].any() else 0.0
+        bottom -= _GROW * nx * length if part[-1].any() else 0.0
+        middle, turn = (weight * y[run]).sum() / total, (weight * angle[run]).sum() / total
+        lobes.append(Lobe(*map(float, (*edges, bottom + origin, top + origin, middle, turn, total))))
     return lobes
 
 
@@ -135,11 +122,6 @@ def _reach(value: FloatArray) -> FloatArray:
     return np.where(steep, here, 1.0) / np.where(steep, rise, 1.0)
 
 
-def _ramp(value: float, full: float, none: float) -> float:
-    """1 up to `full`, 0 from `none` on."""
-    return min(max((none - value) / (none - full), 0.0), 1.0)
-
-
 def _distance(gap: Gap, one: Lobe, other: Lobe) -> float:
     """From edge to edge [m]; `one` is on the flange's side."""
     z = np.interp([one.right, other.left], gap.counterface.y, gap.counterface.z)
@@ -148,9 +130,7 @@ def _distance(gap: Gap, one: Lobe, other: Lobe) -> float:
 
 def _coupling(gap: Gap, one: Lobe, other: Lobe) -> float:
     """Share t in which two lobes, the one on the flange's side first, are coupled."""
-    distance = _distance(gap, one, other)
-    alike = _ramp(abs(other.angle - one.angle), ALIKE, UNLIKE)
-    return max(_ramp(distance, NEAR, FAR) * alike, _ramp(distance, ADJACENT, CLEAR))
+    return plane_share(_distance(gap, one, other), other.angle - one.angle)
 
 
 def gather(gap: Gap, lobes: list[Lobe]) -> tuple[list[list[Lobe]], FloatArray]:
@@ -217,23 +197,34 @@ def place_grids(
     list of Region
         One for each group.
     """
-    count = len(groups)
     merged = [_merged(group) for group in groups]
+    edges = [-np.inf, *(0.5 * (a.right + b.left) for a, b in pairwise(merged)), np.inf]
     regions = []
-    for k, lobe in enumerate(merged):
+    for k, (lobe, y_low, y_high) in enumerate(zip(merged, edges, edges[1:], strict=False)):
         lean = sum(
             coupled[k, j] * other.force / (lobe.force + other.force) * (other.angle - lobe.angle)
             for j, other in enumerate(merged)
             if coupled[k, j] > 0.0 and other.force > 0.0
         )
-        low = 0.5 * (merged[k - 1].right + lobe.left) if k > 0 else -np.inf
-        high = 0.5 * (lobe.right + merged[k + 1].left) if k < count - 1 else np.inf
-        share = min(
+        narrowest = min(
             (one.right - one.left) / (lobe.right - lobe.left)
             for one in groups[k]
             if one.force >= _SLIGHT * lobe.force
         )
-        regions.append(_fitted(gap, row, lobe, float(lobe.angle + lean), low, high, resolution, share))
+        angle = float(lobe.angle + lean)
+        s = Section(gap, lobe.centre, angle).across(np.array([lobe.left, lobe.right, y_low, y_high]))
+        border = 2.0 * MARGIN * resolution.cell
+        ny = int(resolution.strips_across(s[1:2] - s[0] + border)[0])
+        ny = max(ny, min(int(_PER_LOBE * resolution.strips / narrowest), resolution.most))
+        nx = int(resolution.cells_along(np.array([lobe.x_high - lobe.x_low + border]))[0])
+        width = float(s[1] - s[0]) / (ny - 2.0 * MARGIN)
+        length = (lobe.x_high - lobe.x_low) / (nx - 2.0 * MARGIN)
+        x = float(np.interp(lobe.centre, gap.counterface.y, gap.x[row]))
+        low, high = float(s[0]) - MARGIN * width, float(s[1]) + MARGIN * width
+        low = max(low, float(s[2])) if np.isfinite(y_low) else low
+        high = min(high, float(s[3])) if np.isfinite(y_high) else high
+        ahead, behind = lobe.x_high + MARGIN * length - x, lobe.x_low - MARGIN * length - x
+        regions.append(Region(row, lobe.centre, angle, behind, ahead, low, high, nx, ny, y_low, y_high))
     return regions
 
 
@@ -250,27 +241,6 @@ def _merged(lobes: list[Lobe]) -> Lobe:
         sum(weight * lobe.angle for weight, lobe in zip(weights, lobes, strict=True)),
         force,
     )
-
-
-def _fitted(
-    gap: Gap, row: int, lobe: Lobe, angle: float, y_low: float, y_high: float,
-    resolution: Resolution, narrowest: float,
-) -> Region:  # fmt: skip
-    """Region that holds lobes with the margin around them; the narrowest is a share of their width."""
-    s = Section(gap, lobe.centre, angle).across(np.array([lobe.left, lobe.right, y_low, y_high]))
-    border = 2.0 * MARGIN * resolution.cell
-    ny = int(resolution.strips_across(s[1:2] - s[0] + border)[0])
-    ny = max(ny, min(int(_PER_LOBE * resolution.strips / narrowest), resolution.most))
-    nx = int(resolution.cells_along(np.array([lobe.x_high - lobe.x_low + border]))[0])
-    width = float(s[1] - s[0]) / (ny - 2.0 * MARGIN)
-    length = (lobe.x_high - lobe.x_low) / (nx - 2.0 * MARGIN)
-    x = float(np.interp(lobe.centre, gap.counterface.y, gap.x[row]))
-    low, high = float(s[0]) - MARGIN * width, float(s[1]) + MARGIN * width
-    return Region(
-        row, lobe.centre, angle, lobe.x_low - MARGIN * length - x, lobe.x_high + MARGIN * length - x,
-        max(low, float(s[2])) if np.isfinite(y_low) else low,
-        min(high, float(s[3])) if np.isfinite(y_high) else high, nx, ny, y_low, y_high,
-    )  # fmt: skip
 
 
 def missed(
@@ -325,21 +295,12 @@ def missed(
         depth -= share * (blocks / distance).sum(axis=(1, 2)) / (np.pi * modulus)
     lobes = []
     deep = np.flatnonzero(depth > 0.0)
-    for run in np.split(deep, np.flatnonzero(np.diff(places[deep]) > 1) + 1):
-        if run.size > 0:
-            half = float(np.sqrt(2.0 * depth[run].max() / curvature_along(gap, regions[0].row, y[run]).min()))
-            middle = run[int(depth[run].argmax())]
-            lobes.append(
-                Lobe(
-                    left=float(grid.y[places[run[0]] - 1]),
-                    right=float(grid.y[places[run[-1]] + 1]),
-                    x_low=float(x[middle]) - half,
-                    x_high=float(x[middle]) + half,
-                    centre=float(y[middle]),
-                    angle=float(grid.angle[places[middle]]),
-                    force=0.0,
-                )
-            )
+    for run in np.split(deep, np.flatnonzero(np.diff(places[deep]) > 1) + 1) if deep.size > 0 else []:
+        half = np.sqrt(2.0 * depth[run].max() / curvature_along(gap, regions[0].row, y[run]).min())
+        top = run[int(depth[run].argmax())]
+        left, right = grid.y[places[run[0]] - 1], grid.y[places[run[-1]] + 1]
+        angle = grid.angle[places[top]]
+        lobes.append(Lobe(*map(float, (left, right, x[top] - half, x[top] + half, y[top], angle, 0.0))))
     return lobes
 
 

@@ -24,7 +24,6 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wearsim.contact.influence import (
     field_of,
@@ -35,7 +34,7 @@ from wearsim.contact.influence import (
     waves_of,
 )
 from wearsim.contact.kernel import kernel
-from wearsim.contact.patch import FloatArray
+from wearsim.contact.patch import FloatArray, IntArray
 
 TOLERANCE = 3e-5  # the maximum pressure then is within 1e-4 of its limit
 MOST_ITERATIONS = 1000
@@ -85,23 +84,17 @@ class GridPressure:
     converged: bool
 
 
-_GRID = np.dtype(
-    [(name, np.int64) for name in ("first", "nx", "ny", "along", "across", "node_x", "node_y")]
-    + [(name, np.float64) for name in ("area", "cosine")]
-)
-"""A grid: first cell, cells, places of its tables (waves, interpolation), area of a cell, cosine."""
-
-
 class _Cells(NamedTuple):
     """Cells of all grids behind one another, and their tables."""
 
-    grids: NDArray[np.void]  # of _GRID
+    first: IntArray  # of each grid, and one behind the last
+    shape: IntArray  # (k, 2) cells along and across
     height: FloatArray
     area: FloatArray
     cosine: FloatArray
     influence: FloatArray  # of the first cell of each grid
     factor: FloatArray  # its transform
-    tables: FloatArray
+    tables: FloatArray  # (k, 4, longest) waves along and across, interpolation along and across
     coupling: FloatArray  # (k 64, k 64) displacements at the nodes under forces on them, or empty
 
 
@@ -150,123 +143,88 @@ def solve_pressure(
     GridPressure
     """
     cells = _gathered(grids, effective_modulus, np.empty((0, 0)) if coupling is None else coupling)
-    pressure = np.zeros(cells.height.size)
     if start is None:
-        _first_guess(cells.height, cells.area, cells.cosine, float(load), effective_modulus, pressure)
+        pressure = _first_guess(cells, load, effective_modulus)
     else:
-        np.concatenate([field.ravel() for field in start], out=pressure)
+        pressure = np.concatenate([field.ravel() for field in start])
     result = _iterate(cells, float(load), tolerance, limit, pressure)
-    fields = tuple(
-        part.reshape(grid.height.shape)
-        for part, grid in zip(np.split(pressure, cells.grids["first"][1:]), grids, strict=True)
-    )
-    return GridPressure(fields, *result)
+    parts = np.split(pressure, cells.first[1:-1])
+    fields = (part.reshape(grid.height.shape) for part, grid in zip(parts, grids, strict=True))
+    return GridPressure(tuple(fields), *result)
 
 
 def _gathered(grids: Sequence[HeightGrid], modulus: float, coupling: FloatArray) -> _Cells:
     """Put grids and what their influence takes behind one another."""
-    rows = np.zeros(len(grids), dtype=_GRID)
-    tables: list[FloatArray] = []
-    first = length = 0
-    for row, grid in zip(rows, grids, strict=True):
-        nx, ny = grid.height.shape
-        row["first"], row["nx"], row["ny"] = first, nx, ny
-        row["area"], row["cosine"] = grid.cell_length * grid.cell_width, grid.cosine
-        first += nx * ny
-        needed = {"along": wave_table(nx), "across": wave_table(ny)}
-        if coupling.size > 0:
-            needed |= {"node_x": interpolation(nx), "node_y": interpolation(ny)}
-        for name, table in needed.items():
-            row[name] = length
-            tables.append(table.ravel())
-            length += table.size
+    shape = np.array([grid.height.shape for grid in grids], dtype=np.int64)
+    sizes = shape.prod(axis=1)
+    needed = [(*map(wave_table, pair), *map(interpolation, pair)) for pair in shape.tolist()]
+    tables = np.zeros((len(grids), 4, max(table.size for each in needed for table in each)))
+    for k, each in enumerate(needed):
+        for row, table in zip(tables[k], each, strict=True):
+            row[: table.size] = table.ravel()
     influences = [
         normal_influence(grid.cell_length, grid.cell_width, grid.height.shape, modulus) for grid in grids
     ]
-    sizes = [grid.height.size for grid in grids]
     return _Cells(
-        rows,
+        np.append(0, np.cumsum(sizes)),
+        shape,
         np.concatenate([grid.height.ravel() for grid in grids]),
-        np.repeat(rows["area"], sizes),
-        np.repeat(rows["cosine"], sizes),
+        np.repeat([grid.cell_length * grid.cell_width for grid in grids], sizes),
+        np.repeat([float(grid.cosine) for grid in grids], sizes),
         np.concatenate([table.ravel() for table in influences]),
         np.concatenate([spectrum(table).ravel() for table in influences]),
-        np.concatenate(tables),
+        tables,
         coupling,
     )
 
 
-@kernel
-def _first_guess(
-    height: FloatArray, area: FloatArray, cosine: FloatArray, load: float, modulus: float, pressure:
-    FloatArray,
-) -> None:  # fmt: skip
+def _first_guess(cells: _Cells, load: float, modulus: float) -> FloatArray:
     """Virtual penetration, roughly: the overlap region's size squared times its depth carries the load."""
-    first = np.inf
-    for i in range(height.size):
-        first = min(first, height[i] / cosine[i])
-    low, high = first, first + 16.0 * (load / modulus) ** (2.0 / 3.0)
+    first = low = float((cells.height / cells.cosine).min())
+    high = first + 16.0 * (load / modulus) ** (2.0 / 3.0)
     for _ in range(12):
         level = 0.5 * (low + high)
-        region = 0.0
-        for i in range(height.size):
-            if height[i] < level * cosine[i]:
-                region += area[i]
+        region = cells.area[cells.height < level * cells.cosine].sum()
         # N = pi/2 E* b delta for a circle; the region of half the approach is the contact itself
         if 2.0 * modulus * np.sqrt(region) * (level - first) < load:
             low = level
         else:
             high = level
-    for i in range(height.size):
-        pressure[i] = np.sqrt(max(high * cosine[i] - height[i], 0.0))
+    pressure: FloatArray = np.sqrt(np.maximum(high * cells.cosine - cells.height, 0.0))
+    return pressure
 
 
 @kernel
 def _deflection(cells: _Cells, pressure: FloatArray, moved: FloatArray) -> None:
     """Displacements under pressures."""
-    force = np.empty(cells.coupling.shape[0])
-    for k in range(cells.grids.size):
-        grid = cells.grids[k]
-        nx, ny, first = grid["nx"], grid["ny"], grid["first"]
-        part = slice(first, first + nx * ny)
+    force = np.empty((cells.coupling.shape[0] // NODES**2, NODES, NODES))
+    depth = np.empty_like(force)
+    for k in range(len(cells.shape)):
+        nx, ny = cells.shape[k]
+        part = slice(cells.first[k], cells.first[k + 1])
         field, factor = pressure[part].reshape(nx, ny), cells.factor[part].reshape(nx, ny)
-        along, across = _wave_tables(cells, grid)
+        along, across = cells.tables[k, 0], cells.tables[k, 1]
         waves = waves_of(field, along, across)
         for p in range(2):
             for q in range(2):
                 waves[p, q] *= factor
         field_of(waves, along, across, moved[part].reshape(nx, ny))
         if force.size > 0:
-            along, across = _node_tables(cells, grid)
-            here = force[k * NODES * NODES : (k + 1) * NODES * NODES].reshape(NODES, NODES)
-            here[:] = grid["area"] * np.dot(along.T, np.dot(field, across))
-    if force.size > 0:
-        depth = np.empty(force.size)
-        for i in range(force.size):
-            depth[i] = scalar_product(cells.coupling[i], force)
-        for k in range(cells.grids.size):
-            grid = cells.grids[k]
-            along, across = _node_tables(cells, grid)
-            here = depth[k * NODES * NODES : (k + 1) * NODES * NODES].reshape(NODES, NODES)
-            field = moved[grid["first"] : grid["first"] + grid["nx"] * grid["ny"]].reshape(
-                grid["nx"], grid["ny"]
-            )
-            field += np.dot(along, np.dot(here, across.T))
+            along, across = _node_tables(cells, k)
+            force[k] = cells.area[cells.first[k]] * np.dot(along.T, np.dot(field, across))
+    for i in range(force.size):
+        depth.reshape(-1)[i] = scalar_product(cells.coupling[i], force.reshape(-1))
+    for k in range(len(force)):
+        along, across = _node_tables(cells, k)
+        field = moved[cells.first[k] : cells.first[k + 1]].reshape(along.shape[0], across.shape[0])
+        field += np.dot(along, np.dot(depth[k], across.T))
 
 
 @kernel
-def _wave_tables(cells: _Cells, grid: NDArray[np.void]) -> tuple[FloatArray, FloatArray]:
-    sizes = 4 * grid["nx"] * ((grid["nx"] + 1) // 2), 4 * grid["ny"] * ((grid["ny"] + 1) // 2)
-    along = cells.tables[grid["along"] : grid["along"] + sizes[0]]
-    return along, cells.tables[grid["across"] : grid["across"] + sizes[1]]
-
-
-@kernel
-def _node_tables(cells: _Cells, grid: NDArray[np.void]) -> tuple[FloatArray, FloatArray]:
-    along = cells.tables[grid["node_x"] : grid["node_x"] + grid["nx"] * NODES].reshape(grid["nx"], NODES)
-    return along, cells.tables[grid["node_y"] : grid["node_y"] + grid["ny"] * NODES].reshape(
-        grid["ny"], NODES
-    )
+def _node_tables(cells: _Cells, k: int) -> tuple[FloatArray, FloatArray]:
+    nx, ny = cells.shape[k]
+    along, across = cells.tables[k, 2, : nx * NODES], cells.tables[k, 3, : ny * NODES]
+    return along.reshape(nx, NODES), across.reshape(ny, NODES)
 
 
 @kernel
@@ -274,64 +232,39 @@ def _iterate(
     cells: _Cells, load: float, tolerance: float, limit: int, pressure: FloatArray
 ) -> tuple[float, int, bool]:
     """Conjugate gradients from `pressure`, which it scales to the load and brings to the solution."""
-    height, area, cosine = cells.height, cells.area, cells.cosine
-    size = height.size
-    residual, direction, beyond = np.empty(size), np.zeros(size), np.empty(size)
-    moved, image = np.empty(size), np.empty(size)
-    carried = 0.0
-    for i in range(size):
-        carried += area[i] * cosine[i] * pressure[i]
-    for i in range(size):
-        pressure[i] *= load / carried
+    area, lift = cells.area, cells.area * cells.cosine
+    residual, direction = np.empty(area.size), np.zeros(area.size)
+    moved, image = np.empty(area.size), np.empty(area.size)
+    pressure *= load / (lift * pressure).sum()
     _deflection(cells, pressure, moved)
-    last, restart, displacement, count, converged = 1.0, True, 0.0, 0, False
+    last, restart, count, converged = 1.0, True, 0, False
     while count < limit and not converged:
         count += 1
-        displacement, norm = _residual(cells, moved, pressure, residual)
-        share = 0.0 if restart else norm / last
-        for i in range(size):
-            direction[i] = residual[i] + share * direction[i] if pressure[i] > 0.0 else 0.0
+        _, norm = _residual(cells, moved, pressure, residual)
+        loaded = np.where(pressure > 0.0, 1.0, 0.0)
+        direction[:] = loaded * (residual + (0.0 if restart else norm / last) * direction)
         last = norm
         _deflection(cells, direction, image)
         # Length of the step, at a constant mean displacement.
-        above, below, whole, weight, part = 0.0, 0.0, 0.0, 0.0, 0.0
-        for i in range(size):
-            if pressure[i] > 0.0:
-                above += area[i] * residual[i] * direction[i]
-                below += area[i] * image[i] * direction[i]
-                whole += area[i] * cosine[i] * image[i]
-                weight += area[i] * cosine[i] * cosine[i]
-                part += area[i] * cosine[i] * direction[i]
-        below -= whole / weight * part
-        step = above / below if below > 0.0 else 0.0
+        mean = (lift * image * loaded).sum() / (lift * cells.cosine * loaded).sum()
+        below = (area * image * direction).sum() - mean * (lift * direction).sum()
+        step = (area * residual * direction).sum() / below if below > 0.0 else 0.0
         # Move; `beyond` is what cells that leave or enter move otherwise than along the direction.
-        others, restart, carried, change = 0, False, 0.0, 0.0
-        for i in range(size):
-            old, new, extra = pressure[i], 0.0, 0.0
-            if old > 0.0:
-                new = old - step * direction[i]
-                if new <= 0.0:
-                    extra, new = -new, 0.0
-                    others += 1
-            elif residual[i] < 0.0:
-                new = extra = -step * residual[i]
-                restart = True
-                others += 1
-            pressure[i], beyond[i] = new, extra
-            carried += area[i] * cosine[i] * new
-            change += area[i] * cosine[i] * abs(new - old)
-        scale = load / carried
-        for i in range(size):
-            pressure[i] *= scale
-        if others > (_FEW if cells.grids.size == 1 else 0):
+        straight = pressure - step * direction
+        overlap = np.minimum(residual, 0.0) * (1.0 - loaded)
+        new = np.maximum(straight - step * overlap, 0.0)
+        beyond, restart = new - straight, overlap.min() < 0.0
+        scale = load / (lift * new).sum()
+        change = (lift * np.abs(new - pressure)).sum()
+        pressure[:] = new * scale
+        others = np.count_nonzero(beyond)
+        if others > (_FEW if len(cells.shape) == 1 else 0):
             _deflection(cells, pressure, moved)
         else:
-            for i in range(size):
-                moved[i] -= step * image[i]
+            moved -= step * image
             if others > 0:
-                _add(beyond, cells.influence.reshape(cells.grids[0]["nx"], cells.grids[0]["ny"]), moved)
-            for i in range(size):
-                moved[i] *= scale
+                _add(beyond, cells.influence.reshape(cells.shape[0, 0], cells.shape[0, 1]), moved)
+            moved *= scale
         converged = (change / load + abs(scale - 1.0)) < tolerance and not restart
     # The heights that the last pressures leave.
     displacement, _ = _residual(cells, moved, pressure, residual)
@@ -343,20 +276,12 @@ def _residual(
     cells: _Cells, moved: FloatArray, pressure: FloatArray, residual: FloatArray
 ) -> tuple[float, float]:
     """Fill `residual` with the gap that is left; return the displacement and the square over loaded cells."""
-    height, area, cosine = cells.height, cells.area, cells.cosine
-    above, below = 0.0, 0.0
-    for i in range(height.size):
-        if pressure[i] > 0.0:
-            above += area[i] * cosine[i] * (height[i] + moved[i])
-            below += area[i] * cosine[i] * cosine[i]
-    displacement = above / below
-    norm = 0.0
-    for i in range(height.size):
-        left = height[i] + moved[i] - displacement * cosine[i]
-        residual[i] = left
-        if pressure[i] > 0.0:
-            norm += area[i] * left * left
-    return displacement, norm
+    loaded = np.where(pressure > 0.0, cells.area, 0.0)
+    lift = loaded * cells.cosine
+    residual[:] = cells.height + moved
+    displacement = (lift * residual).sum() / (lift * cells.cosine).sum()
+    residual -= displacement * cells.cosine
+    return displacement, (loaded * residual * residual).sum()
 
 
 @kernel

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 
@@ -60,14 +59,12 @@ class Region:
     @property
     def x(self) -> FloatArray:
         """Cell centres along, from the leading end (nx,) [m]."""
-        x: FloatArray = self.x_high - self.cell[0] * (np.arange(self.nx, dtype=np.float64) + 0.5)
-        return x
+        return np.asarray(self.x_high - self.cell[0] * (np.arange(self.nx) + 0.5))
 
     @property
     def s(self) -> FloatArray:
         """Cell centres across (ny,) [m]."""
-        s: FloatArray = self.s_low + self.cell[1] * (np.arange(self.ny, dtype=np.float64) + 0.5)
-        return s
+        return np.asarray(self.s_low + self.cell[1] * (np.arange(self.ny) + 0.5))
 
 
 class Section:
@@ -184,12 +181,9 @@ def overlaps(gap: Gap, row: int, level: float) -> list[Region]:
     for run in runs:
         part = curve[run]
         inner = 1 + np.flatnonzero((part[1:-1] < part[:-2]) & (part[1:-1] <= part[2:]))
-        cuts: list[int] = []
-        for a, b in pairwise(inner):
-            if abs(grid.angle[run[b]] - grid.angle[run[a]]) > ALIKE:
-                cuts.append(int(a + np.argmax(part[a:b])))
-        for piece in np.split(run, cuts):
-            regions.append(_about(gap, row, piece, limit))
+        unlike = np.abs(np.diff(grid.angle[run[inner]])) > ALIKE
+        cuts = [a + int(np.argmax(part[a:b])) for a, b in np.stack((inner[:-1], inner[1:]), axis=1)[unlike]]
+        regions += [_about(gap, row, piece, limit) for piece in np.split(run, cuts)]
     for k, cut in enumerate(regions[:-1]):
         between = 0.5 * (cut.y_high + regions[k + 1].y_low)
         regions[k], regions[k + 1] = replace(cut, y_high=between), replace(regions[k + 1], y_low=between)
@@ -222,29 +216,19 @@ def scaled(region: Region, ratio: float, pressure: FloatArray) -> Region:
     """Put the same grid around a patch that grows by a ratio about its pressure-weighted middle."""
     x = float((pressure.sum(axis=1) * region.x).sum() / pressure.sum())
     s = float((pressure.sum(axis=0) * region.s).sum() / pressure.sum())
-    return replace(
-        region,
-        x_low=x + ratio * (region.x_low - x),
-        x_high=x + ratio * (region.x_high - x),
-        s_low=s + ratio * (region.s_low - s),
-        s_high=s + ratio * (region.s_high - s),
-    )
+    low, high = x + ratio * (region.x_low - x), x + ratio * (region.x_high - x)
+    left, right = s + ratio * (region.s_low - s), s + ratio * (region.s_high - s)
+    return replace(region, x_low=low, x_high=high, s_low=left, s_high=right)
 
 
 def turned(region: Region, angle: float, wider: Region | None = None) -> Region:
     """Put the same grid into a plane of another angle, with room for another grid too if one is given."""
+    turned = replace(region, angle=angle)
     if wider is None:
-        return replace(region, angle=angle)
-    return replace(
-        region,
-        angle=angle,
-        x_low=min(region.x_low, wider.x_low),
-        x_high=max(region.x_high, wider.x_high),
-        s_low=min(region.s_low, wider.s_low),
-        s_high=max(region.s_high, wider.s_high),
-        nx=max(region.nx, wider.nx),
-        ny=max(region.ny, wider.ny),
-    )
+        return turned
+    lower, higher = ("x_low", "s_low"), ("x_high", "s_high", "nx", "ny")
+    least = {name: min(getattr(region, name), getattr(wider, name)) for name in lower}
+    return replace(turned, **least, **{n: max(getattr(region, n), getattr(wider, n)) for n in higher})
 
 
 def fits(gap: Gap, old: Region, new: Region) -> bool:

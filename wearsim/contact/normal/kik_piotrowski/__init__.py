@@ -1,8 +1,8 @@
 r"""Virtual penetration after Kik and Piotrowski, with the strip ends for rollers of Liu and Bruni.
 
 The surfaces are pushed into each other by :math:`\varepsilon\delta`; where they intersect is the patch [1]_,
-[2]_, with strip ends after (4)-(6) of [3]_. Pressure is semi-elliptic along each strip,
-:math:`p = c\sqrt{x_l(y)^2 - x^2}`, (7) of [3]_, and the approach
+[2]_, with strip ends after (4)-(6) of [3]_, the sign of (4) corrected. Pressure is semi-elliptic along each
+strip, :math:`p = c\sqrt{x_l(y)^2 - x^2}`, (7) of [3]_, and the approach
 :math:`\delta` follows from the half-space displacement at the point of first contact:
 
 .. math:: N = \pi E^* \delta \frac{\iint\sqrt{x_l^2-x^2}\,dx\,dy}
@@ -32,7 +32,7 @@ References
 ----------
 .. [1] W. Kik, J. Piotrowski, 2nd Mini-Conference on Contact Mechanics and Wear, Budapest 1996.
 .. [2] J. Piotrowski, W. Kik, Vehicle System Dynamics 46 (2008) 27-48, doi:10.1080/00423110701586444.
-.. [3] B. Liu, S. Bruni, Urban Rail Transit 1 (2016) 215-226, sign of (4) corrected.
+.. [3] B. Liu, S. Bruni, Urban Rail Transit 1 (2016) 215-226.
 """
 
 from __future__ import annotations

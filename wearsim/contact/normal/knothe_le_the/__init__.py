@@ -37,21 +37,17 @@ References
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from wearsim.contact.geometry import Gap
 from wearsim.contact.kernel import plain
 from wearsim.contact.normal import kik_piotrowski
-from wearsim.contact.normal.knothe_le_the.equations import Pairs, Work, influence_table
-from wearsim.contact.normal.knothe_le_the.strips import NO_ROOM, PATCH, PLANE, SPAN, STRIP
-from wearsim.contact.normal.knothe_le_the.wheel import Cut, Start, cut_patches, solve_wheels
-from wearsim.contact.normal.model import (
-    NO_BALANCE,
-    NormalModel,
-    NormalSolution,
-    ReferencePoint,
-    raise_first,
-)
+from wearsim.contact.normal.knothe_le_the.equations import influence_table
+from wearsim.contact.normal.knothe_le_the.strips import NO_ROOM, PATCH, work_for
+from wearsim.contact.normal.knothe_le_the.wheel import Cut, Start, Wheels, cut_patches, solve_wheels
+from wearsim.contact.normal.model import NO_BALANCE, NormalModel, NormalSolution, ReferencePoint, raise_first
 from wearsim.contact.patch import FloatArray, IntArray, Patch, Resolution, cells_of
 from wearsim.errors import ContactError
 
@@ -81,17 +77,24 @@ def solve(
     the strips of the solution are interpolated from them. Rough solutions are those of
     `kik_piotrowski`.
     """
+
+    def nearby(load: FloatArray, resolution: Resolution) -> NormalSolution:
+        """Patches of virtual penetration."""
+        options: Any = {"vertical": vertical, "effective_modulus": effective_modulus}
+        return kik_piotrowski.solve(
+            gap, row, load, resolution=resolution, parameters=parameters, rough=True, **options
+        )
+
     if rough:
-        return _nearby(gap, row, load, vertical, effective_modulus, resolution, parameters)
+        return nearby(load, resolution)
     solved = int(min(max({**DEFAULTS, **parameters}["solved_strips"], _FEWEST), _MOST))
-    rows = load.size
-    surface, lowest = gap.counterface, gap.gap.min(axis=1)
-    profile = (surface.y, surface.z, surface.slope, surface.angle)
+    rows, surface, lowest = load.size, gap.counterface, gap.gap.min(axis=1)
+    wheels = Wheels(*surface, gap.gap, lowest, gap.wheel_radius, gap.x, gap.curvature, vertical)
     trial = np.zeros(rows, np.int64)
     while True:
-        carried, last = _TRIALS[trial] * load, start is not None or trial.max(initial=0) == _TRIALS.size - 1
+        last = start is not None or trial.max(initial=0) == _TRIALS.size - 1
         try:
-            near = start or _nearby(gap, row, carried, vertical, effective_modulus, _COARSE, parameters)
+            near = start or nearby(_TRIALS[trial] * load, _COARSE)
         except ContactError as error:
             if last or not error.rows:
                 raise
@@ -102,13 +105,11 @@ def solve(
         for parts in [room for room in _PARTS if room >= given] or [given]:
             most = 4 * solved * parts // _PARTS[0]
             number, fault = np.zeros(rows, np.int64), np.zeros(gap.gap.shape[0], np.int64)
-            patches = np.zeros((rows, parts), PATCH)
-            nodes = np.empty((3, rows, parts, most + 2))
-            work = _work(most, parts, given * near.patch.y.shape[1])
+            patches, nodes = np.zeros((rows, parts), PATCH), np.empty((3, rows, parts, most + 2))
+            work = work_for(most, parts, given * near.patch.y.shape[1], surface.y.size)
             solve_wheels(
-                row, plain(load), begin, vertical, effective_modulus, solved, profile, gap.gap, lowest,
-                gap.wheel_radius, gap.x, gap.curvature, influence_table(), work, number, fault, patches,
-                nodes,
+                wheels, row, plain(load), begin, effective_modulus, solved, influence_table(), work, number,
+                fault, patches, nodes,
             )  # fmt: skip
             if not (fault == NO_ROOM).any():
                 break
@@ -124,10 +125,7 @@ def solve(
     shape = (place.size, int(strips.max(initial=0)))
     y, half, middle, slope = np.empty((4, *shape))
     out = Cut(y, half, middle, slope, np.empty((shape[0], shape[1] + 1)))
-    cut_patches(
-        of, place, rank, strips, patches, nodes, profile, gap.gap, lowest, gap.x, np.empty(most + 2),
-        work.share, out,
-    )  # fmt: skip
+    cut_patches(wheels, of, place, rank, strips, patches, nodes, work, out)
     lead, trail = out.middle + out.half, out.middle - out.half
     patch = Patch(
         row=of,
@@ -140,34 +138,20 @@ def solve(
         strips=strips,
         cells=cells_of(resolution, lead, trail),
     )
+    column = {name: patches[name].copy() for name in PATCH.names or ()}
+    reference = ReferencePoint(column["point"], column["point_approach"], column["across"], column["along"])
     return NormalSolution(
         patch=patch,
-        centre_y=patches["centre"].copy(),
-        contact_angle=patches["angle"].copy(),
-        approach=patches["approach"].copy(),
-        normal_force=patches["force"].copy(),
-        max_pressure=patches["pressure"].copy(),
+        centre_y=column["centre"],
+        contact_angle=column["angle"],
+        approach=column["approach"],
+        normal_force=column["force"],
+        max_pressure=column["pressure"],
         edge_y=out.edge,
-        load_scale=patches["scale"].copy(),
-        vertical_displacement=lowest[of] + patches["displacement"],
-        reference_point=ReferencePoint(
-            patches["point"].copy(),
-            patches["point_approach"].copy(),
-            patches["across"].copy(),
-            patches["along"].copy(),
-        ),
+        load_scale=column["scale"],
+        vertical_displacement=lowest[of] + column["displacement"],
+        reference_point=reference,
     )
-
-
-def _nearby(
-    gap: Gap, row: IntArray, load: FloatArray, vertical: bool, modulus: float, resolution: Resolution,
-    parameters: dict[str, float],
-) -> NormalSolution:  # fmt: skip
-    """Patches of virtual penetration."""
-    return kik_piotrowski.solve(
-        gap, row, load, vertical=vertical, effective_modulus=modulus, resolution=resolution,
-        parameters=parameters, rough=True,
-    )  # fmt: skip
 
 
 def _begin(start: NormalSolution, row: IntArray, modulus: float) -> Start:
@@ -182,43 +166,6 @@ def _begin(start: NormalSolution, row: IntArray, modulus: float) -> Start:
         square,
         patch.pressure_slope[order] * square / (np.pi * modulus),
         start.vertical_displacement[order],
-    )
-
-
-def _work(most: int, parts: int, given: int) -> Work:
-    """Room for the strips of a wheel in parts of the profile, and their equations."""
-
-    def square(size: int) -> FloatArray:
-        return np.empty((size, size))
-
-    unknowns = 2 * most + 1
-    return Work(
-        strips=np.zeros(most, STRIP),
-        pairs=Pairs(square(most), square(most), square(most)),
-        before=np.zeros(most, STRIP),
-        old=np.zeros(max(most, given), STRIP),
-        spans=np.zeros(parts, SPAN),
-        fresh=np.zeros(parts, SPAN),
-        planes=np.zeros(parts, PLANE),
-        share=np.eye(parts),
-        active=np.empty(most, np.int64),
-        made_for=np.zeros(most + 1, np.int64),
-        scale=np.empty(4),
-        alone=np.zeros(1, np.int64),
-        steps=np.log(np.abs(np.arange(most + 1) - 0.5)),
-        matrix=square(unknowns),
-        right=np.empty(unknowns),
-        taken=np.empty(unknowns),
-        left=np.empty(1),
-        barred=np.empty(most),
-        plain=square(most + 1),
-        near=square(most),
-        far=square(most),
-        bow=np.empty(most),
-        logs=np.empty(most),
-        base=np.empty(most),
-        terms=np.zeros((6, most, most)),
-        sums=np.empty((3, most)),
     )
 
 

@@ -17,14 +17,13 @@ one table for the shorter strip over the longer one holds both, and the derivati
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import RectBivariateSpline
 
 from wearsim.contact.kernel import bare_kernel
-from wearsim.contact.normal.knothe_le_the.strips import Record, Records, Row, bow_of, influence_share
-from wearsim.contact.patch import FloatArray, IntArray
+from wearsim.contact.normal.knothe_le_the.strips import Record, Row, Work, influence_share
+from wearsim.contact.patch import FloatArray
 
 # Table over ln(shorter/longer) and ln(Y): start and steps per unit. Linear interpolation in these steps is
 # off by less than 1e-4 of F; beyond the table it goes on as the straight line F is there.
@@ -91,54 +90,28 @@ def influence_table() -> FloatArray:
 
 
 @bare_kernel
-def averages(table: FloatArray, ratio: float, distance: float) -> tuple[float, float, float]:
-    """N, M of the shorter and M of the longer strip at ln(shorter/longer) and ln(Y)."""
-    x, y = (ratio - RATIO_START) * RATIO_STEPS, (distance - DISTANCE_START) * DISTANCE_STEPS
-    i = min(max(int(x), 0), table.shape[0] - 2)
-    j = min(max(int(y), 0), table.shape[1] - 2)
-    x, y = max(x - i, 0.0), y - j
-    a, b, c = table[i, j, 0], table[i, j, 1], table[i, j, 2]
-    d, e, f = table[i + 1, j, 0], table[i + 1, j, 1], table[i + 1, j, 2]
-    a += y * (table[i, j + 1, 0] - a)
-    b += y * (table[i, j + 1, 1] - b)
-    c += y * (table[i, j + 1, 2] - c)
-    d += y * (table[i + 1, j + 1, 0] - d)
-    e += y * (table[i + 1, j + 1, 1] - e)
-    f += y * (table[i + 1, j + 1, 2] - f)
-    return a + x * (d - a), b + x * (e - b), c + x * (f - c)
-
-
-@bare_kernel
-def averages_and_slopes(
+def averages(
     table: FloatArray, ratio: float, distance: float
 ) -> tuple[float, float, float, float, float, float]:
-    """N and both M as `averages`; M of the shorter by its own length, M of the longer by either's.
+    """N, M of the shorter and M of the longer strip at ln(shorter/longer) and ln(Y), and slopes.
 
-    Derivatives by the logarithms of the half-lengths, the distance being given.
+    Those of M of the shorter by its own length, of M of the longer by either's: derivatives by the logarithms
+    of the half-lengths, the distance being given.
     """
     x, y = (ratio - RATIO_START) * RATIO_STEPS, (distance - DISTANCE_START) * DISTANCE_STEPS
     i = min(max(int(x), 0), table.shape[0] - 2)
     j = min(max(int(y), 0), table.shape[1] - 2)
     x, y = max(x - i, 0.0), y - j
-    a, b, c = table[i, j, 0], table[i, j, 1], table[i, j, 2]
-    d, e, f = table[i + 1, j, 0], table[i + 1, j, 1], table[i + 1, j, 2]
-    across = table[i, j + 1, 2] - c
-    across += x * (table[i + 1, j + 1, 2] - f - across)
-    a += y * (table[i, j + 1, 0] - a)
-    b += y * (table[i, j + 1, 1] - b)
-    c += y * (table[i, j + 1, 2] - c)
-    d += y * (table[i + 1, j + 1, 0] - d)
-    e += y * (table[i + 1, j + 1, 1] - e)
-    f += y * (table[i + 1, j + 1, 2] - f)
+    low, high = table[i, j], table[i + 1, j]
+    low_next, high_next = table[i, j + 1], table[i + 1, j + 1]
+    across = low_next[2] - low[2]
+    across += x * (high_next[2] - high[2] - across)
+    a, d = low[0] + y * (low_next[0] - low[0]), high[0] + y * (high_next[0] - high[0])
+    b, e = low[1] + y * (low_next[1] - low[1]), high[1] + y * (high_next[1] - high[1])
+    c, f = low[2] + y * (low_next[2] - low[2]), high[2] + y * (high_next[2] - high[2])
     by_short = RATIO_STEPS * (f - c)
-    return (
-        a + x * (d - a),
-        b + x * (e - b),
-        c + x * (f - c),
-        RATIO_STEPS * (e - b),
-        by_short,
-        -by_short - DISTANCE_STEPS * across,
-    )
+    by_long = -by_short - DISTANCE_STEPS * across
+    return a + x * (d - a), b + x * (e - b), c + x * (f - c), RATIO_STEPS * (e - b), by_short, by_long
 
 
 @bare_kernel
@@ -150,167 +123,101 @@ def in_the_middle(table: FloatArray, distance: float) -> float:
     return value
 
 
-class Pairs(NamedTuple):
-    """Logarithms of the distance of a strip to the nearer and to the farther edge of another.
-
-    The same for both of a pair (of strips of unlike width the mean is taken); and the share of the elastic
-    influence.
-    """
-
-    nearer: FloatArray
-    farther: FloatArray
-    share: FloatArray
-
-
-class Work(NamedTuple):
-    """Strips of a wheel, their equations, and what is kept of them from one set to the next.
-
-    `matrix` (2 n + 1, 2 n + 1) and `right` are Newton's, `made_for` how many and which strips its factors
-    were made for, `scale` what its unknowns are over and the logarithm of the width `pairs` and `logs` are
-    over, `taken` the last step, `left` what it leaves to go, `barred` how often a strip lost its pressure;
-    `plain`, `near` and `far` (n, n) are those of given lengths. `active` are the strips with pressure, `logs`
-    those of the half-lengths, `terms` (6, n, n) the averages' expansion about the logarithms `base`; `steps`
-    are the logarithms of 0.5, 0.5, 1.5 and so on, `alone` of how many strips of a part alone `pairs` are;
-    `bow` and `sums` (3, n) for work.
-    """
-
-    strips: Records
-    pairs: Pairs
-    before: Records
-    old: Records
-    spans: Records
-    fresh: Records
-    planes: Records
-    share: FloatArray
-    active: IntArray
-    made_for: IntArray
-    scale: FloatArray
-    steps: FloatArray
-    alone: IntArray
-    matrix: FloatArray
-    right: FloatArray
-    taken: FloatArray
-    left: FloatArray
-    barred: FloatArray
-    plain: FloatArray
-    near: FloatArray
-    far: FloatArray
-    bow: FloatArray
-    logs: FloatArray
-    base: FloatArray
-    terms: FloatArray
-    sums: FloatArray
+@bare_kernel
+def bow_of(x_squared: float, strip: Record) -> float:
+    """Gap that wheel and counterface open at a distance from where they are nearest."""
+    radius, sigma = strip.radius, strip.sigma
+    wheel = x_squared / (radius + np.sqrt(max(radius * radius - x_squared, 0.0)))
+    counterface = sigma * x_squared / (1.0 + np.sqrt(max(1.0 - sigma * sigma * x_squared, 0.0)))
+    rise: float = wheel + counterface
+    return rise
 
 
 @bare_kernel
 def pair_up(work: Work, total: int) -> None:
     """Distances of strips from each other over the first one's width, and the shares of their influence."""
-    strips, pairs, steps, alone = work.strips, work.pairs, work.steps, work.alone
-    log_width = work.scale[3] = np.log(strips[0].width)
+    strips, nearer, farther, part, steps = work.strips, work.nearer, work.farther, work.part, work.steps
+    state = work.states[0]
+    state.log_width = np.log(strips[0].width)
     if strips[total - 1].part != strips[0].part:
-        alone[0] = 0
-    elif alone[0] >= total:  # as in any other part alone with so many
+        state.alone = 0
+    elif state.alone >= total:  # as in any other part alone with so many
         return
     else:
-        alone[0] = total
-    i = 0
-    while i < total:
-        end = i
-        while end < total and strips[end].part == strips[i].part:
-            end += 1
-        # Strips of one part are alike: those of a patch alone have the same numbers at any width.
-        wider = np.log(strips[i].width) - log_width
-        for j in range(i, end):
-            for k in range(i, end):
-                away = abs(j - k)
-                pairs.nearer[j, k], pairs.farther[j, k] = steps[away] + wider, steps[away + 1] + wider
-                pairs.share[j, k] = 1.0
-            for k in range(end, total):
-                across, down = strips[j].y - strips[k].y, strips[j].z - strips[k].z
+        state.alone = total
+    for i in range(total):
+        one = strips[i]
+        wider = np.log(one.width) - state.log_width
+        for k in range(total):
+            other = strips[k]
+            if one.part == other.part:
+                # Strips of one part are alike: those of a patch alone have the same numbers at any width.
+                away = abs(i - k)
+                nearer[i, k], farther[i, k], part[i, k] = steps[away] + wider, steps[away + 1] + wider, 1.0
+            elif one.part < other.part:
+                across, down = one.y - other.y, one.z - other.z
                 distance = np.sqrt(across * across + down * down)
-                half = 0.25 * (strips[j].width + strips[k].width)
-                share = influence_share(strips[j].angle - strips[k].angle, distance) * 0.5 / half
-                pairs.nearer[j, k] = pairs.nearer[k, j] = np.log(max(distance - half, 0.1 * half)) - log_width
-                pairs.farther[j, k] = pairs.farther[k, j] = np.log(distance + half) - log_width
-                pairs.share[j, k], pairs.share[k, j] = share * strips[k].width, share * strips[j].width
-        i = end
+                half = 0.25 * (one.width + other.width)
+                share = influence_share(one.angle - other.angle, distance) * 0.5 / half
+                nearer[i, k] = nearer[k, i] = np.log(max(distance - half, 0.1 * half)) - state.log_width
+                farther[i, k] = farther[k, i] = np.log(distance + half) - state.log_width
+                part[i, k], part[k, i] = share * other.width, share * one.width
 
 
 @bare_kernel
-def influences(work: Work, total: int, table: FloatArray) -> None:
-    """Both averages on every strip (row) per load of every strip (column)."""
-    strips, pairs, logs, near, far = work.strips, work.pairs, work.logs, work.near, work.far
-    for i in range(total):
-        logs[i] = 0.5 * np.log(strips[i].square) - work.scale[3]
-    for i in range(total):
-        a, b, _ = averages(table, 0.0, pairs.farther[i, i] - logs[i])
-        near[i, i], far[i, i] = 2.0 * a, 2.0 * b
-        for j in range(i + 1, total):
-            short, long = (i, j) if logs[i] < logs[j] else (j, i)
-            log = logs[long]
-            ratio = logs[short] - log
-            a, b, c = averages(table, ratio, pairs.farther[i, j] - log)
-            d, e, f = averages(table, ratio, pairs.nearer[i, j] - log)
-            share, back = pairs.share[short, long], pairs.share[long, short]
-            near[short, long], near[long, short] = share * (a - d), back * (a - d)
-            far[short, long], far[long, short] = share * (b - e), back * (c - f)
-
-
-@bare_kernel
-def inner_of(active: IntArray, strips: Records, m: int, row: int) -> int:
+def inner_of(work: Work, m: int, row: int) -> int:
     """Row of the one neighbour of a strip at the rim, or -1."""
+    active, strips = work.active, work.strips
     i = active[row]
-    inner = -1
-    if row + 1 < m and active[row + 1] == i + 1 and strips[i + 1].part == strips[i].part:
-        inner = row + 1
-    if row > 0 and active[row - 1] == i - 1 and strips[i - 1].part == strips[i].part:
-        inner = -1 if inner >= 0 else row - 1
-    return inner
+    before = row > 0 and active[row - 1] == i - 1 and strips[i - 1].part == strips[i].part
+    after = row + 1 < m and active[row + 1] == i + 1 and strips[i + 1].part == strips[i].part
+    if before == after:
+        return -1
+    return row - 1 if before else row + 1
 
 
-UNKNOWN = 1e9  # logarithm of a half-length about which nothing is expanded
-_NEAR = 0.015  # change of the logarithm of a half-length up to which averages are expanded to second order
+UNKNOWN = 1e9  # logarithm of a half-length about which nothing is expanded, and of one that is not needed
+NEARBY = 0.015  # change of the logarithm of a half-length up to which averages are expanded to second order
 
 
 @bare_kernel
-def expand(work: Work, table: FloatArray, total: int, m: int) -> None:
-    """Averages on the strips with pressure per load of each, with derivatives by logarithms of half-lengths.
+def expand(
+    work: Work, table: FloatArray, total: int, base: FloatArray, terms: FloatArray, nearby: float
+) -> None:
+    """Averages on strips per load of each, with derivatives by logarithms of half-lengths, about `base`.
 
     M - N of a strip is the derivative of N by the logarithm of its own half-length. Those of strips that
-    changed, or had no pressure before.
+    changed by more than `nearby`, or had none before.
     """
-    pairs, active, base, terms, changed = work.pairs, work.active, work.base, work.terms, work.sums[2]
-    nothing = True
+    logs, changed, nothing = work.logs, work.sums[2], True
     for i in range(total):
         changed[i] = 0.0
-        if work.strips[i].load <= 0.0:
-            base[i] = UNKNOWN
-        elif abs(work.logs[i] - base[i]) > _NEAR:
-            changed[i], base[i] = 1.0, work.logs[i]
-            nothing = False
+        if abs(logs[i] - base[i]) > nearby:
+            changed[i], base[i] = 1.0, logs[i]
+            nothing = nothing and logs[i] == UNKNOWN
     if nothing:
         return
-    for k in range(m):
-        i = active[k]
+    for i in range(total):
+        if base[i] == UNKNOWN:
+            continue
         if changed[i] > 0.0:
-            a, b, _, _, b_own, b_other = averages_and_slopes(table, 0.0, pairs.farther[i, i] - base[i])
+            a, b, _, _, b_own, b_other = averages(table, 0.0, work.farther[i, i] - base[i])
             bend = b_own + b_other - 2.0 * (b - a)
             terms[0, i, i] = 2.0 * a
             terms[1, i, i] = terms[2, i, i] = 2.0 * (b - a)
             terms[3, i, i] = terms[4, i, i] = terms[5, i, i] = bend
-        for column in range(k + 1, m):
-            j = active[column]
-            if changed[i] + changed[j] == 0.0:
+        for j in range(i + 1, total):
+            if base[j] == UNKNOWN or changed[i] + changed[j] == 0.0:
                 continue
             short, long = (i, j) if base[i] < base[j] else (j, i)
             log = base[long]
             ratio = base[short] - log
-            a, b, c, b_short, c_short, c_long = averages_and_slopes(table, ratio, pairs.farther[i, j] - log)
-            d, e, f, e_short, f_short, f_long = averages_and_slopes(table, ratio, pairs.nearer[i, j] - log)
+            a, b, c, b_short, c_short, c_long = averages(table, ratio, work.farther[i, j] - log)
+            d, e, f, e_short, f_short, f_long = averages(table, ratio, work.nearer[i, j] - log)
             a, b, c = a - d, b - e, c - f
             b, c = b - a, c - a
             b_short, c_long, both = b_short - e_short - b, c_long - f_long - c, c_short - f_short - b
-            share, back = pairs.share[short, long], pairs.share[long, short]
+            share, back = work.part[short, long], work.part[long, short]
             terms[0, long, short], terms[0, short, long] = share * a, back * a
             terms[1, long, short], terms[1, short, long] = share * b, back * c
             terms[2, long, short], terms[2, short, long] = share * c, back * b
@@ -326,11 +233,11 @@ def residuals(work: Work, row: Row, displacement: float, total: int, m: int) -> 
     A strip at the rim takes the ratio P/q from its neighbour: alone it could shrink to a point where the
     surfaces still overlap.
     """
-    strips, active, right = work.strips, work.active, work.right
+    strips, active, right, state = work.strips, work.active, work.right, work.states[0]
     near, turn, moved = work.sums[0][:total], work.sums[1][:total], work.sums[2][:total]
     for k in range(total):
         near[k] = turn[k] = 0.0
-        moved[k] = work.logs[k] - work.base[k] if strips[k].load > 0.0 else 0.0
+        moved[k] = work.logs[k] - work.base[k]
     for j in range(total):
         p, other = strips[j].load, moved[j]
         if p <= 0.0:
@@ -347,54 +254,49 @@ def residuals(work: Work, row: Row, displacement: float, total: int, m: int) -> 
     for k in range(m):
         i = active[k]
         one = strips[i]
-        low_bow = bow_of(0.25 * one.square, one.radius, one.sigma)
-        high_bow = bow_of(0.75 * one.square, one.radius, one.sigma)
+        low_bow, high_bow = bow_of(0.25 * one.square, one), bow_of(0.75 * one.square, one)
         right[k] = -(near[i] + one.gap + low_bow - displacement * one.turn)
         right[m + k] = -(turn[i] + high_bow - low_bow)
         carried += _lift(one, row) * one.load
-        inner = inner_of(active, strips, m, k)
+        inner = inner_of(work, m, k)
         if inner >= 0:
-            other_one = strips[active[inner]]
-            right[m + k] = (one.square * other_one.load - one.load * other_one.square) / (
-                work.scale[0] * work.scale[1]
-            )
+            inside = strips[active[inner]]
+            off = one.square * inside.load - one.load * inside.square
+            right[m + k] = off / (state.per_p * state.per_q)
     right[2 * m] = 1.0 - carried
 
 
 @bare_kernel
 def jacobian(work: Work, row: Row, m: int) -> None:
-    """Derive the equations by P and q of each strip and the displacement, over `scale`."""
+    """Derive the equations by P and q of each strip and the displacement, over what these are."""
     n = 2 * m + 1
-    strips, active, matrix, terms = work.strips, work.active, work.matrix, work.terms
-    per_p, per_q, per_displacement = work.scale[0], work.scale[1], work.scale[2]
+    strips, active, matrix, terms, state = work.strips, work.active, work.matrix, work.terms, work.states[0]
+    matrix[n - 1, n - 1] = 0.0
     for k in range(m):
         i = active[k]
         one = strips[i]
         q = one.square
-        low_bow, high_bow = bow_of(0.25 * q, one.radius, one.sigma), bow_of(0.75 * q, one.radius, one.sigma)
-        matrix[n - 1, k], matrix[n - 1, m + k] = _lift(one, row) * per_p, 0.0
-        inner = inner_of(active, strips, m, k)
+        low_bow, high_bow = bow_of(0.25 * q, one), bow_of(0.75 * q, one)
+        matrix[n - 1, k], matrix[n - 1, m + k] = _lift(one, row) * state.per_p, 0.0
         turn, bend = 0.0, 0.0
         for j in range(m):
-            from_strip = active[j]
-            other = strips[from_strip]
-            by_q = 0.5 * other.load / other.square * per_q
-            matrix[k, j] = terms[0, from_strip, i] * per_p
-            matrix[k, m + j] = terms[2, from_strip, i] * by_q
-            matrix[m + k, j] = terms[1, from_strip, i] * per_p if inner < 0 else 0.0
-            matrix[m + k, m + j] = terms[4, from_strip, i] * by_q if inner < 0 else 0.0
-            turn += terms[1, from_strip, i] * other.load
-            bend += terms[3, from_strip, i] * other.load
-        matrix[k, m + k] += (0.5 * turn + low_bow) / q * per_q
-        matrix[k, n - 1] = -one.turn * per_displacement
-        matrix[m + k, n - 1] = 0.0
+            by = active[j]
+            by_q = 0.5 * strips[by].load / strips[by].square * state.per_q
+            matrix[k, j], matrix[k, m + j] = terms[0, by, i] * state.per_p, terms[2, by, i] * by_q
+            matrix[m + k, j], matrix[m + k, m + j] = terms[1, by, i] * state.per_p, terms[4, by, i] * by_q
+            turn += terms[1, by, i] * strips[by].load
+            bend += terms[3, by, i] * strips[by].load
+        matrix[k, m + k] += (0.5 * turn + low_bow) / q * state.per_q
+        matrix[m + k, m + k] += (0.5 * bend + high_bow - low_bow) / q * state.per_q
+        matrix[k, n - 1], matrix[m + k, n - 1] = -one.turn * state.per_displacement, 0.0
+        inner = inner_of(work, m, k)
         if inner >= 0:
-            other = strips[active[inner]]
-            matrix[m + k, k], matrix[m + k, inner] = other.square / per_q, -q / per_q
-            matrix[m + k, m + k], matrix[m + k, m + inner] = -other.load / per_p, one.load / per_p
-        else:
-            matrix[m + k, m + k] += (0.5 * bend + high_bow - low_bow) / q * per_q
-    matrix[n - 1, n - 1] = 0.0
+            inside = strips[active[inner]]
+            for j in range(2 * m):
+                matrix[m + k, j] = 0.0
+            matrix[m + k, k], matrix[m + k, inner] = inside.square / state.per_q, -q / state.per_q
+            matrix[m + k, m + k] = -inside.load / state.per_p
+            matrix[m + k, m + inner] = one.load / state.per_p
 
 
 @bare_kernel

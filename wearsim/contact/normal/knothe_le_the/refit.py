@@ -9,12 +9,13 @@ import numpy as np
 
 from wearsim.contact.geometry import NO_WHEEL
 from wearsim.contact.kernel import bare_kernel
-from wearsim.contact.normal.knothe_le_the.equations import Work, in_the_middle
+from wearsim.contact.normal.knothe_le_the.equations import in_the_middle
 from wearsim.contact.normal.knothe_le_the.strips import (
     MARGIN,
     Record,
     Records,
     Row,
+    Work,
     first_beyond,
     influence_share,
     planes_of,
@@ -30,21 +31,12 @@ _OVERLAP = 2e-3  # of the displacement, that counts as contact
 
 
 @bare_kernel
-def _covered(share: float) -> float:
-    """Widths from the outer edge of the outermost strip to the end, from its q over its neighbour's.
-
-    As if q fell linearly within the strip, less what makes it give way to the parabola of a smooth end: it
-    counts where the patch is wide up to its end, which the parabola sees far outside.
-    """
-    end: float = 1.0 - _GIVES_WAY - share - np.sqrt(share * share + share)
-    return end
-
-
-@bare_kernel
 def end_of(strips: Records, first: int, step: int, count: int) -> float:
     """Widths of a strip from the outer edge of strip `first` inwards to where the half-length is zero.
 
     A parabola through q of the strips behind the outermost one with pressure, which may lie in part outside.
+    Where the patch is wide up to its end the parabola sees it far outside: then as if q fell linearly within
+    the outermost strip, less what makes it give way to the parabola of a smooth end.
     """
     k = 0
     while k < count and strips[first + k * step].load <= 0.0:
@@ -55,15 +47,15 @@ def end_of(strips: Records, first: int, step: int, count: int) -> float:
     if n < 3:
         return float(k)
     one, two = strips[first + (k + 1) * step].square, strips[first + (k + 2) * step].square
+    share = strips[first + k * step].square / one
+    covered = 1.0 - _GIVES_WAY - share - np.sqrt(share * share + share)
     rise, bend = two - one, 0.0
-    if n > 3:
-        bend = min(0.5 * (strips[first + (k + 3) * step].square - 2.0 * two + one), 0.0)
-    if rise <= 0.0:
-        return k + min(max(_covered(strips[first + k * step].square / one), -0.5), 1.0)
-    tilt = rise - bend
-    t = -2.0 * one / (tilt + np.sqrt(tilt * tilt - 4.0 * bend * one))
-    covered = _covered(strips[first + k * step].square / one)
-    end: float = k + min(max(1.5 + t, covered, -0.5), 1.0)
+    if rise > 0.0:
+        if n > 3:
+            bend = min(0.5 * (strips[first + (k + 3) * step].square - 2.0 * two + one), 0.0)
+        tilt = rise - bend
+        covered = max(covered, 1.5 - 2.0 * one / (tilt + np.sqrt(tilt * tilt - 4.0 * bend * one)))
+    end: float = k + min(max(covered, -0.5), 1.0)
     return end
 
 
@@ -85,18 +77,10 @@ def overlap(k: int, displacement: float, row: Row, strips: Records, total: int, 
         share = influence_share(strips[j].angle - row.angle[k], distance)
         if share > 0.0:
             half = 0.5 * strips[j].width
-            if distance > 3.0 * half:
-                # The logarithm as a series: it is off by less than 1e-4 of the difference.
-                x = half / distance
-                middle = 0.5 * np.log(across * across + down * down) - strips[j].log
-                even, odd = x * x * (0.5 + 0.25 * x * x), x * (1.0 + x * x * (1.0 / 3.0 + 0.2 * x * x))
-                a = in_the_middle(table, middle + odd - even)
-                b = in_the_middle(table, middle - odd - even)
-            else:
-                a = in_the_middle(table, np.log(distance + half) - strips[j].log)
-                b = 0.0
-                if distance > half:
-                    b = in_the_middle(table, np.log(max(distance - half, 0.1 * half)) - strips[j].log)
+            a = in_the_middle(table, np.log(distance + half) - strips[j].log)
+            b = 0.0
+            if distance > half:
+                b = in_the_middle(table, np.log(max(distance - half, 0.1 * half)) - strips[j].log)
             away += share * (a - b) * p
             if away > 0.0:
                 return 0.0
@@ -105,27 +89,26 @@ def overlap(k: int, displacement: float, row: Row, strips: Records, total: int, 
 
 
 @bare_kernel
-def next_end(place: float, miss: float, per: float, span: Record, side: int) -> tuple[float, bool]:
+def _next_end(place: float, miss: float, per: float, span: Record, side: int) -> tuple[float, bool]:
     """Where to look next for an end that is missed by so much, and whether there is nothing between.
 
     Places and misses [m] count inwards. What is missed jumps where a strip at the rim gets its pressure: the
     place is kept between those from which it goes inwards and those from which it goes outwards.
     """
-    outer, inner, last = span.outer[side], span.inner[side], span.last[side]
-    outer_miss, inner_miss, last_miss = span.outer_miss[side], span.inner_miss[side], span.last_miss[side]
+    outer, inner, last, last_miss = span.outer[side], span.inner[side], span.last[side], span.last_miss[side]
+    outer_miss, inner_miss = span.outer_miss[side], span.inner_miss[side]
     step = miss
     if last_miss != 0.0 and abs(place - last) > 1e-3 * per:
         step = miss / min(max((last_miss - miss) / (place - last), _SLOWEST), _FASTEST)
-    span.last[side], span.last_miss[side] = place, miss
     if abs(miss) > per or (inner_miss != 0.0 and outer_miss != 0.0 and inner <= outer):
         outer_miss, inner_miss = 0.0, 0.0
-    if abs(miss) <= per:
-        if miss > 0.0:
-            inner_miss *= 0.5 if outer_miss != 0.0 else 1.0
-            outer, outer_miss = place, miss
-        else:
-            outer_miss *= 0.5 if inner_miss != 0.0 else 1.0
-            inner, inner_miss = place, miss
+    if 0.0 < miss <= per:
+        inner_miss *= 0.5 if outer_miss != 0.0 else 1.0
+        outer, outer_miss = place, miss
+    elif -per <= miss <= 0.0:
+        outer_miss *= 0.5 if inner_miss != 0.0 else 1.0
+        inner, inner_miss = place, miss
+    span.last[side], span.last_miss[side] = place, miss
     span.outer[side], span.outer_miss[side] = outer, outer_miss
     span.inner[side], span.inner_miss[side] = inner, inner_miss
     if outer_miss == 0.0 or inner_miss == 0.0 or inner <= outer:
@@ -135,18 +118,18 @@ def next_end(place: float, miss: float, per: float, span: Record, side: int) -> 
 
 
 @bare_kernel
-def forget(span: Record) -> None:
-    """Forget how many strips a part had, and where its ends were tried."""
-    span.strips = 0
-    forget_ends(span)
-
-
-@bare_kernel
 def forget_ends(span: Record) -> None:
     """Forget where the ends of a part were tried."""
     for side in range(2):
         span.outer[side] = span.outer_miss[side] = span.inner[side] = span.inner_miss[side] = 0.0
         span.last[side] = span.last_miss[side] = 0.0
+
+
+@bare_kernel
+def lay_out(span: Record, left: float, right: float) -> None:
+    """Put a part between two places, with no strips yet."""
+    span.ends[0], span.ends[1], span.strips = left, right, 0
+    forget_ends(span)
 
 
 @bare_kernel
@@ -159,26 +142,25 @@ def refit(
     Return their number, one more than have room, how many split, and whether strips have to be laid again.
     """
     strips, spans, fresh = work.strips, work.spans, work.fresh
-    again = stage == 0
-    kept, base, splits = 0, 0, 0
+    again, kept, base, splits = stage == 0, 0, 0, 0
     for k in range(parts):
-        each = 0
-        alive = False
-        while base + each < total and strips[base + each].part == k:
-            alive = alive or strips[base + each].load > 0.0
-            each += 1
-        if not alive:  # parts without pressure leave
+        first = base
+        while base < total and strips[base].part == k:
+            base += 1
+        each = base - first
+        left, right = first, base - 1
+        while left <= right and strips[left].load <= 0.0:
+            left += 1
+        if left > right:  # parts without pressure leave
             again = True
-            base += each
             continue
         fresh[kept] = spans[k]
         for side in range(2):
-            first, step = (base, 1) if side == 0 else (base + each - 1, -1)
-            per = abs(strips[first + step].y - strips[first].y)
-            move = end_of(strips, first, step, each)
+            rim, step = (first, 1) if side == 0 else (base - 1, -1)
+            per = abs(strips[rim + step].y - strips[rim].y)
+            move = end_of(strips, rim, step, each)
             # Outwards as long as the surfaces overlap, from three quarters of a strip on.
-            edge = spans[k].ends[side] - 0.75 * step * per
-            i = first_beyond(row.y, row.y.size, edge) - (1 if side == 0 else 0)
+            i = first_beyond(row.y, row.y.size, spans[k].ends[side] - 0.75 * step * per) - (1 - side)
             skip = max(int(0.4 * per / (row.y[i + 1] - row.y[i])), 1) if 0 < i < row.gap.size - 2 else 1
             reached = False
             while 2 < i < row.gap.size - 3 and row.gap[i] < NO_WHEEL:
@@ -188,24 +170,19 @@ def refit(
                 i -= step * skip
             if reached:
                 move = min(move, -abs(row.y[i] - spans[k].ends[side]) / per)
-            margin = MARGIN * min(each / count, 1.0)
-            move = max(move, -0.5 * each) - margin
-            if stage == 0:
-                fresh[kept].ends[side] = spans[k].ends[side] + step * per * move
-            else:
-                place, settled = next_end(step * spans[k].ends[side], move * per, per, fresh[kept], side)
-                fresh[kept].ends[side] = step * place
-                again = again or not (abs(move) < _SETTLED or settled)
+            move = max(move, -0.5 * each) - MARGIN * min(each / count, 1.0)
+            place, settled = spans[k].ends[side] + step * per * move, True
+            if stage > 0:
+                place, settled = _next_end(step * spans[k].ends[side], move * per, per, fresh[kept], side)
+                place *= step
+            fresh[kept].ends[side] = place
+            again = again or not (settled or abs(move) < _SETTLED)
         # Two humps with strips without pressure between them get strips of their own, once.
-        left, right_end = base, base + each - 1
-        while strips[left].load <= 0.0:
-            left += 1
-        while strips[right_end].load <= 0.0:
-            right_end -= 1
-        a = left
-        while a <= right_end and strips[a].load > 0.0:
+        while strips[right].load <= 0.0:
+            right -= 1
+        a, b = left, right
+        while a <= right and strips[a].load > 0.0:
             a += 1
-        b = right_end
         while b >= left and strips[b].load > 0.0:
             b -= 1
         if a <= b and may_split:
@@ -214,25 +191,23 @@ def refit(
             if go - stop > APART:
                 if kept + parts - k >= spans.size:
                     return spans.size + 1, splits, True
-                forget(fresh[kept])
-                fresh[kept + 1] = fresh[kept]
-                fresh[kept].ends[1], fresh[kept + 1].ends[0] = stop, go
+                outer = fresh[kept].ends[1]
+                lay_out(fresh[kept], fresh[kept].ends[0], stop)
+                lay_out(fresh[kept + 1], go, outer)
                 kept += 1
                 splits += 1
                 again = True
         kept += 1
-        base += each
     return kept, splits, again
 
 
 @bare_kernel
 def rotated(parts: int, old_total: int, total: int, row: Row, work: Work) -> bool:
     """Whether the plane of a part is not that of its pressures."""
-    strips, planes = work.strips, work.planes
-    planes_of(work.fresh, parts, work.old, old_total, row, work.share, planes)
+    planes_of(work.fresh, parts, old_total, row, work)
     for j in range(total):
-        k = strips[j].part
-        if planes[k].weight > 0.0 and abs(planes[k].tilt - strips[j].angle) > _STILL:
+        plane = work.planes[work.strips[j].part]
+        if plane.weight > 0.0 and abs(plane.tilt - work.strips[j].angle) > _STILL:
             return True
     return False
 
@@ -242,35 +217,31 @@ def another_part(
     displacement: float, parts: int, row: Row, work: Work, total: int, table: FloatArray
 ) -> bool:
     """Add to the parts one in contact now, if there is room; whether there is any."""
-    strips, spans = work.strips, work.spans
-    for start in range(3, row.gap.size - 3, 3):
-        if row.gap[start] - row.low >= displacement:
-            continue
-        free = True
+    strips, spans, edge = work.strips, work.spans, row.gap.size - 3
+    for start in range(3, edge, 3):
+        free = row.gap[start] - row.low < displacement
         for k in range(parts):
-            if spans[k].ends[0] - 1e-3 < row.y[start] < spans[k].ends[1] + 1e-3:
-                free = False
+            free = free and not spans[k].ends[0] - 1e-3 < row.y[start] < spans[k].ends[1] + 1e-3
         if not free:
             continue
         deep = overlap(start, displacement, row, strips, total, table)
-        if deep > _OVERLAP:
-            if parts == spans.size:
-                return True
-            i = start
-            while i < row.gap.size - 3 and row.gap[i] < NO_WHEEL and deep > 1e-3:
-                i += 2
-                deep = overlap(i, displacement, row, strips, total, table)
-            k = parts
-            while k > 0 and spans[k - 1].ends[0] > row.y[start]:
-                spans[k] = spans[k - 1]
-                k -= 1
-            spans[k].ends[0], spans[k].ends[1] = row.y[start - 2], row.y[i]
-            lowest = row.gap[start]
-            for j in range(start, i):
-                lowest = min(lowest, row.gap[j])
-            spans[k].per_depth = 2.0 * row.radius[start]
-            spans[k].rim = lowest - row.low + 0.5 * max(deep, 0.02) * displacement
-            spans[k].per_square = 0.5 / (row.radius[start] * np.pi)
-            forget(spans[k])
+        if deep <= _OVERLAP:
+            continue
+        if parts == spans.size:
             return True
+        i, lowest = start, row.gap[start]
+        while i < edge and row.gap[i] < NO_WHEEL and deep > 1e-3:
+            i += 2
+            deep = overlap(i, displacement, row, strips, total, table)
+        for j in range(start, i):
+            lowest = min(lowest, row.gap[j])
+        k = parts
+        while k > 0 and spans[k - 1].ends[0] > row.y[start]:
+            spans[k] = spans[k - 1]
+            k -= 1
+        lay_out(spans[k], row.y[start - 2], row.y[i])
+        spans[k].per_depth = 2.0 * row.radius[start]
+        spans[k].rim = lowest - row.low + 0.5 * max(deep, 0.02) * displacement
+        spans[k].per_square = 0.5 / (row.radius[start] * np.pi)
+        return True
     return False

@@ -14,8 +14,8 @@ import numpy as np
 
 from wearsim.contact.geometry import NO_WHEEL
 from wearsim.contact.kernel import bare_kernel
-from wearsim.contact.normal.model import ADJACENT, ALIKE, CLEAR, FAR, NEAR, UNLIKE
-from wearsim.contact.patch import FloatArray
+from wearsim.contact.normal.model import plane_share
+from wearsim.contact.patch import FloatArray, IntArray
 
 NO_ROOM = -1  # fault of a row with more parts or strips than there is room for
 
@@ -42,35 +42,92 @@ class Row(NamedTuple):
     vertical: bool
 
 
+def _record(whole: str, real: str, pairs: str = "") -> np.dtype[np.void]:
+    """Record with fields of whole numbers, of real ones, and of one for either end."""
+    fields: list[Any] = [(name, int) for name in whole.split()] + [(name, float) for name in real.split()]
+    return np.dtype(fields + [(name, float, (2,)) for name in pairs.split()])
+
+
 # Strip: place s in its contact plane, gap, share of the displacement in it, radius of the wheel, curvature of
 # the counterface, P, q, profile y and z, width, cosine and angle of the plane, y of its origin, the profile's
 # angle, logarithm of the half-length; number of the part of the profile.
-STRIP = np.dtype(
-    [(name, float) for name in ("s", "gap", "turn", "radius", "sigma", "load", "square", "y", "z", "width")]
-    + [(name, float) for name in ("cosine", "angle", "origin", "tilt", "log")]
-    + [("part", int)]
-)
-# Part of the profile: its ends, half-length squared per depth, gap where it ends and load per half-length
-# squared as first pressed in; number of strips; then places and what was missed there, of both ends: one too
+STRIP = _record("part", "s gap turn radius sigma load square y z width cosine angle origin tilt log")
+# Part of the profile: number of strips; half-length squared per depth, gap where it ends and load per
+# half-length squared as first pressed in; its ends, then places and what was missed there, of both: one too
 # far out, one too far in, the last one tried.
-SPAN = np.dtype(
-    [("ends", float, (2,)), ("per_depth", float), ("rim", float), ("per_square", float), ("strips", int)]
-    + [(name, float, (2,)) for name in ("outer", "outer_miss", "inner", "inner_miss", "last", "last_miss")]
-)
+SPAN = _record("strips", "per_depth rim per_square", "ends outer outer_miss inner inner_miss last last_miss")
 # Plane of a part: place, angle, load, and the angle the part has for itself.
-PLANE = np.dtype([(name, float) for name in ("middle", "tilt", "weight", "own")])
+PLANE = _record("", "middle tilt weight own")
 # Patch of the solution: strips it is from, number of nodes, force, load scale, displacement, angle and origin
 # of its plane, s of both ends, its angle for itself; centre y, approach, largest pressure and both ends y;
 # creepage reference point y, approach there, and how far across and along its centre lies from there.
-PATCH = np.dtype(
-    [("first", int), ("last", int), ("nodes", int)]
-    + [
-        (name, float)
-        for name in ("force", "scale", "displacement", "angle", "origin", "start", "stop", "own")
-    ]
-    + [(name, float) for name in ("centre", "approach", "pressure", "left", "right")]
-    + [(name, float) for name in ("point", "point_approach", "across", "along")]
+PATCH = _record(
+    "first last nodes",
+    "force scale displacement angle origin start stop own centre approach pressure left right "
+    "point point_approach across along",
 )
+# What Newton's unknowns P, q and displacement are over; logarithm of the width `pairs` and `logs` are over;
+# what Newton's method leaves to go; of how many strips of a part alone `pairs` are.
+STATE = _record("alone", "per_p per_q per_displacement log_width left")
+
+
+class Work(NamedTuple):
+    """Strips of a wheel, their equations, and what is kept of them from one set to the next.
+
+    `pairs` are logarithms of the distance of a strip to the nearer and the farther edge of another, the same
+    for both (of strips of unlike width the mean is taken), and `part` the share of the elastic influence.
+    `matrix` (2 n + 1, 2 n + 1) and `right` are Newton's, `made_for` how many and which strips its factors
+    were made for, `taken` the last step, `barred` how often a strip lost its pressure; `plain` is the matrix
+    of given lengths. `active` are the strips with pressure, `logs` the logarithms of the half-lengths,
+    `terms` (6, n, n) the averages' expansion about the logarithms `base`, `exact_terms` about `exact_base`;
+    `steps` are the logarithms of 0.5, 0.5, 1.5 and so on. `s`, `opening` and `turn` are places in a plane,
+    gap and share of the displacement at the points of the profile; `bow` and `sums` (3, n) for work.
+    """
+
+    strips: Records
+    before: Records
+    old: Records
+    spans: Records
+    fresh: Records
+    planes: Records
+    states: Records
+    share: FloatArray
+    active: IntArray
+    made_for: IntArray
+    steps: FloatArray
+    nearer: FloatArray
+    farther: FloatArray
+    part: FloatArray
+    matrix: FloatArray
+    plain: FloatArray
+    right: FloatArray
+    taken: FloatArray
+    barred: FloatArray
+    bow: FloatArray
+    logs: FloatArray
+    base: FloatArray
+    exact_base: FloatArray
+    terms: FloatArray
+    exact_terms: FloatArray
+    sums: FloatArray
+    s: FloatArray
+    opening: FloatArray
+    turn: FloatArray
+
+
+def work_for(most: int, parts: int, given: int, points: int) -> Work:
+    """Room for `most` strips in parts of a profile of so many points, and their equations."""
+    room: tuple[Any, ...] = (
+        np.zeros(most, STRIP), np.zeros(most, STRIP), np.zeros(max(most, given), STRIP),
+        np.zeros(parts, SPAN), np.zeros(parts, SPAN), np.zeros(parts, PLANE), np.zeros(1, STATE),
+        np.eye(parts), *np.zeros((2, most + 1), np.int64), np.log(np.abs(np.arange(most + 1) - 0.5)),
+        *np.empty((3, most, most)), np.empty((2 * most + 1, 2 * most + 1)), np.empty((most + 1, most + 1)),
+        *np.empty((2, 2 * most + 1)), *np.empty((5, most)), *np.zeros((2, 6, most, most)),
+        np.empty((3, most)), *np.empty((3, points)),
+    )  # fmt: skip
+    return Work(*room)
+
+
 MARGIN = 0.3  # strips' widths laid beyond the end of the patch
 # Angles between the planes up to which strips have full influence on each other, and from which on none: next
 # to each other, and from 10 mm on as contacts share a plane.
@@ -79,79 +136,70 @@ _FULL_NEXT, _NONE_NEXT, _FULL_AWAY, _NONE_AWAY = 0.349, 0.698, 0.2, 0.3
 
 
 @bare_kernel
+def points_in_plane(
+    origin: float, delta: float, left: float, right: float, row: Row, s: FloatArray
+) -> tuple[int, int]:
+    """Places in a plane of the points of the profile from one before `left` to one behind `right`."""
+    cosine, sine, base = np.cos(delta), np.sin(delta), value_at(origin, row.y, row.z)
+    first = last = first_beyond(row.y, row.y.size, origin) - 1
+    s[first] = (row.y[first] - origin) * cosine + (row.z[first] - base) * sine
+    while s[first] > left and first > 0:
+        first -= 1
+        s[first] = (row.y[first] - origin) * cosine + (row.z[first] - base) * sine
+    while s[last] < right and last < row.y.size - 1:
+        last += 1
+        s[last] = (row.y[last] - origin) * cosine + (row.z[last] - base) * sine
+    return first, last
+
+
+@bare_kernel
 def cut_strips(
-    left: float, right: float, middle: float, delta: float, row: Row, strips: Records, first: int, count: int
+    ends: FloatArray, middle: float, delta: float, row: Row, work: Work, first: int, count: int
 ) -> bool:
     """Lay strips of equal width between two places of a profile in the plane through `middle`.
 
     The gap of a strip is its mean over the width. Returns whether there is a wheel all along.
     """
-    cosine, sine = np.cos(delta), np.sin(delta)
-    at = first_beyond(row.y, row.y.size, left) - 1
-    end = first_beyond(row.y, row.y.size, right)
-    if at < 2 or end > row.y.size - 3:
+    strips, s, opening, turn = work.strips, work.s, work.opening, work.turn
+    cosine, sine, base = np.cos(delta), np.sin(delta), value_at(middle, row.y, row.z)
+    left = (ends[0] - middle) * cosine + (value_at(ends[0], row.y, row.z) - base) * sine
+    right = (ends[1] - middle) * cosine + (value_at(ends[1], row.y, row.z) - base) * sine
+    i, stop = points_in_plane(middle, delta, left, right, row, s)
+    if i < 2 or stop > row.y.size - 3:
         return False
-    k = first_beyond(row.y, row.y.size, middle) - 1
-    share = (middle - row.y[k]) / (row.y[k + 1] - row.y[k])
-    base = row.z[k] + share * (row.z[k + 1] - row.z[k])
-    share = (left - row.y[at]) / (row.y[at + 1] - row.y[at])
-    z = row.z[at] + share * (row.z[at + 1] - row.z[at])
-    s_left = (left - middle) * cosine + (z - base) * sine
-    share = (right - row.y[end - 1]) / (row.y[end] - row.y[end - 1])
-    z = row.z[end - 1] + share * (row.z[end] - row.z[end - 1])
-    s_right = (right - middle) * cosine + (z - base) * sine
-    width = (s_right - s_left) / count
-    i = at - 1
-    s_here, h_here, s_next, h_next, turn_next = 0.0, 0.0, -1e9, 0.0, 0.0
-    turn_here = 0.0
-    place, height, total = s_left, 0.0, 0.0
-    begun = False
-    for half in range(2 * count + 1):
-        aim = s_left + 0.5 * half * width
+    for k in range(i, stop + 1):
+        if row.gap[k] >= NO_WHEEL:
+            return False
+        wheel = row.slope[k] - (row.gap[k + 1] - row.gap[k - 1]) / (row.y[k + 1] - row.y[k - 1])
+        turn[k] = 1.0 / (cosine + wheel * sine)
+        opening[k] = (row.gap[k] - row.low) * turn[k]
+    width = (right - left) / count
+    place, total = left, 0.0
+    height = opening[i] + (left - s[i]) / (s[i + 1] - s[i]) * (opening[i + 1] - opening[i])
+    for half in range(1, 2 * count + 1):
+        aim = left + 0.5 * half * width
         while True:
-            while s_next < place or i < at:
-                i += 1
-                if i + 2 >= row.y.size or row.gap[i + 1] >= NO_WHEEL or row.gap[i] >= NO_WHEEL:
-                    return False
-                s_here, h_here, turn_here = s_next, h_next, turn_next
-                wheel = row.slope[i + 1] - (row.gap[i + 2] - row.gap[i]) / (row.y[i + 2] - row.y[i])
-                turn_next = 1.0 / (cosine + wheel * sine)
-                s_next = (row.y[i + 1] - middle) * cosine + (row.z[i + 1] - base) * sine
-                h_next = (row.gap[i + 1] - row.low) * turn_next
-            if s_here < -1e8:  # the first cell
-                wheel = row.slope[i] - (row.gap[i + 1] - row.gap[i - 1]) / (row.y[i + 1] - row.y[i - 1])
-                turn_here = 1.0 / (cosine + wheel * sine)
-                s_here = (row.y[i] - middle) * cosine + (row.z[i] - base) * sine
-                h_here = (row.gap[i] - row.low) * turn_here
-            if not begun:
-                height = h_here + (place - s_here) / (s_next - s_here) * (h_next - h_here)
-                begun = True
-            stop = min(aim, s_next)
-            share = (stop - s_here) / (s_next - s_here)
-            value = h_here + share * (h_next - h_here)
-            total += 0.5 * (height + value) * (stop - place)
-            place, height = stop, value
-            if aim <= s_next:
+            until = min(aim, s[i + 1])
+            share = (until - s[i]) / (s[i + 1] - s[i])
+            value = opening[i] + share * (opening[i + 1] - opening[i])
+            total += 0.5 * (height + value) * (until - place)
+            place, height = until, value
+            if aim <= s[i + 1] or i + 1 == stop:
                 break
-            place = s_next + 1e-15
-        if half % 2 == 1:
-            j = first + half // 2
-            strips[j].s = aim
-            strips[j].turn = turn_here + share * (turn_next - turn_here)
-            ring = row.radius[i] + share * (row.radius[i + 1] - row.radius[i])
-            z = row.z[i] + share * (row.z[i + 1] - row.z[i])
-            strips[j].radius = ring / cosine
-            strips[j].tilt = row.angle[i] + share * (row.angle[i + 1] - row.angle[i])
-            strips[j].sigma = row.kappa / (1.0 - row.kappa * z) * cosine
-            strips[j].y = row.y[i] + share * (row.y[i + 1] - row.y[i])
-            strips[j].z = z
-            strips[j].width = width
-            strips[j].cosine = cosine
-            strips[j].angle = delta
-            strips[j].origin = middle
-        elif half > 0:
-            strips[first + half // 2 - 1].gap = total / width
+            i += 1
+        one = strips[first + (half - 1) // 2]
+        if half % 2 == 0:
+            one.gap = total / width
             total = 0.0
+            continue
+        z = row.z[i] + share * (row.z[i + 1] - row.z[i])
+        one.s, one.z, one.width = aim, z, width
+        one.y = row.y[i] + share * (row.y[i + 1] - row.y[i])
+        one.turn = turn[i] + share * (turn[i + 1] - turn[i])
+        one.tilt = row.angle[i] + share * (row.angle[i + 1] - row.angle[i])
+        one.radius = (row.radius[i] + share * (row.radius[i + 1] - row.radius[i])) / cosine
+        one.sigma = row.kappa / (1.0 - row.kappa * z) * cosine
+        one.cosine, one.angle, one.origin = cosine, delta, middle
     return True
 
 
@@ -162,25 +210,6 @@ def influence_share(turn: float, distance: float) -> float:
     full = _FULL_NEXT + away * (_FULL_AWAY - _FULL_NEXT)
     none = _NONE_NEXT + away * (_NONE_AWAY - _NONE_NEXT)
     share: float = min(max((none - abs(turn)) / (none - full), 0.0), 1.0)
-    return share
-
-
-@bare_kernel
-def bow_of(x_squared: float, radius: float, sigma: float) -> float:
-    """Gap that two circles open at a distance from where they are nearest."""
-    wheel = x_squared / (radius + np.sqrt(max(radius * radius - x_squared, 0.0)))
-    counterface = sigma * x_squared / (1.0 + np.sqrt(max(1.0 - sigma * sigma * x_squared, 0.0)))
-    rise: float = wheel + counterface
-    return rise
-
-
-@bare_kernel
-def plane_share(distance: float, turn: float) -> float:
-    """Share in which two contacts have one plane, by their distance from edge to edge and their angles."""
-    near = min(max((FAR - distance) / (FAR - NEAR), 0.0), 1.0)
-    alike = min(max((UNLIKE - abs(turn)) / (UNLIKE - ALIKE), 0.0), 1.0)
-    adjacent = min(max((CLEAR - distance) / (CLEAR - ADJACENT), 0.0), 1.0)
-    share: float = max(near * alike, adjacent)
     return share
 
 
@@ -206,22 +235,21 @@ def first_beyond(grid: FloatArray, count: int, value: float) -> int:
 
 
 @bare_kernel
-def distance_between(left: float, right: float, grid_y: FloatArray, grid_z: FloatArray) -> float:
-    """Straight distance between two places of the profile; nothing if they are in the wrong order."""
-    across = right - left
-    down = value_at(right, grid_y, grid_z) - value_at(left, grid_y, grid_z)
-    distance: float = np.sqrt(across * across + down * down) if across > 0.0 else 0.0
-    return distance
+def _plane_share_of(left: float, right: float, turn: float, row: Row) -> float:
+    """Share in which two contacts have one plane, whose edges are at two places of the profile."""
+    across = max(right - left, 0.0)
+    down = value_at(right, row.y, row.z) - value_at(left, row.y, row.z) if across > 0.0 else 0.0
+    share: float = plane_share(np.sqrt(across * across + down * down), turn)
+    return share
 
 
 @bare_kernel
-def planes_of(
-    spans: Records, parts: int, old: Records, total: int, row: Row, share: FloatArray, planes: Records
-) -> None:
+def planes_of(spans: Records, parts: int, total: int, row: Row, work: Work) -> None:
     """Pressure-weighted place and angle of every part, the latter leaning towards those it belongs to.
 
-    The weight is zero where no strips with pressure were laid yet; `share` is for work.
+    The weight is zero where no strips with pressure were laid yet.
     """
+    old, planes, share = work.old, work.planes, work.share
     for k in range(parts):
         weight, moment, tilt = 0.0, 0.0, 0.0
         for j in range(total):
@@ -239,14 +267,13 @@ def planes_of(
             one, other = spans[j], spans[k]
             end = one.ends[1] - MARGIN * (one.ends[1] - one.ends[0]) / max(one.strips, 10)
             start = other.ends[0] + MARGIN * (other.ends[1] - other.ends[0]) / max(other.strips, 10)
-            turn = planes[j].own - planes[k].own
-            share[j, k] = share[k, j] = plane_share(distance_between(end, start, row.y, row.z), turn)
+            share[j, k] = share[k, j] = _plane_share_of(end, start, planes[j].own - planes[k].own, row)
     for k in range(parts):
-        planes[k].tilt = blended(k, parts, share, planes.weight, planes.own)
+        planes[k].tilt = _blended(k, parts, share, planes.weight, planes.own)
 
 
 @bare_kernel
-def blended(k: int, count: int, share: FloatArray, weight: FloatArray, value: FloatArray) -> float:
+def _blended(k: int, count: int, share: FloatArray, weight: FloatArray, value: FloatArray) -> float:
     """Value of one of several contacts, with that of the others in the share they belong together.
 
     The weighted mean if all do; linear in the shares.
@@ -263,31 +290,24 @@ def blended(k: int, count: int, share: FloatArray, weight: FloatArray, value: Fl
 
 
 @bare_kernel
-def share_points(
-    first: int, stop: int, displacement: float,
-    profile: tuple[FloatArray, FloatArray, FloatArray, FloatArray], along: FloatArray, share: FloatArray,
-    patches: Records,
-) -> None:  # fmt: skip
+def share_points(patches: Records, row: Row, share: FloatArray) -> None:
     """Creepage reference points of the patches of a wheel, one for those in a plane; `share` is for work."""
-    y, z, count = profile[0], profile[1], stop - first
-    for j in range(count):
-        for k in range(count):
-            one, other = patches[first + j], patches[first + k]
+    for j in range(patches.size):
+        for k in range(patches.size):
+            one, other = patches[j], patches[k]
             if one.centre < other.centre:
-                distance = distance_between(one.right, other.left, y, z)
-                share[j, k] = share[k, j] = plane_share(distance, one.own - other.own) ** 4
-    force, centre = patches.force[first:stop], patches.centre[first:stop]
-    for k in range(count):
-        own = patches[first + k]
-        lowest, deeper = displacement - own.approach / np.cos(own.angle), 0.0
-        for j in range(count):
-            other = patches[first + j]
+                both = _plane_share_of(one.right, other.left, one.own - other.own, row)
+                share[j, k] = share[k, j] = both**4
+    for k in range(patches.size):
+        own = patches[k]
+        lowest, deeper = own.displacement - own.approach / np.cos(own.angle), 0.0
+        for j in range(patches.size):
             if j != k:
-                height = displacement - other.approach / np.cos(other.angle)
+                height = own.displacement - patches[j].approach / np.cos(patches[j].angle)
                 deeper = min(deeper, share[j, k] * (height - lowest))
-        place = blended(k, count, share, force, centre)
+        place = _blended(k, patches.size, share, patches.force, patches.centre)
         own.point = place
-        own.point_approach = (displacement - lowest - deeper) * np.cos(own.angle)
-        down = value_at(own.centre, y, z) - value_at(place, y, z)
+        own.point_approach = (own.displacement - lowest - deeper) * np.cos(own.angle)
+        down = value_at(own.centre, row.y, row.z) - value_at(place, row.y, row.z)
         own.across = (own.centre - place) * np.cos(own.angle) + down * np.sin(own.angle)
-        own.along = value_at(own.centre, y, along) - value_at(place, y, along)
+        own.along = value_at(own.centre, row.y, row.along) - value_at(place, row.y, row.along)
