@@ -38,6 +38,10 @@ ELSEWHERE = {
 }
 """Names in messages on other things than scenes, flags, tables of operating points and result files."""
 
+TABLES_OF_NAMES = [
+    PACKAGE / name for name in ("quantities.py", "__init__.py", "contact/normal/knothe_le_the/strips.py")
+]
+
 _FLAG = re.compile(r"(?<![\w./-])--[a-z][\w-]*")
 _KEY = re.compile(r"(?<![\w./{}-])[a-z][a-z0-9]*(?:_[A-Za-z0-9]+)+(?![\w(]|\.[a-z])")
 _COMMAND = re.compile(r"`wearsim (\w+)([^`]*)`")
@@ -77,7 +81,7 @@ def messages():
     return [
         (f"{path.relative_to(PACKAGE)}:{line}", text)
         for path in sorted(PACKAGE.rglob("*.py"))
-        if path not in (PACKAGE / "quantities.py", PACKAGE / "__init__.py")  # tables of names
+        if path not in TABLES_OF_NAMES
         for line, text in texts(ast.parse(path.read_text(encoding="utf-8")))
         if " " in text
     ]

@@ -318,10 +318,10 @@ class Dying(AtOnce):
         return future
 
 
-def test_a_case_whose_process_died_is_told(pair, folder):
+def test_a_case_whose_workers_died_says_so(pair, folder):
     outcomes = run_sweep(pair, "out", executor=Dying())
     assert [outcome.exit_code for outcome in outcomes] == [3, 0]
-    assert "its process died" in outcomes[0].fault
+    assert "its workers or their scheduler are gone" in outcomes[0].fault
 
 
 @pytest.mark.slow
