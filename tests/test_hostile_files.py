@@ -163,3 +163,39 @@ def test_carried_cells_that_a_spreadsheet_would_run_are_warned_of(folder, capsys
 def test_a_plain_scene_passes_all_of_these_limits():
     text = "[a.b.c]\nd.e = [[1, 2], [3]]\nx = {y = {z = 1}}\n# " + "word. " * 40
     assert toml_faults.toml_of(text, "a.toml")["a"]["b"]["c"]["d"] == {"e": [[1, 2], [3]]}
+
+
+HIDDEN = {
+    "a value": ("check", "scene.toml", '[scene]\nkind = "\u202e"'),
+    "a key": ("check", "scene.toml", '[scene]\nkind = "rig"\n"\u202e" = 1'),
+    "a cell": ("contact --table", "points.csv", "shift_mm\n\u202e\n"),
+    "a column": ("sweep scene.toml --table", "cases.csv", "\u202e\n1\n"),
+}
+
+
+@pytest.mark.parametrize("case", HIDDEN)
+def test_what_a_terminal_obeys_is_escaped(folder, capsys, scene_text, case):
+    """The mark that turns the direction of writing, from which a message would look like another one."""
+    Path("scene.toml").write_text(scene_text({"shift_mm": 3, "distance_km": 1}))
+    command, name, text = HIDDEN[case]
+    Path(name).write_text(text)
+    lines = lines_of(capsys, *command.split(), name)
+    assert all(line.isprintable() for line in lines)
+    assert any("\\u202e" in line for line in lines)
+
+
+def test_cells_of_a_sweep_are_escaped_where_cases_are_listed(folder, capsys, scene_text):
+    Path("scene.toml").write_text(scene_text({"shift_mm": 3, "distance_km": 1}))
+    Path("cases.csv").write_text("wheelset.radius_mm\n4\u202e60\n")
+    assert main(["sweep", "scene.toml", "--table", "cases.csv", "--list"]) == 2
+    (line,) = capsys.readouterr().out.splitlines()
+    assert line.isprintable()
+    assert "radius_mm = 4\\u202e60: impossible" in line
+
+
+def test_of_many_shares_the_first_are_summed(folder, capsys, scene_text):
+    classes = [{"shift_mean_mm": 0, "shift_std_mm": 1, "share": 0.5}] * 100
+    Path("scene.toml").write_text(scene_text(*classes, kind="field"))
+    (line,) = lines_of(capsys, "check", "scene.toml")
+    assert line.count("0.5 + ") == 10
+    assert "... (90 more), must sum to 1 within" in line

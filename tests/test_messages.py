@@ -30,6 +30,7 @@ ELSEWHERE = {
     "up_to": "key of a limits file",
     "diameter_mm": "key of a limits file",
     "load_scene": "function of wearsim",
+    "field_given": "kind of `wearsim new`",
     "roll_rule": "attribute of a result file",
     "no_wear": "value of a result file",
     "running_circle": "value of --origin",
@@ -37,6 +38,10 @@ ELSEWHERE = {
     "flange_back_mm": "old name of back_to_back_mm, in the message that names the new one",
 }
 """Names in messages on other things than scenes, flags, tables of operating points and result files."""
+
+TABLES_OF_NAMES = [
+    PACKAGE / name for name in ("quantities.py", "__init__.py", "contact/normal/knothe_le_the/strips.py")
+]
 
 _FLAG = re.compile(r"(?<![\w./-])--[a-z][\w-]*")
 _KEY = re.compile(r"(?<![\w./{}-])[a-z][a-z0-9]*(?:_[A-Za-z0-9]+)+(?![\w(]|\.[a-z])")
@@ -77,7 +82,7 @@ def messages():
     return [
         (f"{path.relative_to(PACKAGE)}:{line}", text)
         for path in sorted(PACKAGE.rglob("*.py"))
-        if path not in (PACKAGE / "quantities.py", PACKAGE / "__init__.py")  # tables of names
+        if path not in TABLES_OF_NAMES
         for line, text in texts(ast.parse(path.read_text(encoding="utf-8")))
         if " " in text
     ]

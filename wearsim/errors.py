@@ -28,7 +28,12 @@ class Fault:
     def __str__(self) -> str:
         """Return ``file:line: message``."""
         place = "" if self.file is None else self.file if self.line is None else f"{self.file}:{self.line}"
-        return f"{place}: {self.message}" if place else self.message
+        return printable(f"{place}: {self.message}" if place else self.message)
+
+
+def printable(text: str) -> str:
+    """Text of a line with escapes for what a terminal obeys or hides: control characters, directions."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 def suggestion(name: str, known: Iterable[str]) -> str:
@@ -46,7 +51,8 @@ LONGEST_ECHO = 40
 
 
 def brief(text: str) -> str:
-    """Text of a file as a message repeats it, shortened."""
+    """Text of a file as a message repeats it, in one line and shortened."""
+    text = printable(text)
     return text if len(text) <= LONGEST_ECHO else f"{text[: LONGEST_ECHO - 3]}..."
 
 
@@ -54,6 +60,10 @@ class WearsimError(Exception):
     """Base of all errors with a message for the user; `exit_code` is what the command line returns."""
 
     exit_code = 2
+
+    def __str__(self) -> str:
+        """Return the message, a line for each fault."""
+        return "\n".join(map(printable, super().__str__().split("\n")))
 
 
 def first_of(lines: Sequence[str]) -> list[str]:

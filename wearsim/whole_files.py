@@ -2,12 +2,28 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 from wearsim.errors import ResultError
+
+_LARGEST_JSON = 20_000_000
+
+
+def read_json(path: Path) -> Any:
+    """Content of a JSON file of a run directory; a ValueError if it is none, or far too large for one."""
+    with path.open("rb") as file:
+        content = file.read(_LARGEST_JSON + 1)
+    if len(content) > _LARGEST_JSON:
+        raise ValueError(f"larger than {_LARGEST_JSON // 1_000_000} MB")
+    try:
+        return json.loads(content)
+    except RecursionError:
+        raise ValueError("lists nested too deeply") from None
 
 
 def utf8(text: str) -> str:

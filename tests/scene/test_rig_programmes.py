@@ -86,6 +86,10 @@ def test_a_programme_is_a_table_of_blocks(folder):
         load_scene("scene.toml")
     places = [Path(line.split(": ")[0]).name for line in str(caught.value).splitlines()]
     assert places == ["table.csv:3"] * 2
+    for number in ("nan", "inf"):
+        Path("table.csv").write_text(table + f"up,0,80,72,0.3,2,{number}\n")
+        with pytest.raises(SceneError, match=f"table.csv:2: positions = {number} must be"):
+            load_scene("scene.toml")
     Path("table.csv").write_text(table.replace("speed_km_h", "load_kN") + "up,0,80,72,0,3,2,3\n")
     with pytest.raises(SceneError) as caught:
         load_scene("scene.toml")

@@ -55,7 +55,9 @@ def swept(tmp_path_factory):
     write_rig(folder)
     reported = []
     sweep = sweep_of_flags(str(folder / "rig.toml"), VARY, None)
-    outcomes = run_sweep(sweep, folder / "out", jobs=1, command="a command", report=reported.append)
+    outcomes = run_sweep(
+        sweep, folder / "out", jobs=1, command="a command", report=lambda _, outcome: reported.append(outcome)
+    )
     return folder / "out", outcomes, reported
 
 
@@ -271,7 +273,7 @@ def test_a_run_directory_is_no_directory_for_a_sweep(sweep, folder, cases):
 
 @pytest.mark.slow
 def test_ctrl_c_stops_after_the_running_case_and_the_rest_follows(sweep, folder, monkeypatch, cases):
-    def obey(event):
+    def obey(stop, event):
         if event.kind == "step" and event.step == 1:
             raise KeyboardInterrupt
 
@@ -316,10 +318,10 @@ class Dying(AtOnce):
         return future
 
 
-def test_a_case_whose_process_died_is_told(pair, folder):
+def test_a_case_whose_workers_died_says_so(pair, folder):
     outcomes = run_sweep(pair, "out", executor=Dying())
     assert [outcome.exit_code for outcome in outcomes] == [3, 0]
-    assert "its process died" in outcomes[0].fault
+    assert "its workers or their scheduler are gone" in outcomes[0].fault
 
 
 @pytest.mark.slow

@@ -17,7 +17,7 @@ import filelock
 
 from wearsim.campaign.record import readable_errors, write_atomically
 from wearsim.errors import ResultError
-from wearsim.whole_files import require_utf8
+from wearsim.whole_files import read_json, require_utf8
 
 SCENE_FOLDER = "scene"
 MANIFEST = "manifest.json"
@@ -184,7 +184,7 @@ def read_manifest(out: Path) -> Manifest:
             f"`wearsim sweep SCENE --out {out}`"
         )
     try:
-        content = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+        content = read_json(folder / MANIFEST)
         changes = tuple(Change(**one) for one in content.get("changes", ()))
         manifest = Manifest(str(content["main"]), dict(content["hashes"]), str(content["command"]), changes)
         names = [manifest.main, *manifest.hashes]
@@ -242,7 +242,8 @@ def read_status(out: Path) -> dict[str, Any]:
 
 def _stored_status(out: Path) -> dict[str, Any]:
     try:
-        content = json.loads((out / STATUS).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        content = read_json(out / STATUS)
+        campaigns = content["campaigns"].values()
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return {}
-    return content if isinstance(content, dict) else {}
+    return content if all(isinstance(item, dict) for item in campaigns) else {}

@@ -26,11 +26,11 @@ from wearsim.campaign.state import State, flattened, rebuilt
 from wearsim.errors import ResultError
 from wearsim.quantities import QUANTITIES
 from wearsim.results import (
-    ROW,
     Header,
     append,
     attribute_of,
     create,
+    layout_of,
     open_results,
     row_count,
     row_names,
@@ -40,6 +40,8 @@ from wearsim.results.checks import step_limits
 from wearsim.results.limits import ending_limits, first_met, limits_of, met_attributes
 from wearsim.results.schema import CHANGES
 from wearsim.whole_files import write_whole
+
+_LARGEST_RECORD = 200_000_000  # bytes
 
 
 @contextmanager
@@ -63,7 +65,7 @@ class Records:
 
     folder: Path
     campaign: str  # digest of all its input
-    names: tuple[str, ...] = ROW  # variables of a row
+    shapes: Mapping[str, tuple[int, ...]]  # of the variables of a row
 
     def path(self, index: int) -> Path:
         """Return the file of step `index`."""
@@ -71,7 +73,7 @@ class Records:
 
     def write(self, state: State, row: Mapping[str, np.ndarray], source: str) -> None:
         """Write the record of a step: its row, the full state, and the program versions behind them."""
-        arrays = {name: np.asarray(row[name]) for name in self.names} | flattened(state)
+        arrays = {name: np.asarray(row[name]) for name in self.shapes} | flattened(state)
         layout = {name: (value.dtype.str, value.shape) for name, value in arrays.items()}
         label = {"campaign": self.campaign, "index": state.step, "source": source, "layout": layout}
         values = zlib.compress(b"".join(value.tobytes() for value in arrays.values()), level=1)
@@ -109,7 +111,7 @@ class Records:
     def row(self, index: int) -> dict[str, np.ndarray]:
         """Read the row of a step whose record must exist."""
         arrays = self._arrays(index)
-        return {name: arrays[name] for name in self.names}
+        return {name: arrays[name] for name in self.shapes}
 
     def state(self, index: int) -> State:
         """Read the state of a step whose record must exist, bit by bit."""
@@ -130,8 +132,8 @@ class Records:
         )
 
     def _is_own(self, label: Mapping[str, Any], index: int) -> bool:
-        of_row = {name for name in label["layout"] if not name.startswith("/")}
-        return (label["campaign"], label["index"], of_row) == (self.campaign, index, set(self.names))
+        of_row = {n: tuple(shape) for n, (_, shape) in label["layout"].items() if not n.startswith("/")}
+        return (label["campaign"], label["index"], of_row) == (self.campaign, index, self.shapes)
 
     def _arrays(self, index: int) -> dict[str, np.ndarray]:
         """Arrays of the row by name, and of the state by path."""
@@ -140,7 +142,7 @@ class Records:
             raise ResultError(
                 f"{self.path(index)} was changed while the campaign ran; run the same command again"
             )
-        arrays, values = {}, zlib.decompress(found[1])
+        arrays, values = {}, zlib.decompressobj().decompress(found[1], _LARGEST_RECORD)
         for name, (kind, shape) in found[0]["layout"].items():
             dtype, count = np.dtype(kind), math.prod(shape)
             arrays[name] = np.frombuffer(values, dtype, count).reshape(shape)
@@ -150,6 +152,8 @@ class Records:
     def _load(self, index: int) -> tuple[dict[str, Any], bytes] | None:
         """Label and values of a record with the right digest."""
         try:
+            if self.path(index).stat().st_size > _LARGEST_RECORD:
+                return None
             content = self.path(index).read_bytes()
         except OSError:
             return None
@@ -172,7 +176,12 @@ class Writer:
     def __init__(self, header: Header, directory: Path, name: str, digest: str) -> None:
         self.header = header
         self.path = directory / f"{name}.nc"
-        self.records = Records(directory / f".{name}.records", digest, row_names(header.static))
+        layout, sizes = layout_of(header.static), header.sizes
+        shapes = {
+            name: tuple(sizes[each] for each in layout[name].dimensions if each != "step")
+            for name in row_names(header.static)
+        }
+        self.records = Records(directory / f".{name}.records", digest, shapes)
         self.rebuilt = False
         self._mark = directory / f".{name}.finished.json"
         self._laws = header.static.get("fatigue_name", ())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, NoReturn
 
 if TYPE_CHECKING:
@@ -44,6 +45,20 @@ def _within(kind: type[float], what: str, low: float, high: float, text: str) ->
     if not low <= number <= high:
         raise argparse.ArgumentTypeError(f"{text} must be {what}, at least {low:g} and at most {high:g}")
     return number
+
+
+def add_worker_flags(parser: argparse.ArgumentParser, what: str) -> None:
+    """Add `--jobs` and `--cluster`, for what many processes run."""
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument(
+        "--jobs", type=partial(whole, 1, 1024), metavar="N",
+        help=f"processes for {what} (default: one per core)",
+    )  # fmt: skip
+    where.add_argument(
+        "--cluster", metavar="ADDRESS",
+        help=f"run {what} on the Dask cluster with this scheduler (tcp://host:8786, or its scheduler file); "
+        "--out is a folder that its workers share",
+    )  # fmt: skip
 
 
 def add_set_flag(parser: argparse.ArgumentParser, keys: str, effect: str) -> None:

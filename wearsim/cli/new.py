@@ -42,19 +42,16 @@ def execute(arguments: argparse.Namespace) -> int:
     name, *named = SHIPPED[arguments.kind]
     out = f"{arguments.kind}.toml" if arguments.out is None else arguments.out
     target = Path(out)
-    faults = []
-    if not out.isprintable() or not target.name:
-        faults.append("must be the name of a file")
-    elif target.name in named:
-        faults.append("is the name of a scene that it takes; choose another name")
-    elif target.is_dir():
-        faults.append("is a folder; give the name of a file in it")
-    elif not target.parent.is_dir():
-        faults.append("its folder does not exist; make it first")
-    elif target.exists() and not arguments.force:
-        faults.append("exists already; choose another name or add --force")
-    if faults:
-        raise SceneError([Fault(f"--out = {out!r} {fault}") for fault in faults])
+    faults = (
+        (not out.isprintable() or not target.name, "must be the name of a file"),
+        (target.name in named, "is the name of a scene that it takes; choose another name"),
+        (target.is_dir(), "is a folder; give the name of a file in it"),
+        (not target.parent.is_dir(), "its folder does not exist; make it first"),
+        (target.exists() and not arguments.force, "exists already; choose another name or add --force"),
+    )
+    for wrong, text in faults:
+        if wrong:
+            raise SceneError([Fault(f"--out = {out!r} {text}")])
     for other, source in ((target, name), *((target.with_name(each), each) for each in named)):
         # a scene looks for those it names in the current folder first
         existing = [place for place in (Path(source), other) if place.is_file() and other != target]

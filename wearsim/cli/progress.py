@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 import sys
+import threading
 import time
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, nullcontext
 from shutil import get_terminal_size
 from typing import TYPE_CHECKING, TextIO
 
 from wearsim.quantities import duration
 
 if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
     from wearsim.campaign.run import Event, Observer
+    from wearsim.studies.ensemble import Outcome
 
 PLAIN_INTERVAL = 10.0
 """Without a terminal a line at most every so many seconds [s]."""
+
+RUNNING_INTERVAL = 30.0
+"""Between lines on the cases that run [s]."""
 
 
 @contextmanager
@@ -52,27 +59,22 @@ def observer(stream: TextIO | None = None, interval: float = PLAIN_INTERVAL) -> 
 
 def line(event: Event) -> str:
     """Put an event of a running campaign into one line."""
-    if event.kind == "started":
-        return f"{event.name}: started, {_km(event.target)} to run"
-    if event.kind == "resumed":
-        return f"{event.name}: continued at step {event.step}, {_km(event.distance)} of {_km(event.target)}"
-    if event.kind == "rebuilt":
-        return f"{event.name}: {event.name}.nc was incomplete and is rebuilt from the records of its steps"
-    if event.kind == "deferred":
-        return (
-            f"{event.name}: another program holds {event.name}.nc open; "
-            f"the campaign goes on, the file follows when it is free"
-        )
+    at, target = (f"{distance / 1e3:.6g} km" for distance in (event.distance, event.target))
     state = f"worst depth {1e3 * event.worst_depth:.3f} mm, step {event.step}"
-    held = held_by(event.step_limits)
     why = "" if event.ended in ("", "distance reached") else f": {event.ended}"
-    if event.kind == "complete":
-        return f"{event.name}: finished before, {_km(event.distance)}, {state}{held}{why}"
-    if event.kind == "finished":
-        took = f"in {duration(event.elapsed)}"
-        return f"{event.name}: finished, {_km(event.distance)}, {state}, {took}{held}{why}"
+    held = held_by(event.step_limits) + why
     left = "" if event.time_left is None else f", {duration(event.time_left)} left"
-    return f"{event.name}: {_km(event.distance)} of {_km(event.target)}, {state}{left}"
+    texts = {
+        "started": f"started, {target} to run",
+        "resumed": f"continued at step {event.step}, {at} of {target}",
+        "rebuilt": f"{event.name}.nc was incomplete and is rebuilt from the records of its steps",
+        "deferred": f"another program holds {event.name}.nc open; the campaign goes on, the file follows "
+        "when it is free",
+        "complete": f"finished before, {at}, {state}{held}",
+        "finished": f"finished, {at}, {state}, in {duration(event.elapsed)}{held}",
+        "step": f"{at} of {target}, {state}{left}",
+    }
+    return f"{event.name}: {texts[event.kind]}"
 
 
 def held_by(limits: Mapping[str, int]) -> str:
@@ -82,5 +84,45 @@ def held_by(limits: Mapping[str, int]) -> str:
     return f", steps held {parts} of {sum(limits.values())}" if held else ""
 
 
-def _km(distance: float) -> str:
-    return f"{distance / 1e3:.6g} km"
+@contextmanager
+def workers(address: str | None, running: Callable[[], str]) -> Iterator[Executor | None]:
+    """Give the executor of a cluster, None without address; meanwhile write now and then what runs."""
+    from wearsim.studies.cluster import cluster
+
+    over = threading.Event()
+
+    def show() -> None:
+        while not over.wait(RUNNING_INTERVAL):
+            if text := running():
+                print(text, file=sys.stderr, flush=True)
+
+    thread = threading.Thread(target=show, daemon=True)
+    with nullcontext() if address is None else cluster(address) as executor:
+        thread.start()
+        try:
+            yield executor
+        finally:
+            over.set()
+            thread.join()
+
+
+def case_lines(what: str, labels: Mapping[int, str] = {}) -> Callable[[int, Outcome], None]:
+    """Give the report of many cases: lines when a labelled one begins, and when one ends, of how many."""
+    ended: set[int] = set()
+
+    def report(count: int, outcome: Outcome) -> None:
+        begun = outcome.state == "running"
+        if not begun:
+            ended.add(outcome.number)
+            text = f"{outcome.state} ({len(ended)} of {count})"
+            print(with_fault(f"{what} {outcome.number}: {text}", outcome.fault), file=sys.stderr, flush=True)
+        elif outcome.number in labels:
+            text = f"{what} {outcome.number}: begun, {labels[outcome.number]}"
+            print(text, file=sys.stderr, flush=True)
+
+    return report
+
+
+def with_fault(line: str, fault: str) -> str:
+    """Line with its fault, if there is one."""
+    return f"{line}; {fault}" if fault else line

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from wearsim.cli import print_json
-from wearsim.cli.progress import held_by
+from wearsim.cli.progress import held_by, with_fault
 from wearsim.quantities import duration
 
 SUMMARY = "show how far the campaigns of a run directory or a sweep are"
@@ -44,7 +44,6 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _sweep(out: Path, as_json: bool) -> int:
     from wearsim.campaign.directory import read_status
-    from wearsim.cli.sweep_run import with_fault
     from wearsim.studies.sweep import counted, outcomes_of, read_plan
 
     plan, outcomes = read_plan(out), outcomes_of(out)
@@ -68,16 +67,15 @@ def _sweep(out: Path, as_json: bool) -> int:
 def status_line(name: str, item: dict[str, Any]) -> str:
     """Line on one campaign from its entry in `status.json`."""
     distance, target = float(item.get("distance", 0.0)), float(item.get("target", 0.0))
-    percent = f" ({100.0 * distance / target:.0f} %)" if target > 0 else ""
+    part = f" ({100.0 * distance / target:.0f} %)" if target > 0 else ""
     text = (
         f"{name}: {item.get('state', 'unknown')}, step {item.get('step', 0)}, "
-        f"{distance / 1e3:.6g} of {target / 1e3:.6g} km{percent}, "
+        f"{distance / 1e3:.6g} of {target / 1e3:.6g} km{part}, "
         f"deepest wear {1e3 * float(item.get('worst_depth', 0.0)):.4g} mm"
     )
     text += held_by(item.get("step_limits") or {})
-    left = item.get("time_left")
-    if item.get("state") == "running" and left is not None:
-        text += f", about {duration(float(left))} left"
+    if item.get("state") == "running" and item.get("time_left") is not None:
+        text += f", about {duration(float(item['time_left']))} left"
     if item.get("left_out"):
         share = 100.0 * float(item["left_out_share"])
         text += f", operating points left out: {item['left_out']}, with {share:.2g} % of the wear"

@@ -12,8 +12,8 @@ from typing import Any
 class _Output:
     """A text stream that escapes what it has no characters for; what cannot be written is a ResultError."""
 
-    def __init__(self, stream: Any) -> None:
-        self._stream = stream
+    def __init__(self, stream: Any, of_messages: bool) -> None:
+        self._stream, self._of_messages = stream, of_messages
         with suppress(AttributeError, OSError):  # no text file; a pipe that took the place of one
             stream.reconfigure(errors="backslashreplace")
 
@@ -30,30 +30,18 @@ class _Output:
         try:
             return getattr(self._stream, what)(*texts)
         except OSError as error:
-            self._discard()
-            self._lost(error)
+            with suppress(OSError, ValueError):  # Python would complain once more when it closes the stream
+                nowhere = os.open(os.devnull, os.O_WRONLY)
+                os.dup2(nowhere, self._stream.fileno())
+                os.close(nowhere)
+            if self._of_messages:  # whose loss cannot be reported
+                return None
+            from wearsim.errors import ResultError  # not for --help: dataclasses cost 10 ms
 
-    def _lost(self, error: OSError) -> None:
-        from wearsim.errors import ResultError  # not for --help: dataclasses cost 10 ms
-
-        if isinstance(error, BrokenPipeError):  # the reader, such as `head`, has left
-            raise error
-        text = f"standard output cannot be written: {error.strerror}; make room, or write to another place"
-        raise ResultError(text) from error
-
-    def _discard(self) -> None:
-        """Send all that follows to nowhere: Python would complain once more when it closes the stream."""
-        with suppress(OSError, ValueError):
-            nowhere = os.open(os.devnull, os.O_WRONLY)
-            os.dup2(nowhere, self._stream.fileno())
-            os.close(nowhere)
-
-
-class _Messages(_Output):
-    """A text stream whose loss cannot be reported."""
-
-    def _lost(self, error: OSError) -> None:
-        pass
+            if isinstance(error, BrokenPipeError):  # the reader, such as `head`, has left
+                raise
+            text = f"standard output cannot be written: {error.strerror}; make room, or write elsewhere"
+            raise ResultError(text) from error
 
 
 def formula_warning(text: str, what: str) -> None:
@@ -78,7 +66,7 @@ def standard_streams() -> Iterator[None]:
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115 - for the life of the process
-    after: Any = _Output(sys.stdout), _Messages(sys.stderr)
+    after: Any = _Output(sys.stdout, False), _Output(sys.stderr, True)
     sys.stdout, sys.stderr = after
     try:
         yield

@@ -43,66 +43,52 @@ def execute(arguments: argparse.Namespace) -> int:
     import pandas as pd
 
     from wearsim.results import load_results
+    from wearsim.translation import translate as factor
     from wearsim.translation.bands import band_table, known_bands
     from wearsim.translation.compare import answers
-    from wearsim.translation.translate import (
-        cause_table,
-        point_table,
-        power_cause_table,
-        table,
-        translate,
-        with_known_causes,
-        write,
-    )
 
     rig, field = load_results(arguments.rig), load_results(arguments.field)
     for kind, path, result in (("rig", arguments.rig, rig), ("field", arguments.field, field)):
         held = result.attrs.get("scene_kind")
         if held != kind:  # allowed, to compare two rigs, but an exchange would invert every factor
             print(f"warning: {path} holds a {held} campaign and is taken as the {kind}", file=sys.stderr)
-    factors = with_known_causes(translate(rig, field), Path(arguments.rig).with_name("translation.nc"))
-    rows, points = table(factors), point_table(factors)
-    asked = {of: getattr(arguments, f"{of}_km") for of in ("field", "rig")}
+    known = Path(arguments.rig).with_name("translation.nc")
+    factors = factor.with_known_causes(factor.translate(rig, field), known)
+    rows, points = factor.table(factors), factor.point_table(factors)
+    causes, power = factor.cause_table(factors), factor.power_cause_table(factors)
     hashes = {role: str(factors.attrs[f"{role}_sha256"]) for role in ("rig", "field")}
     bands, steels = known_bands(Path(arguments.rig).parent, hashes)
     sure = pd.DataFrame() if bands is None else band_table(bands)
-    found = {of: answers(rig, field, of, 1e3 * km) for of, km in asked.items() if km is not None}
+    asked = {of: km for of in ("field", "rig") if (km := getattr(arguments, f"{of}_km")) is not None}
+    found = {of: answers(rig, field, of, 1e3 * km) for of, km in asked.items()}
     if arguments.out:
-        write(factors, arguments.out)
+        factor.write(factors, arguments.out)
     if arguments.json:
-        tables = {
-            "factors": rows,
-            "points": points,
-            "causes": cause_table(factors).reset_index(),
-            "power_causes": power_cause_table(factors),
-        }
+        tables = {"factors": rows, "points": points, "causes": causes.reset_index(), "power_causes": power}
         tables |= {"bands": sure, "materials": steels}
         tables |= {f"{of}_distance": answer for of, answer in found.items()}
-        known = {  # JSON has neither NaN nor infinity
+        plain = {  # JSON has neither NaN nor infinity
             name: [
                 {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in row.items()}
                 for row in part.to_dict(orient="records")
             ]
             for name, part in tables.items()
         }
-        print_json(known, allow_nan=False)
+        print_json(plain, allow_nan=False)
     else:
-        print(_text(rows, index=False))
-        for state in dict.fromkeys(points["state"]):
-            print(f"\nFactors at equal operating points, {state}, by shift [mm]:")
-            print(_text(_by_shift(points[points["state"] == state])))
-        if len(causes := cause_table(factors)):
-            print("\nCauses of the worn area per distance, by share of the common range of worn depth:")
-            print(_text(causes))
-        if len(power := power_cause_table(factors)):
-            print("\nCauses of the frictional power at equal operating points, new wheels:")
-            print(_text(power, index=False))
-        if len(sure):
-            print("\nBands of the draws:")
-            print(_text(sure.drop(columns="variable"), index=False))
-        if len(steels):
-            print("\nWorn area over that of the scene's steel:")
-            print(_text(steels, index=False))
+        states = {state: points[points["state"] == state] for state in dict.fromkeys(points["state"])}
+        shown = {
+            "": rows,
+            **{f"Factors at equal operating points, {state}, by shift [mm]:": _by_shift(of_state)
+               for state, of_state in states.items()},
+            "Causes of the worn area per distance, by share of the common range of worn depth:": causes,
+            "Causes of the frictional power at equal operating points, new wheels:": power,
+            "Bands of the draws:": sure.drop(columns="variable", errors="ignore"),
+            "Worn area over that of the scene's steel:": steels,
+        }  # fmt: skip
+        for title, frame in shown.items():
+            if len(frame):
+                print(*[f"\n{title}"] if title else [], _text(frame), sep="\n")
         for of, answer in found.items():
             print(f"\nWhat {asked[of]:.10g} km of the {of} wear:")
             for row in answer.to_dict("records"):
@@ -124,7 +110,8 @@ def _answered(row: Mapping[Any, Any], of: str, other: str) -> str:
     return f"  by {row['quantity']}: {found}; {reach}"
 
 
-def _text(rows: DataFrame, index: bool = True) -> str:
+def _text(rows: DataFrame) -> str:
+    index = bool(rows.index.names[0] is not None)  # that of factors by shift, and of causes
     text: str = rows.to_string(index=index, na_rep="undefined", float_format=lambda value: f"{value:.4g}")
     return text
 

@@ -128,7 +128,7 @@ def normal_of(
         if error.row is None or not (rough or start is not None):
             raise
         failed = np.isin(row, error.rows)
-    full = solved(row[failed], load[failed], resolution=models.resolution)
+    full = solved(row[failed], load[failed], resolution=models.resolution, start=None, rough=False)
     parts = [replace(full, reference_point=None) if rough else full]
     if not failed.all():
         rest = row[~failed]

@@ -13,8 +13,7 @@ from wearsim.campaign.directory import read_status
 from wearsim.errors import ResultError
 from wearsim.report.sections import LAYERS, Campaigns
 from wearsim.report.style import role_of, to_svg
-from wearsim.report.tables import Table, exact
-from wearsim.report.tables_quality import read_convergence
+from wearsim.report.tables import exact
 from wearsim.report.texts import environment
 from wearsim.results import load_results
 from wearsim.translation.bands import known_bands
@@ -54,7 +53,7 @@ def write_report(directory: str | Path) -> Path:
         factors = with_known_causes(translate(datasets[0], datasets[1]), directory / "translation.nc")
     hashes = {role_of(data): content_hash(data) for data in datasets}
     known = known_bands(directory, hashes)
-    text = render(datasets, read_convergence(directory), states, factors, known)
+    text = render(datasets, states, factors, known)
     path = directory / "report.html"
     write_whole(path, text, "make room, or make the directory writable")
     return path
@@ -62,7 +61,6 @@ def write_report(directory: str | Path) -> Path:
 
 def render(
     datasets: list[xr.Dataset],
-    convergence: Sequence[Table] = (),
     states: Mapping[str, Mapping[str, Any]] | None = None,
     factors: xr.Dataset | None = None,
     bands: tuple[xr.Dataset | None, pd.DataFrame] | None = None,
@@ -73,8 +71,6 @@ def render(
     ----------
     datasets : list of Dataset
         One result, or rig and field in this order.
-    convergence : sequence of Table
-        Results of `wearsim run --converge`.
     states : mapping of str to mapping, optional
         Status of the campaigns by role, as in `status.json`.
     factors : Dataset, optional
@@ -84,7 +80,7 @@ def render(
     """
     if factors is None and len(datasets) == 2:
         factors = translate(datasets[0], datasets[1])
-    campaigns = Campaigns(datasets, factors, convergence, *(bands or (None, pd.DataFrame())), states or {})
+    campaigns = Campaigns(datasets, factors, *(bands or (None, pd.DataFrame())), states or {})
     layers = {
         layer: [(key, title, list(content(campaigns))) for key, title, content in sections]
         for layer, sections in LAYERS.items()

@@ -5,7 +5,7 @@ To add a section: its figure or table in a file of its own subject, and an entry
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -31,11 +31,10 @@ class Block:
 
 @dataclass(frozen=True)
 class Campaigns:
-    """What a report is about: results, factors, convergence, bands, ranking of steels, status of each run."""
+    """What a report is about: results, factors, bands, ranking of steels, status of each run."""
 
     datasets: list[xr.Dataset]
     factors: xr.Dataset | None = None
-    convergence: Sequence[Table] = ()
     bands: xr.Dataset | None = None
     materials: pd.DataFrame = field(default_factory=pd.DataFrame)
     states: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
@@ -148,7 +147,6 @@ def _bands(c: Campaigns) -> Content:
 
 def _quality(c: Campaigns) -> Content:
     yield tables_quality.quality(c.datasets)
-    yield from c.convergence
     yield from figures(c, plates.steps)
 
 

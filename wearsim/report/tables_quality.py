@@ -1,33 +1,17 @@
-"""How far a campaign can be trusted as a computation: steps, choice of contact models, convergence."""
+"""How far a campaign can be trusted as a computation: steps, choice of contact models."""
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from wearsim.errors import ResultError
 from wearsim.profile.shape import polygon_area_between
 from wearsim.report.figures.campaign import WHEELS
-from wearsim.report.style import plain, role_title, shown
-from wearsim.report.tables import UNDEFINED, Table, span, table
+from wearsim.report.style import role_title, shown
+from wearsim.report.tables import Table, span, table
 from wearsim.results import checks
-from wearsim.results.schema import CONVERGENCE
-
-COLUMNS = {
-    "flange_thickness": ("flange thickness Sd [µm]", 1e6),
-    "flange_height": ("flange height Sh [µm]", 1e6),
-    "max_wear_depth": ("largest wear depth [µm]", 1e6),
-    "worn_area": ("worn area [mm²]", 1e6),
-    "equivalent_conicity": ("equivalent conicity [10⁻³]", 1e3),
-    "counterface_max_wear_depth": ("largest depth of the counterface [µm]", 1e6),
-    "counterface_worn_area": ("worn area of the counterface [mm²]", 1e6),
-}
-"""Title and factor of each measure of `wearsim.studies.converge`."""
-ANYWHERE = "wear depth anywhere on the profile [µm]"
 
 
 def quality(datasets: list[xr.Dataset]) -> Table:
@@ -97,51 +81,3 @@ def _correction(dataset: xr.Dataset) -> dict[str, Any]:
         solved: int(dataset["reference_solved"].values[-1]),
         estimate: 100.0 * float(error),
     }
-
-
-def read_convergence(directory: Path) -> list[Table]:
-    """Read the tables of `wearsim run --converge` in a run directory, one per campaign, if there are any."""
-    path = directory / CONVERGENCE
-    if not path.is_file():
-        return []
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-        return [_convergence(content, role) for role in content["given"]]
-    except (OSError, ValueError, LookupError, TypeError) as error:
-        raise ResultError(
-            f"{path} is no table of `wearsim run --converge` ({error}); remove it and run that again"
-        ) from error
-
-
-def _convergence(content: dict[str, Any], role: str) -> Table:
-    given = content["given"][role]
-    names = [name for name in COLUMNS if name in given["end"]]
-    moved = {name: np.array(given["moved"][name], dtype=np.float64) for name in names}
-    first = [_largest(COLUMNS[name][1] * moved[name]) for name in names]
-    rows: list[list[Any]] = [["what wear changed, as given", given["steps"], *first, ""]]
-    for row in content["rows"]:
-        if "ends" not in row:
-            rows.append([row["text"], row.get("reason") or "not run", *[""] * (len(names) + 1)])
-            continue
-        end, cells = row["ends"][role], []
-        for name in names:
-            apart = np.subtract(*(np.array(one["end"][name], dtype=np.float64) for one in (end, given)))
-            cells.append(_largest(COLUMNS[name][1] * apart, apart, moved[name]))
-        apart = np.array(end["profile_difference"])
-        anywhere = _largest(1e6 * apart, apart, np.array(given["end"]["max_wear_depth"]))
-        rows.append([row["text"], end["steps"], *cells, anywhere])
-    short = ", shortened for this comparison" if content["shortened"] else ""
-    title = f"Convergence, {role}: {given['distance'] / 1e3:.6g} km{short}"
-    heads = [*(COLUMNS[name][0] for name in names), ANYWHERE]
-    return table("convergence", rows, *heads, look="numbers", title=title, key=f"convergence-{role}")
-
-
-def _largest(values: np.ndarray, part: Any = 0.0, whole: Any = 0.0) -> str:
-    """Write the largest magnitude of values, with the largest share (`part` of a `whole` that is not 0)."""
-    known = values[np.isfinite(values)]
-    if known.size == 0:
-        return UNDEFINED
-    text = plain(known[np.argmax(np.abs(known))], 3)
-    part, whole = np.atleast_1d(part), np.atleast_1d(whole)
-    shares = [abs(a / b) for a, b in zip(part, whole, strict=True) if b and np.isfinite(a / b)]
-    return f"{text} ({checks.percent(max(shares))})" if shares else text

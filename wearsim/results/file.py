@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import errno
 import itertools
+import math
 import os
 import shutil
 import time
@@ -26,6 +27,7 @@ from wearsim.results.schema import (
     FILL_INT,
     KINDS,
     LABELS,
+    PACKED,
     REGIME_FLAGS,
     SCHEMA,
     Header,
@@ -264,6 +266,20 @@ def load_results(path: str | Path) -> xr.Dataset:
             if fault := value_fault(str(name), variable.values, dataset.sizes):
                 raise _damaged(path, fault)
     return dataset
+
+
+def load_beside(path: Path) -> xr.Dataset:
+    """Load what stands beside results, factors or bands; ValueError if it states more than its size holds."""
+    import xarray as xr
+
+    with netCDF4.Dataset(path) as file:
+        unpacked = 8 * sum(math.prod(variable.shape) for variable in file.variables.values())
+        if unpacked > PACKED * path.stat().st_size:
+            raise ValueError("it states more values than a file of its size holds")
+        if any(len(set(one.dimensions)) < len(one.dimensions) for one in file.variables.values()):
+            raise ValueError("a variable has a dimension twice")
+    with xr.open_dataset(path, engine="netcdf4") as opened:
+        return opened.load()
 
 
 def _open(path: Path) -> netCDF4.Dataset:

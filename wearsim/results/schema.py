@@ -10,12 +10,10 @@ from typing import Any
 import netCDF4
 import numpy as np
 
-from wearsim.errors import NumericalError, ResultError
+from wearsim.errors import NumericalError, ResultError, brief
 from wearsim.quantities import QUANTITIES, Quantity
 
 SCHEMA = 5
-CONVERGENCE = "convergence.json"
-"""Table of `wearsim run --converge` in a run directory."""
 PATCH_SLOTS = 8
 REGIME_FLAGS = ("wear_regime", "wear_regime_highest")
 
@@ -117,6 +115,9 @@ NUMBERS = ("stability_limit", "error_tolerance", "target_distance")
 
 def structure_fault(file: netCDF4.Dataset, size: int) -> str:
     """Say what of a file of `size` [B] with all variables is not as the table of quantities has it, or ""."""
+    for name, variable in file.variables.items():
+        if len(set(variable.dimensions)) < len(variable.dimensions):
+            return f"{name} has a dimension twice"
     unpacked = 0
     for name, quantity in layout_of(file.variables).items():
         variable = file.variables[name]
@@ -132,7 +133,7 @@ def structure_fault(file: netCDF4.Dataset, size: int) -> str:
             return f"{name} has {variable.shape} values, more than a file of {size} bytes holds"
         units = getattr(variable, "units", "")
         if not isinstance(units, str) or units != quantity.unit:
-            return f"{name} has units {units!s:.40} where {quantity.unit or 'none'} are needed"
+            return f"{name} has units {brief(str(units))} where {quantity.unit or 'none'} are needed"
         decoded = {"scale_factor", "add_offset", "missing_value", "_Unsigned", "dtype"} & {
             *variable.ncattrs()
         }
@@ -142,9 +143,9 @@ def structure_fault(file: netCDF4.Dataset, size: int) -> str:
         value, known = file.getncattr(name), QUANTITIES.get(name)
         number = name in NUMBERS or name.startswith("limit_") or (known is not None and known.unit != "")
         if np.size(value) != 1 or (number and (isinstance(value, str) or not np.isfinite(value))):
-            return f"attribute {name} = {value!s:.40} must be {'a number' if number else 'one value'}"
+            return f"attribute {name} = {brief(str(value))} must be {'a number' if number else 'one value'}"
         if name in TEXTS and not isinstance(value, str):
-            return f"attribute {name} = {value!s:.40} must be a text"
+            return f"attribute {name} = {brief(str(value))} must be a text"
     return ""
 
 

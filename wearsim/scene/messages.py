@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -142,11 +142,17 @@ def _warnings(scene: Campaign) -> _Messages:
         yield path, "smoothing_wavelength_mm = 0: wear increments are not smoothed"
 
 
+def _sum(shares: Sequence[float]) -> str:
+    """Write a sum of the first few shares."""
+    more = f" + ... ({len(shares) - 10} more)" if len(shares) > 10 else ""
+    return f"{' + '.join(f'{share:g}' for share in shares[:10])}{more}"
+
+
 def _share_faults(scene: Campaign) -> _Messages:
     shares = [run.share for run in scene.operation.runs.values() if isinstance(run, ClassSection)]
     if shares and abs(sum(shares) - 1.0) > SHARES_ROUNDED:
-        listed = " + ".join(f"{share:g}" for share in shares)
-        text = f"share: the shares of all classes, {listed}, must sum to 1 within {100 * SHARES_ROUNDED:g} %"
+        within = f"must sum to 1 within {100 * SHARES_ROUNDED:g} %"
+        text = f"share: the shares of all classes, {_sum(shares)}, {within}"
         yield ("operation", "class", 0, "share"), f"{text}, not {sum(shares):.7g}; change them"
 
 

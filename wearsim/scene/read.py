@@ -29,6 +29,7 @@ from wearsim.scene.models import AnyScene, CompareScene, FieldScene, Origin, Rig
 from wearsim.scene.overrides import Override, at_its_source, merge, overridden_text, toml_text
 from wearsim.scene.recorded import read_record
 from wearsim.scene.rig import with_programme, with_rig
+from wearsim.scene.sides import side_warnings
 from wearsim.scene.sweep import SweepScene, read_sweep
 from wearsim.scene.vehicle import Rails, rails_of, read_vehicle
 from wearsim.scene.wear_table import read_wear_table
@@ -376,12 +377,15 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
         _TEMPLATE: None if rules is None else rules.profile,
     }
     diameters: dict[str, float] = {}
+    headers: dict[str, tuple[str, Mapping[str, str]]] = {}
     shapes: dict[KeyPath, Profile] = {}
     for key, name in names.items():
         if name is None:
             continue
         try:
             shape, reading = _read_profile(scene, key, name, half_span, files, placed.get(key))
+            if key[0] == "wheelset":
+                headers[str(key[-1])] = name, {} if reading is None else reading.header
             if key not in placed or section.wear is not None:
                 shape = resample(shape, spacing)
         except ProfileError as error:
@@ -415,7 +419,7 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
     table = None
     with _gathered(faults):
         table = _wear_table(scene, files)
-    noted = [*messages.header_warnings(scene, diameters), *leaning]
+    noted = [*messages.header_warnings(scene, diameters), *side_warnings(scene, headers), *leaning]
     if diameters and "radius_mm" not in wheelset.model_fields_set:
         radius = 0.5 * sum(diameters.values()) / len(diameters)
         scene = scene.model_copy(update={"wheelset": wheelset.model_copy(update={"radius_mm": radius})})

@@ -71,4 +71,4 @@ def _cell(name: str, text: str) -> Any:
         value = decimal(text)
     except ValueError:
         return text
-    return int(value) if name == "positions" and value == int(value) else value
+    return int(value) if name == "positions" and value.is_integer() else value

@@ -22,13 +22,7 @@ from wearsim.results import load_results
 from wearsim.scene import CampaignScene, load_campaign
 from wearsim.scene.overrides import Override
 from wearsim.scene.sweep import Case
-from wearsim.scene.uncertainty import (
-    Dimension,
-    dimensions_of,
-    draws_of,
-    material_overrides,
-    overrides_of,
-)
+from wearsim.scene.uncertainty import Dimension, dimensions_of, draws_of, material_overrides, overrides_of
 from wearsim.studies.ensemble import Outcome, check_cases, outcome_in, run_cases
 from wearsim.translation import bands
 from wearsim.translation.bands import FILE, MATERIALS
@@ -128,13 +122,11 @@ def run_bands(
     plan = plan_of(Path(base), overrides)
     section = plan.scene.uncertainty
     assert section is not None
-    folder = out / FOLDER
+    folder, each = out / FOLDER, len(plan.steels)
     nominal = bands.values_of(_results(out))
-    count, done, sure = section.draws, 0, np.inf
-    draws: list[dict[str, xr.Dataset]] = []
-    steels: dict[str, list[dict[str, xr.Dataset]]] = {name: [] for name, _ in plan.steels[1:]}
-    values: list[xr.Dataset] = []
-    fast = None
+    values: dict[int, xr.Dataset] = {}
+    ends: dict[int, dict[str, xr.Dataset]] = {}
+    done, count = 0, section.draws
     while True:
         cases = plan.cases(done, count)
         if plan.fast and not done:
@@ -143,67 +135,54 @@ def run_bands(
         with readable_errors(f"{folder} cannot be made"):
             folder.mkdir(exist_ok=True)
         left = [case for case in cases if outcome_in(folder / case.name, case.number).state != "finished"]
-        each = None if report is None else partial(report, len(left))
-        outcomes = run_cases(left, folder, executor, jobs=jobs, command=command, report=each)
-        failed = [one for one in outcomes if one.state != "finished"]
-        if failed:
+        show = None if report is None else partial(report, len(left))
+        outcomes = run_cases(left, folder, executor, jobs=jobs, command=command, report=show)
+        if failed := [one for one in outcomes if one.state != "finished"]:
             text = f"{len(failed)} of {len(cases)} draws failed, first {failed[0].number}: {failed[0].fault}"
             raise ResultError(f"{folder}: {text}; narrow its distribution, and run the same command again")
-        if plan.fast and fast is None:
-            fast = bands.values_of(_results(folder / cases[0].name), nominal)
-        for case in cases[1 if plan.fast and not done else 0 :]:
+        drawn = range(1, 1 + count * each, each)  # with the scene's own steel
+        for case in cases:
             results = _results(folder / case.name)
-            kind = (case.number - 1) % len(plan.steels)
-            if kind:
-                steels[plan.steels[kind][0]].append(_ends(results))
-            else:
-                values.append(bands.values_of(results, nominal))
-                draws.append(_ends(results))
+            ends[case.number] = _ends(results)
+            if case.number in drawn or case.number == _NOMINAL:
+                values[case.number] = bands.values_of(results, nominal)
         inputs = {
             one.name: len(one.section.values) if one.section.distribution == "values" else 0
             for one in plan.dimensions
         }
-        made = bands.bands_of(nominal, values, plan.shares(count), inputs, fast)
+        of_draws = [values[number] for number in drawn]
+        made = bands.bands_of(nominal, of_draws, plan.shares(count), inputs, values.get(_NOMINAL))
         sure = bands.sure(made)
         if sure <= bands.SURE or 2 * count > (section.most_draws or section.draws):
             break
         done, count = count, 2 * count
-    drawn = [[one.drawn(float(share)) for one, share in zip(plan.dimensions, row, strict=True)]
-             for row in plan.shares(count)]  # fmt: skip
+    rows = [[str(one.drawn(float(share))) for one, share in zip(plan.dimensions, row, strict=True)]
+            for row in plan.shares(count)]  # fmt: skip
     about = {"long_name": "drawn values of the inputs, texts for choices"}
-    made["drawn"] = (("draw", "input"), np.array([[str(value) for value in row] for row in drawn]), about)
-    made = made.assign_attrs(
+    models = "those of the draws are kik_piotrowski + fastsim" if plan.fast else "those of the scene"
+    made = made.assign(drawn=(("draw", "input"), np.array(rows), about)).assign_attrs(
         Conventions="CF-1.11",
         title=utf8(f"bands of {plan.scene.scene.title or Path(base).stem}"),
         history=utf8(command or "wearsim run --bands"),
         seed=section.seed,
         largest_error_over_width=sure,
-        contact_models="those of the draws are kik_piotrowski + fastsim"
-        if plan.fast
-        else "those of the scene",
+        contact_models=models,
         input_sources="\n".join(f"{one.label}: {one.source or 'not stated'}" for one in section.input),
     )
-    ranked = bands.rank_materials(draws, steels) if steels else pd.DataFrame()
-    write(made, ranked, out)
-    return made, ranked
-
-
-def write(made: xr.Dataset, ranked: pd.DataFrame, out: Path) -> None:
-    """Write `bands.nc` and `materials.csv`, each atomically."""
+    others = {name: [ends[number + k] for number in drawn] for k, (name, _) in enumerate(plan.steels[1:], 1)}
+    ranked = bands.rank_materials([ends[number] for number in drawn], others) if others else pd.DataFrame()
     with replacing(out / FILE, "all draws are safe, make room and run it again") as part:
         encoding = {name: {"_FillValue": None} for name in made.coords}
         made.to_netcdf(part, engine="netcdf4", format="NETCDF4", encoding=encoding)
     if len(ranked):
         text = ranked.to_csv(index=False, lineterminator="\n", float_format="%.6g")
         write_atomically(out / MATERIALS, text.encode())
+    return made, ranked
 
 
 def _results(directory: Path) -> dict[str, xr.Dataset]:
-    found = {}
-    for role in ("rig", "field"):
-        if (directory / f"{role}.nc").is_file():
-            found[role] = load_results(directory / f"{role}.nc")
-    return found
+    files = {role: directory / f"{role}.nc" for role in ("rig", "field")}
+    return {role: load_results(file) for role, file in files.items() if file.is_file()}
 
 
 def _ends(results: dict[str, xr.Dataset]) -> dict[str, xr.Dataset]:

@@ -10,9 +10,11 @@ import contextlib
 import multiprocessing
 import os
 import signal
+import socket
 import threading
+import time
 import tomllib
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import (
     FIRST_COMPLETED,
@@ -26,8 +28,9 @@ from concurrent.futures import (
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
+from wearsim import __version__
 from wearsim.campaign.directory import (
     SCENE_FOLDER,
     is_claimed,
@@ -36,6 +39,7 @@ from wearsim.campaign.directory import (
     read_status,
     require_same_scene,
 )
+from wearsim.campaign.record import readable_errors
 from wearsim.campaign.run import Event, Observer, run_scene, scene_files
 from wearsim.contact.solve import available_cores
 from wearsim.errors import Fault, ResultError, SceneError, WearsimError
@@ -44,12 +48,13 @@ from wearsim.scene.initial_contact import check_contact
 from wearsim.scene.overrides import at_its_source
 from wearsim.scene.sweep import Case
 
-if TYPE_CHECKING:
-    from multiprocessing.synchronize import Event as Signal
-
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 _MOST_LOSSES = 2
 _LOST = "its process died, killed or out of memory; its finished steps are safe, run the same command again"
+_GONE = "its workers or their scheduler are gone; its finished steps are safe, run the same command again"
+_STOP = ".stop"
+"""File beside the run directories after Ctrl-C: where workers find it, they stop after a step."""
+_PATIENCE = 60.0  # of workers of other machines for the lock of a case [s]
 
 _one_per_process = threading.Lock()
 """The netCDF library crashes when two threads use it; threads of one worker wait for each other."""
@@ -88,8 +93,7 @@ def check_cases(cases: Iterable[Case], out: Path | None = None) -> tuple[Fault, 
     ResultError
         If run directories belong to other campaigns; nothing is written then.
     """
-    faults: dict[Fault, list[int]] = {}
-    warnings: dict[Fault, list[int]] = {}
+    faults, warnings = defaultdict[Fault, list[int]](list), defaultdict[Fault, list[int]](list)
     foreign = []
     for case in cases:
         try:
@@ -97,10 +101,10 @@ def check_cases(cases: Iterable[Case], out: Path | None = None) -> tuple[Fault, 
             if out is not None and is_claimed(out / case.name):
                 require_same_scene(out / case.name, read_manifest(out / case.name), scene_files(scene))
             for warning in check_contact(scene):
-                warnings.setdefault(at_its_source(warning), []).append(case.number)
+                warnings[at_its_source(warning)].append(case.number)
         except SceneError as error:
             for fault in dict.fromkeys(error.faults):
-                faults.setdefault(fault, []).append(case.number)
+                faults[fault].append(case.number)
         except ResultError as error:
             foreign.append(f"case {case.number}: {error}")
     if faults:
@@ -129,7 +133,7 @@ def run_cases(
     out : str or Path
         Existing directory; case 1 runs in `case_0001` in it.
     executor : concurrent.futures.Executor, optional
-        That of Dask (`Client.get_executor()`), of mpi4py, or any other, in place of processes of this
+        That of Dask (`studies.cluster.cluster`), of mpi4py, or any other, in place of processes of this
         machine. `out` must be the same directory for all its workers; threads of one process run one case
         at a time.
     jobs : int, optional
@@ -137,7 +141,8 @@ def run_cases(
     command : str
         Command line, for the history of the results.
     report : callable, optional
-        Called with the outcome of each case when it ends, and with state "running" when it is handed over.
+        Called with the outcome of each case when it ends, and with state "running" when a process of this
+        machine gets it.
 
     Returns
     -------
@@ -149,22 +154,32 @@ def run_cases(
     KeyboardInterrupt
         After Ctrl-C, when the running cases have written their last step.
     """
+    out = Path(out).absolute()
+    with readable_errors(f"{out} cannot be written"):
+        (out / _STOP).unlink(missing_ok=True)
+    jobs = min(jobs or available_cores(), max(len(cases), 1)) if executor is None else len(cases)
+    task = partial(
+        _run_on_worker, out=out, folder=Path.cwd(), version=__version__,
+        patience=0.0 if executor is None else _PATIENCE, command=command,
+    )  # fmt: skip
     outcomes: dict[int, Outcome] = {}
 
     def ended(outcome: Outcome) -> None:
         outcomes[outcome.number] = outcome
-        if report is not None:
+        if report is not None and (executor is None or outcome.state != "running"):
             report(outcome)
 
-    task = partial(run_case, out=Path(out).absolute(), command=command)
-    jobs = min(jobs or available_cores(), max(len(cases), 1))
-    if executor is not None:
-        for case, _ in _hand_out(cases, executor, len(cases), task, ended):
-            ended(Outcome(case.number, "failed", _LOST, 3))
-    elif jobs == 1:
-        _hand_out(cases, _InProcess(), 1, task, ended)
-    else:
-        _in_processes(cases, jobs, task, ended)
+    waiting, losses = list(cases), Counter[int]()
+    most = _MOST_LOSSES if executor is None else 1  # that of Dask tries again itself
+    while waiting:
+        own = _InProcess() if jobs == 1 else _processes(jobs)
+        with own if executor is None else contextlib.nullcontext(executor) as pool:
+            lost = _hand_out(waiting, pool, jobs, task, ended, out)
+        losses.update(case.number for case in lost)
+        waiting[:0] = [case for case in lost if losses[case.number] < most]
+        for case in lost:
+            if losses[case.number] >= most:
+                ended(Outcome(case.number, "failed", _LOST if executor is None else _GONE, 3))
     return tuple(outcomes[case.number] for case in cases)
 
 
@@ -175,23 +190,17 @@ def run_case(
 
     `out` is the directory of the run directories; further parameters are those of `run_scene`.
     """
+    settings: dict[str, Any] = {"command": command, "threads": threads, "observer": observer}
     try:
-        with _one_per_process:
-            run_scene(
-                case.base,
-                out / case.name,
-                command=command,
-                observer=observer or _obey,
-                overrides=case.overrides,
-                threads=threads,
-            )
+        run_scene(case.base, out / case.name, overrides=case.overrides, **settings)
     except WearsimError as error:
         return Outcome(case.number, "failed", " ".join(str(error).split("\n")), error.exit_code)
     except KeyboardInterrupt:
         return Outcome(case.number, "interrupted", exit_code=130)
     except Exception as error:
-        fault = f"internal error, {type(error).__name__}: {' '.join(str(error).split())}"
-        return Outcome(case.number, "failed", f"{fault}; this is a fault of wearsim", 3)
+        return Outcome(
+            case.number, "failed", f"internal error, {_text(error)}; this is a fault of wearsim", 3
+        )
     return Outcome(case.number, "finished")
 
 
@@ -221,6 +230,17 @@ def campaigns_of(directory: Path) -> tuple[str, ...]:
     return ("rig", "field") if kind == "compare" else (str(kind),)
 
 
+def running_text(out: Path) -> str:
+    """Text on how far the cases in a directory are that run, on whatever machines."""
+    running = [
+        f"{status.parent.name}, {name} {item['distance'] / item['target']:.0%}"
+        for status in sorted(out.glob("case_*/status.json"))
+        for name, item in read_status(status.parent).get("campaigns", {}).items()
+        if item["state"] == "running"
+    ]
+    return f"{len(running)} running: {'; '.join(running)}" if running else ""
+
+
 def _of_cases(fault: Fault, numbers: list[int]) -> Fault:
     """Fault with the numbers of its cases, runs of them as 3-7."""
     runs: list[list[int]] = []
@@ -232,6 +252,10 @@ def _of_cases(fault: Fault, numbers: list[int]) -> Fault:
     return replace(fault, message=f"{'case' if len(numbers) == 1 else 'cases'} {listed}: {fault.message}")
 
 
+def _text(error: Exception) -> str:
+    return f"{type(error).__name__}: {' '.join(str(error).split())}"
+
+
 class _InProcess(Executor):
     """Runs at once what is handed to it."""
 
@@ -241,57 +265,35 @@ class _InProcess(Executor):
         return done
 
 
-def _in_processes(cases: Sequence[Case], jobs: int, task: Task, ended: Report) -> None:
-    """Run cases in processes of this machine; those whose process dies are tried once more."""
-    losses: Counter[int] = Counter()
-    while cases:
-        with _processes(jobs) as (executor, stop):
-            left = _hand_out(cases, executor, jobs, partial(_in_child, task), ended, stop)
-        losses.update(case.number for case, died in left if died)
-        for case, died in left:
-            if died and losses[case.number] >= _MOST_LOSSES:
-                ended(Outcome(case.number, "failed", _LOST, 3))
-        cases = [case for case, _ in left if losses[case.number] < _MOST_LOSSES]
-
-
 def _hand_out(
-    cases: Iterable[Case],
-    executor: Executor,
-    at_a_time: int,
-    task: Task,
-    ended: Report,
-    stop: Signal | None = None,
-) -> list[tuple[Case, bool]]:
-    """Let an executor run cases, no more than `at_a_time` waiting in it.
+    waiting: list[Case], executor: Executor, at_a_time: int, task: Task, ended: Report, out: Path
+) -> list[Case]:
+    """Let an executor run the first of the waiting cases, no more than `at_a_time` of them in it.
 
-    Returns the cases without outcome, and whether they were running, where the executor broke down. After
-    Ctrl-C the running cases are stopped and waited for; then KeyboardInterrupt is raised.
+    Returns the cases that it lost when it broke down; no further ones leave `waiting` then. After Ctrl-C the
+    running cases are stopped and waited for; then KeyboardInterrupt is raised.
     """
-    waiting = list(cases)[::-1]
     running: dict[Future[Outcome], Case] = {}
-    left: list[tuple[Case, bool]] = []
+    lost: list[Case] = []
     interrupted = False
-    while running or (waiting and not interrupted):
+    while running or (waiting and not (lost or interrupted)):
         try:
-            while waiting and len(running) < at_a_time and not interrupted:
-                ended(Outcome(waiting[-1].number, "running"))
+            while waiting and len(running) < at_a_time and not (lost or interrupted):
+                ended(Outcome(waiting[0].number, "running"))
                 try:
-                    running[executor.submit(task, waiting[-1])] = waiting[-1]
+                    running[executor.submit(task, waiting[0])] = waiting[0]
                 except BrokenExecutor:
-                    break
-                waiting.pop()
+                    lost.append(waiting[0])
+                waiting.pop(0)
             for future in wait(running, return_when=FIRST_COMPLETED).done:
                 case = running.pop(future)
                 try:
                     outcome = future.result()
-                except BrokenExecutor:
-                    left.append((case, True))
-                    continue
-                except CancelledError:
+                except (BrokenExecutor, CancelledError):
+                    lost.append(case)
                     continue
                 except Exception as error:  # of the executor: what the case itself raises is in its outcome
-                    message = f"{type(error).__name__}: {' '.join(str(error).split())}"
-                    outcome = Outcome(case.number, "failed", message, 3)
+                    outcome = Outcome(case.number, "failed", _text(error), 3)
                 interrupted = interrupted or outcome.state == "interrupted"
                 ended(outcome)
         except KeyboardInterrupt:
@@ -299,30 +301,24 @@ def _hand_out(
                 raise
             interrupted = True
         if interrupted:
-            if stop is not None:
-                stop.set()
-            for future in running:
-                future.cancel()
-        if left and not running:
-            break
+            (out / _STOP).touch()
+            for future, case in running.items():
+                if not is_locked(out / case.name):
+                    future.cancel()
     if interrupted:
         raise KeyboardInterrupt
-    return left + [(case, False) for case in reversed(waiting)]
-
-
-_stop: Signal | None = None
+    return lost
 
 
 @contextlib.contextmanager
-def _processes(jobs: int) -> Iterator[tuple[Executor, Signal]]:
-    """Pool of processes with one thread each, and the signal at which their cases stop after a step."""
-    context = multiprocessing.get_context("spawn")
-    stop = context.Event()
+def _processes(jobs: int) -> Iterator[Executor]:
+    """Pool of processes with one thread each."""
     kept = {name: os.environ.get(name) for name in _THREADS}
     os.environ.update(dict.fromkeys(_THREADS, "1"))  # read once, when a worker starts
     try:
-        with ProcessPoolExecutor(jobs, mp_context=context, initializer=_begin, initargs=(stop,)) as executor:
-            yield executor, stop
+        context = multiprocessing.get_context("spawn")
+        with ProcessPoolExecutor(jobs, mp_context=context, initializer=_begin) as executor:
+            yield executor
     finally:
         for name, value in kept.items():
             os.environ.pop(name)
@@ -330,10 +326,8 @@ def _processes(jobs: int) -> Iterator[tuple[Executor, Signal]]:
                 os.environ[name] = value
 
 
-def _begin(stop: Signal) -> None:
-    """Start a worker: Ctrl-C reaches it while a case runs only, and it ends with its parent."""
-    global _stop
-    _stop = stop
+def _begin() -> None:
+    """Start a worker of this machine: Ctrl-C is for its parent, with which it ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = multiprocessing.parent_process()
     if parent is not None:
@@ -345,18 +339,31 @@ def _begin(stop: Signal) -> None:
         threading.Thread(target=end_with_parent, daemon=True).start()
 
 
-def _in_child(task: Task, case: Case) -> Outcome:
-    """Run a case in a worker process."""
-    try:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-        return task(case)
-    except KeyboardInterrupt:
-        return Outcome(case.number, "interrupted", exit_code=130)
-    finally:
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
+def _run_on_worker(
+    case: Case, out: Path, folder: Path, version: str, patience: float, command: str
+) -> Outcome:
+    """Run a case where an executor has put it, as if in the current folder of the process that handed it out.
+
+    A lock that is held there is waited for: file servers give back that of a machine that died with delay.
+    """
+    host, fault = socket.gethostname(), ""
+    if version != __version__:
+        fault = f"its worker on {host} has wearsim {__version__}, not {version}; install the same one"
+    for place in (out, folder):
+        if not place.is_dir():
+            fault = f"its worker on {host} has no folder {place}; take one that all machines share"
+    if fault:
+        return Outcome(case.number, "failed", fault, 2)
+    with _one_per_process, contextlib.chdir(folder):
+        until = time.monotonic() + patience
+        while is_locked(out / case.name) and time.monotonic() < until:
+            time.sleep(1.0)
+        if (out / _STOP).exists():
+            return Outcome(case.number, "interrupted", exit_code=130)
+        return run_case(case, out, command=command, observer=partial(_obey, out / _STOP))
 
 
-def _obey(event: Event) -> None:
-    """Stop a case of a worker process after a step when the others were interrupted."""
-    if event.kind == "step" and _stop is not None and _stop.is_set():
+def _obey(stop: Path, event: Event) -> None:
+    """Stop a case after a step when the others were interrupted."""
+    if event.kind == "step" and stop.exists():
         raise KeyboardInterrupt

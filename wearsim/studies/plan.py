@@ -78,15 +78,14 @@ def _fatigue(settings: FatigueSettings) -> dict[str, Any]:
 
 def _foreseen(setup: CampaignSetup, threads: int) -> dict[str, Any]:
     """Estimated steps and time."""
-    keys = ("steps", "seconds", "slowest", "end", "limit", "bytes_per_step")
     try:
         state, _ = WheelsetEvolution(setup, threads=threads).start()
-        one = estimate(setup, state, threads)
+        one = estimate(setup, state, threads)._asdict()
     except WearsimError as error:
+        keys = ("steps", "seconds", "slowest", "end", "limit", "bytes_per_step")
         return {**dict.fromkeys(keys), "trial_fault": str(error)}
-    slowest = {"name": one.slowest, "share": one.share, "held_by": one.held_by}
-    values = (one.steps, one.seconds, slowest, one.end, one.limit, one.bytes_per_step)
-    return {**dict(zip(keys, values, strict=True)), "threads": threads}
+    slowest = {"name": one["slowest"], "share": one.pop("share"), "held_by": one.pop("held_by")}
+    return one | {"slowest": slowest, "threads": threads}
 
 
 def plan_text(item: dict[str, Any]) -> str:
@@ -102,7 +101,11 @@ def _rows(item: dict[str, Any]) -> _Rows:
     named = [entry["name"].split(" ", 1) for entry in item["inputs"][1:]]
     shapes = [name for role, name in named if ".profile" in role and "campaign" not in role]
     yield "wheel, counterface", ", ".join(shapes)
-    yield from _as_read(item["settings"])
+    bodies = (("wheels", item["settings"]["wheelset"]), ("counterface", item["settings"]["counterface"]))
+    waves = [f"{name} below {one['smooth_mm']:g} mm" for name, one in bodies if one["smooth_mm"] is not None]
+    if waves:
+        yield "smoothed", f"waves on {', on '.join(waves)}"
+    yield "wheel radius", f"{item['settings']['wheelset']['radius_mm']:g} mm"
     yield "operating points", f"{item['points']}, of which {item['monitoring_points']} only monitor"
     if (record := item["recorded"]) is not None:
         stand = f"stand for {record['samples']} samples, binning error {percent(record['binning_error'])}"
@@ -119,11 +122,9 @@ def _rows(item: dict[str, Any]) -> _Rows:
         yield "end", f"about {about:.12g} km: limit of {QUANTITIES[met].meaning} met"
     if (limits := campaign["limits"]) is not None:
         given = [f"{key} = {value:g}" for key, value in limits.items() if key != "end" and value is not None]
-        ends, reported = (
-            "the first that is met ends the campaign",
-            "the distance at which each is met is reported",
-        )
-        yield "limits", f"{', '.join(given)}; {ends if limits['end'] else reported}"
+        effect = "the first that is met ends the campaign"
+        effect = effect if limits["end"] else "the distance at which each is met is reported"
+        yield "limits", f"{', '.join(given)}; {effect}"
     if (rules := campaign["reprofiling"]) is not None:
         when = list(rules["at_limits"])
         when += [f"at {', '.join(f'{at:g}' for at in rules['at_km'])} km"] if rules["at_km"] else []
@@ -148,27 +149,15 @@ def steps_text(item: dict[str, Any]) -> str:
     return f"about {steps:.0f}, {duration(seconds)} on {threads} thread{'s' if threads > 1 else ''}"
 
 
-def _as_read(settings: dict[str, Any]) -> _Rows:
-    """Lines on what is not as the files of the profiles are."""
-    bodies = (("wheels", settings["wheelset"]), ("counterface", settings["counterface"]))
-    waves = [f"{name} below {one['smooth_mm']:g} mm" for name, one in bodies if one["smooth_mm"] is not None]
-    if waves:
-        yield "smoothed", f"waves on {', on '.join(waves)}"
-    yield "wheel radius", f"{settings['wheelset']['radius_mm']:g} mm"
-
-
 def _models(item: dict[str, Any]) -> _Rows:
     """Lines on the contact models."""
     tolerance, contact = item["tolerance"], item["settings"]["contact"]
     names = f"{contact['normal']}, {contact['tangential']}"
     if contact["model"] is not None:
         fast, *_, reference = (" + ".join(one) for one in 2 * CHAINS[contact["model"]])
-        aim = "" if tolerance is None else f", corrected by {reference} to {percent(tolerance)}"
-        names = fast + aim
-    yield (
-        "contact models",
-        f"{names}; rotation {contact['rotation']}, roll {'free' if item['free_roll'] else 'given'}",
-    )
+        names = fast if tolerance is None else f"{fast}, corrected by {reference} to {percent(tolerance)}"
+    roll = "free" if item["free_roll"] else "given"
+    yield "contact models", f"{names}; rotation {contact['rotation']}, roll {roll}"
     grid = f"{contact['strips']} strips x {contact['cells']} cells per patch, more if they would be larger"
     yield "cells", f"{grid} than {contact['cell_mm']:g} mm, {contact['most_cells']} at most"
 

@@ -20,6 +20,8 @@ _HELD = 0.25
 """Longitudinal force of a wheel over its load, against that of the other one, from which the pair is marked:
 a free axle would steer it away, and suspensions that hold more are rare."""
 
+_SIDES = ("right", "left")
+
 _COLUMNS = (
     ("shift", "shift [mm]", 1e3, ".2f"),
     ("yaw", "yaw [mrad]", 1e3, ".2f"),
@@ -55,28 +57,23 @@ def states(setup: CampaignSetup) -> list[dict[str, Any]]:
         k = int(own[np.argmax(wear[own])])
         if wear[k] < 0.0:
             continue
-        load, angle, quotient = forces.vertical[k], forces.angle[k], forces.derailment_quotient[k]
-        held = 0.5 * float(np.ptp(forces.longitudinal[k])) / float(load.mean())
-        marks = [
-            f"{side} flange" for side, one in zip(("right", "left"), angle, strict=True) if one > TREAD_ANGLE
-        ]
-        marks += [
-            f"{side} wheel unloaded"
-            for side, one in zip(("right", "left"), load, strict=True)
-            if one < _UNLOADED * load.mean()
-        ]
-        if held > _HELD and not on_bogie:
-            force = 0.5e-3 * float(np.ptp(forces.longitudinal[k]))
-            marks.append(f"held against +-{force:.0f} kN along the track, which no free axle would have")
+        load, angle = forces.vertical[k], forces.angle[k]
+        marks = [f"{side} flange" for side, one in zip(_SIDES, angle, strict=True) if one > TREAD_ANGLE]
+        few = zip(_SIDES, load < _UNLOADED * load.mean(), strict=True)
+        marks += [f"{side} wheel unloaded" for side, unloaded in few if unloaded]
+        force = 0.5 * float(np.ptp(forces.longitudinal[k]))
+        if force > _HELD * load.mean() and not on_bogie:
+            text = f"held against +-{1e-3 * force:.0f} kN along the track, which no free axle would have"
+            marks.append(text)
+        of_wheels = {"load": load, "angle": angle, "quotient": forces.derailment_quotient[k]}
         found.append({
             "name": points.label[k],
             "points": int(own.size),
             "shift": float(conditions.shift[k]),
             "yaw": float(conditions.yaw[k]),
             "lateral_force": float(-forces.force[k]),
-            **{f"load_{side}": float(one) for side, one in zip(("right", "left"), load, strict=True)},
-            **{f"angle_{side}": float(one) for side, one in zip(("right", "left"), angle, strict=True)},
-            **{f"quotient_{side}": float(one) for side, one in zip(("right", "left"), quotient, strict=True)},
+            **{f"{name}_{side}": float(one) for name, both in of_wheels.items()
+               for side, one in zip(_SIDES, both, strict=True)},
             "steering_moment": float(forces.moment[k]),
             "wear_number": float(wear[k]),
             "marks": marks,
@@ -86,22 +83,13 @@ def states(setup: CampaignSetup) -> list[dict[str, Any]]:
 
 def states_text(rows: Sequence[dict[str, Any]]) -> list[str]:
     """Lines of a table of what `states` returns."""
-    if not rows:
-        return []
     table = [["state", *(title for _, title, _, _ in _COLUMNS), ""]]
     for row in rows:
         cells = [format(row[key] * factor + 0.0, style) for key, _, factor, style in _COLUMNS]
         name = row["name"] if row["points"] == 1 else f"{row['name']} of {row['points']}"
         table.append([name, *cells, "; ".join(row["marks"])])
-    width = [max(len(line[j]) for line in table) for j in range(len(table[0]))]
-    lines = [
-        "  ".join(
-            [
-                line[0].ljust(width[0]),
-                *(c.rjust(w) for c, w in zip(line[1:-1], width[1:-1], strict=True)),
-                line[-1],
-            ]
-        )
-        for line in table
-    ]
-    return [f"  {line.rstrip()}" for line in lines]
+    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+    style = "  ".join(["  {:{}}", *("{:>{}}" for _ in _COLUMNS), "{:{}}"])
+    lines = [style.format(*(each for pair in zip(line, widths, strict=True) for each in pair)).rstrip()
+             for line in table]  # fmt: skip
+    return lines if rows else []

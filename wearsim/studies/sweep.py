@@ -18,15 +18,15 @@ from wearsim.campaign.directory import acquired, is_claimed
 from wearsim.campaign.record import readable_errors, write_atomically
 from wearsim.campaign.run import Observer
 from wearsim.contact.solve import available_cores
-from wearsim.errors import Fault, ResultError, SceneError, WearsimError
+from wearsim.errors import Fault, ResultError, SceneError, WearsimError, printable
 from wearsim.quantities import QUANTITIES
-from wearsim.results import GROUPS, LAYOUT, open_results
+from wearsim.results import LAYOUT, open_results
 from wearsim.results.checks import last_worn_row
 from wearsim.scene import load_campaign
 from wearsim.scene.sweep import Case, Sweep, SweepScene
 from wearsim.studies.ensemble import Outcome, campaigns_of, check_cases, outcome_in, run_case, run_cases
 from wearsim.studies.plan import plan, steps_text
-from wearsim.whole_files import replacing, utf8
+from wearsim.whole_files import read_json, replacing, utf8
 
 SWEEP_FILE = "sweep.json"
 _LOCK = ".sweep.lock"
@@ -54,7 +54,7 @@ def run_sweep(
     *,
     jobs: int | None = None,
     command: str = "",
-    report: Callable[[Outcome], None] | None = None,
+    report: Callable[[int, Outcome], None] | None = None,
 ) -> tuple[Outcome, ...]:
     """Run all cases of a sweep, or continue them, each in its run directory, and write their table.
 
@@ -64,8 +64,10 @@ def run_sweep(
         The cases; from `read_sweep` or `sweep_of_flags`, checked by `check_cases`.
     out : str or Path
         Directory; case 1 runs in `case_0001` in it, `sweep.csv` and `sweep.nc` have a row for each.
-    executor, jobs, command, report
+    executor, jobs, command
         As for `run_cases`, as is what is returned.
+    report : callable, optional
+        Called with the number of cases, and the outcome of each as by `run_cases`.
 
     Raises
     ------
@@ -82,7 +84,7 @@ def run_sweep(
             failed[str(outcome.number)] = asdict(outcome)
             _write_plan(sweep, out, failed)
         if report is not None:
-            report(outcome)
+            report(len(sweep.cases), outcome)
 
     with _locked(out, 0.0):
         _write_plan(sweep, out, failed)
@@ -118,21 +120,17 @@ def chosen(sweep: Sweep, number: int) -> Case:
 def plan_of(sweep: Sweep) -> dict[str, Any]:
     """Title and cases of a sweep as JSON values: what its directory says about them."""
     cases = [
-        {
-            "case": case.number,
-            "directory": case.name,
-            "scene": case.base.name,
-            "values": {override.key: override.value for override in case.overrides},
-        }
+        {"case": case.number, "directory": case.name, "scene": case.base.name,
+         "values": {override.key: override.value for override in case.overrides}}
         for case in sweep.cases
-    ]
+    ]  # fmt: skip
     return {"title": sweep.title, "cases": cases}
 
 
 def read_plan(out: Path) -> dict[str, Any]:
     """Read `sweep.json` of the directory of a sweep; empty where there is none."""
     try:
-        content = json.loads((out / SWEEP_FILE).read_text(encoding="utf-8"))
+        content = read_json(out / SWEEP_FILE)
     except FileNotFoundError:
         return {}
     except (OSError, ValueError) as error:
@@ -148,14 +146,10 @@ def read_plan(out: Path) -> dict[str, Any]:
 def outcomes_of(out: Path) -> tuple[Outcome, ...]:
     """How the cases of a sweep stand, in their order, from what their run directories say."""
     plan = read_plan(out)
-    outcomes = []
-    for entry in plan.get("cases", ()):
-        outcome = outcome_in(out / str(entry["directory"]), int(entry["case"]))
-        fault = plan.get("faults", {}).get(str(entry["case"]))
-        if fault is not None and outcome.state in ("not started", "stopped"):
-            outcome = Outcome(**fault)
-        outcomes.append(outcome)
-    return tuple(outcomes)
+    faults = {int(number): Outcome(**fault) for number, fault in plan.get("faults", {}).items()}
+    outcomes = [outcome_in(out / entry["directory"], int(entry["case"])) for entry in plan.get("cases", ())]
+    unknown = ("not started", "stopped")  # of which the run directory need not know why
+    return tuple(faults.get(one.number, one) if one.state in unknown else one for one in outcomes)
 
 
 @contextmanager
@@ -189,18 +183,16 @@ def sweep_dataset(out: str | Path) -> xr.Dataset:
         wheels where a campaign ends with a reprofiling; others are NaN.
     """
     out = Path(out)
-    plan = read_plan(out)
+    plan, outcomes = read_plan(out), outcomes_of(out)
     entries = plan.get("cases", [])
     if not entries:
         raise ResultError(f"{out} is not the directory of a sweep; start one with `wearsim sweep`")
-    outcomes = outcomes_of(out)
-    ends: dict[tuple[int, str], dict[str, np.ndarray]] = {}
-    for row, (entry, outcome) in enumerate(zip(entries, outcomes, strict=True)):
-        if outcome.state == "finished":
-            directory = out / entry["directory"]
-            for name in campaigns_of(directory):
-                ends[row, name] = _end(directory / f"{name}.nc")
-    campaigns = [name for name in ("rig", "field") if any(key[1] == name for key in ends)]
+    ends = {
+        (row, name): _end(out / entry["directory"] / f"{name}.nc")
+        for row, (entry, outcome) in enumerate(zip(entries, outcomes, strict=True))
+        if outcome.state == "finished"
+        for name in campaigns_of(out / entry["directory"])
+    }
     variables: dict[str, Any] = {}
     for key in dict.fromkeys(key for entry in entries for key in entry["values"]):
         variables[key.replace(".", "_")] = _varied(key, [entry["values"].get(key) for entry in entries])
@@ -210,15 +202,15 @@ def sweep_dataset(out: str | Path) -> xr.Dataset:
     variables["fault"] = _texts("case", [outcome.fault for outcome in outcomes], "why the case failed")
     numbers = np.array([entry["case"] for entry in entries])
     coordinates: dict[str, Any] = {"case": ("case", numbers, {"long_name": "number of the case"})}
-    if campaigns:
-        layout = {**LAYOUT, **GROUPS["counterface"]}
-        worn = [name for name in COUNTERFACE_MEASURES if any(name in end for end in ends.values())]
-        for name in (*MEASURES, *worn):
-            wheels = ("wheel",) if "wheel" in layout[name].dimensions else ()
-            values = np.full((len(entries), len(campaigns), *(2 for _ in wheels)), np.nan)
+    if ends:
+        campaigns = [name for name in ("rig", "field") if any(key[1] == name for key in ends)]
+        for name in dict.fromkeys(name for end in ends.values() for name in end):
+            wheels = next(end[name].shape for end in ends.values() if name in end)
+            values = np.full((len(entries), len(campaigns), *wheels), np.nan)
             for (row, campaign), end in ends.items():
                 values[row, campaigns.index(campaign)] = end.get(name, np.nan)
-            variables[name] = (("case", "campaign", *wheels), values, QUANTITIES[name].attributes)
+            dimensions = ("case", "campaign", *["wheel" for _ in wheels])
+            variables[name] = (dimensions, values, QUANTITIES[name].attributes)
         # as in result files: a text variable per dimension, since coordinates of CF are numbers
         coordinates["campaign_name"] = _texts("campaign", campaigns, "campaign")
         coordinates["wheel_name"] = _texts("wheel", list(WHEELS), "wheel")
@@ -236,16 +228,16 @@ def sweep_rows(dataset: xr.Dataset) -> list[dict[str, Any]]:
         Values by column; None where there is none.
     """
     campaigns = dataset["campaign_name"].values.tolist() if "campaign" in dataset.dims else []
-    measures = {name: dataset[name].values for name in (*MEASURES, *COUNTERFACE_MEASURES) if name in dataset}
+    measures = {str(name): one.values for name, one in dataset.data_vars.items() if "campaign" in one.dims}
     varied = {
         str(variable.attrs.get("key", name)): variable.values
         for name, variable in dataset.data_vars.items()
-        if variable.dims == ("case",) and name not in ("state", "fault")
+        if variable.dims == ("case",)
     }
+    state = {name: varied.pop(name) for name in ("state", "fault")}  # behind what is varied
     rows = []
     for at, number in enumerate(dataset["case"].values):
-        cells = {"case": int(number)} | {key: _plain(values[at]) for key, values in varied.items()}
-        cells |= {name: str(dataset[name].values[at]) for name in ("state", "fault")}
+        cells = {"case": int(number)} | {key: _plain(values[at]) for key, values in (varied | state).items()}
         ended = [k for k in range(len(campaigns)) if np.isfinite(measures["distance"][at, k])]
         for k in ended or [0]:
             row = cells | {"campaign": campaigns[k] if ended else ""}
@@ -331,7 +323,7 @@ def checked_plan_text(item: dict[str, Any]) -> str:
 def case_line(case: dict[str, Any]) -> str:
     """Line on a case of a plan and what it varies."""
     values = [f"{key} = {'removed' if value is None else value}" for key, value in case["values"].items()]
-    return ", ".join([f"  case {case['case']}: {case['scene']}", *values])
+    return printable(", ".join([f"  case {case['case']}: {case['scene']}", *values]))
 
 
 def listed_cases(sweep: Sweep, out: Path) -> list[dict[str, Any]]:

@@ -1,144 +1,21 @@
-"""Damaged and hostile files: one clear line per fault, bounded time and memory, never another error."""
+"""Damaged and hostile files: one clear line per fault, bounded time and memory.
+
+Generated ones: `tests/siege/siege_profiles.py`.
+"""
 
 import os
 import time
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
-from hypothesis import strategies as st
+from siege_profiles import wheel_and_rail
 
 from wearsim.errors import ProfileError
-from wearsim.profile.checks import points_faults
-from wearsim.profile.files import FORMATS, read_profile, write_profile
-from wearsim.profile.standard import rail, wheel
+from wearsim.profile.files import read_profile, write_profile
+from wearsim.profile.standard import wheel
 
 TWO = "must be two: y and z, apart by blanks, semicolons, or commas with decimal points"
-WHEEL = wheel("S1002", spacing=1e-3)
-RAIL = rail("60E1", 1 / 40, 1.435, 0.750, spacing=1e-3)
-NAMES = [
-    f"f{suffix}" for suffix in sorted({s for each in FORMATS.values() for s in each.suffixes} | {".csv"})
-]
-
-
-def attempt(path, kind, **statements):
-    """Read a file; a profile that comes out is a valid one, an error is a list of plain lines."""
-    try:
-        reading = read_profile(path, kind, **statements)
-    except ProfileError as error:
-        for line in str(error).splitlines():
-            assert line.startswith(str(path))
-            assert len(line) < 1000
-            assert line.isprintable()
-        return None
-    profile = reading.profile
-    assert np.all(np.isfinite(profile.y))
-    assert np.all(np.isfinite(profile.z))
-    assert points_faults(kind, profile.y, profile.z) == []
-    return profile
-
-
-def valid_files(folder):
-    files = []
-    for profile, suffixes in ((WHEEL, ("csv", "whl", "prw")), (RAIL, ("csv", "ban", "prr"))):
-        for name, suffix in zip(("two-column", "miniprof", "simpack"), suffixes, strict=True):
-            path = folder / f"{profile.kind}.{suffix}"
-            write_profile(profile, path, name)
-            files.append((path.name, profile.kind, path.read_bytes()))
-    return files
-
-
-@pytest.fixture(scope="module")
-def valid(tmp_path_factory):
-    return valid_files(tmp_path_factory.mktemp("valid"))
-
-
-@given(
-    data=st.one_of(
-        st.binary(max_size=400),
-        st.text(max_size=400).map(lambda text: text.encode("utf-8", "surrogatepass")),
-        st.lists(
-            st.sampled_from(
-                [
-                    "1 2",
-                    "-70,9.5",
-                    "nan 1",
-                    "x=1",
-                    "ColumnDef=A",
-                    "",
-                    "[Info]",
-                    "point.begin",
-                    '"',
-                    "spline.begin",
-                    "spline.end",
-                    "'a'",
-                    "0 1",
-                    "1e999 2",
-                    "(Sd/Sh/qR)",
-                    "XYPoints=9",
-                    "[",
-                    "=",
-                ]
-            ),
-            max_size=60,
-        ).map(lambda lines: "\n".join(lines).encode()),
-    ),
-    name=st.sampled_from(NAMES),
-    kind=st.sampled_from(["wheel", "rail"]),
-)
-@settings(max_examples=120)
-@example(b"\xff\xfe\x00", "f.csv", "wheel")
-@example(b"\xff\xfe\x00\xd8\x00", "f.csv", "wheel")
-@example(b"\x00", "f.whl", "wheel")
-def test_garbage(tmp_path_factory, data, name, kind):
-    path = tmp_path_factory.mktemp("garbage") / name
-    path.write_bytes(data)
-    assert attempt(path, kind) is None
-
-
-@given(data=st.data())
-@settings(max_examples=120)
-def test_mutations_of_valid_files(tmp_path_factory, valid, data):
-    """Cut, overwritten, doubled and shuffled; a profile that is read has finite points in good order."""
-    name, kind, content = data.draw(st.sampled_from(valid))
-    folder = tmp_path_factory.mktemp("mutated")
-    for _ in range(data.draw(st.integers(1, 3))):
-        at = data.draw(st.integers(0, len(content)))
-        end = min(len(content), at + data.draw(st.integers(0, 200)))
-        how = data.draw(st.sampled_from(["cut", "tail", "put", "double", "swap"]))
-        if how == "cut":
-            content = content[:at] + content[end:]
-        elif how == "tail":
-            content = content[:at]
-        elif how == "put":
-            put = data.draw(
-                st.sampled_from([b"\n", b"-", b".", b"9", b"e5", b"nan", b'"', b",", b"\xe4", b"\t", b"="])
-            )
-            content = content[:at] + put + content[end:]
-        elif how == "double":
-            content = content[:end] + content[at:]
-        else:
-            lines = content.split(b"\n")
-            k = data.draw(st.integers(0, len(lines) - 1))
-            lines[k], lines[-1 - k] = lines[-1 - k], lines[k]
-            content = b"\n".join(lines)
-    path = folder / name
-    path.write_bytes(content)
-    attempt(path, kind)
-
-
-@given(part=st.floats(0.0, 1.0, exclude_max=True))
-@settings(max_examples=40)
-def test_cut_off_files_of_formats_that_can_tell_are_refused(tmp_path_factory, valid, part):
-    folder = tmp_path_factory.mktemp("cut")
-    for name, kind, content in valid:
-        if name.endswith(("whl", "ban", "prw", "prr")):
-            path = folder / name
-            keep = int(part * len(content.rstrip()))
-            # a cut within the digits of the last point only cannot be seen in MiniProf
-            last_line = content.rstrip().rfind(b"\n")
-            path.write_bytes(content[: min(keep, last_line)])
-            assert attempt(path, kind) is None
+WHEEL, RAIL = wheel_and_rail()
 
 
 def test_file_of_100_mb_is_refused_without_reading_it(tmp_path):
