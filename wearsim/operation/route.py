@@ -209,13 +209,14 @@ def route(
     """
     total = sum(one.share for one in track)
     runs: list[dict[str, Any]] = []
-    bogies = _bogies(vehicle, shares)
+    leading: list[tuple[int, float, float]] = []  # run, acceleration, whether its bogie is in front
     for rail, motion in enumerate(motions):
         states = [(k, one, *each) for k, one in enumerate(track) for each in one.on(rail)]
         for k, one, part, words, changes in states:
             common = {
                 "name": one.name, "speed": one.speed, "friction": one.friction, **changes,
                 "environment": one.environment, "share": part * one.share / total, "of_track": k,
+                "axle_load": vehicle.axle_load,
             }  # fmt: skip
             if isinstance(one, Tangent):
                 runs += [
@@ -225,31 +226,26 @@ def route(
                 continue
             assert isinstance(one, Curve)
             for turned, of_turned in ((1.0, 1.0 - shares.turned), (-1.0, shares.turned)):
-                for front, of_axles in bogies if of_turned > 0.0 else ():
+                acceleration = turned * one.acceleration
+                for front, of_axles in _bogies(vehicle, shares) if of_turned > 0.0 else ():
+                    leading.append((len(runs), acceleration, front))
                     for axle, own in zip(("leading", "trailing"), of_axles, strict=True):
                         runs.append({
                             **common, "label": f"{one.name}{words}{'' if turned > 0.0 else ' turned'} {axle}",
-                            "name": f"{one.name} {axle}", "part": of_turned * own, "in_front": front,
+                            "name": f"{one.name} {axle}", "part": of_turned * own,
                             "track_curvature": turned * one.curvature,
-                            "acceleration": turned * one.acceleration, "axle": axle,
+                            "box_moment": float(vehicle.box_moment(np.array(acceleration), wheelset.radius)),
                         })  # fmt: skip
     weight = np.array([run["share"] * run["part"] for run in runs], dtype=float)
-    acceleration, in_front = (  # of all runs
-        np.array([run.get(name, 0.0) for run in runs], dtype=float) for name in ("acceleration", "in_front")
-    )
-    moments = vehicle.box_moment(acceleration, wheelset.radius)
-    loaded = [
-        {**run, "axle_load": vehicle.axle_load, "box_moment": float(moment)}
-        for run, moment in zip(runs, moments, strict=True)
-    ]
     label, names = (tuple(str(run[key]) for run in runs) for key in ("label", "name"))
-    points = points_of(loaded, {"rotation": rotation, "free_roll": True}, weight / weight.sum(), label, names)
+    points = points_of(runs, {"rotation": rotation, "free_roll": True}, weight / weight.sum(), label, names)
     points = replace(points, of_track=tuple(run["of_track"] for run in runs))
-    first = np.flatnonzero([run.get("axle") == "leading" for run in runs])
-    if not first.size:
+    if not leading:
         return points
     assert isinstance(points.controlled, Controlled)
-    pairs = Bogies(vehicle, first, first + 1, acceleration[first], in_front[first])
+    number, of_bogie, in_front = np.array(leading).T
+    first = number.astype(np.int64)
+    pairs = Bogies(vehicle, first, first + 1, of_bogie, in_front)
     return replace(points, controlled=replace(points.controlled, bogies=pairs))
 
 

@@ -43,6 +43,11 @@ def entries(meaning: str, most: int, default: Any = (), **more: Any) -> Any:
     return Field(default, description=meaning, max_length=most, strict=False, **more)
 
 
+def axle_torque(meaning: str, default: Any = ...) -> Any:
+    """Field of a torque on an axle."""
+    return Field(default, description=meaning, ge=-50.0, le=50.0, json_schema_extra={"unit": "kN m"})
+
+
 def words(meaning: str, default: Any = ...) -> Any:
     """Field of a text of at most 200 characters."""
     return Field(default, description=meaning, min_length=1, max_length=200)
@@ -105,12 +110,8 @@ class SetPoints(Section):
     friction_flange: float | None = number(
         "friction_flange", "the coefficient of friction on the flange, by default that of the tread", None
     )
-    axle_torque_kN_m: float | None = Field(
-        None,
-        description="the torque on the axle, driving forward, by default that of [contact]",
-        ge=-50.0,
-        le=50.0,
-        json_schema_extra={"unit": "kN m"},
+    axle_torque_kN_m: float | None = axle_torque(
+        "the torque on the axle, driving forward, by default that of [contact]", None
     )
     environment: float = number(
         "environment", "the factor on the wear depth, 1 for dry laboratory coefficients", 1.0

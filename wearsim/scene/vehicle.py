@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple, Self
@@ -18,7 +18,7 @@ from wearsim.profile.placement import slope_of
 from wearsim.profile.standard import shipped_path
 from wearsim.quantities import QUANTITIES
 from wearsim.scene.rows import read_rows
-from wearsim.scene.section import Section, SetPoints, Text, entries, number, words
+from wearsim.scene.section import Section, SetPoints, Text, axle_torque, entries, number, words
 from wearsim.toml_faults import KeyPath, cross_check, read_toml, shown, suggestion
 
 if TYPE_CHECKING:
@@ -161,12 +161,7 @@ class RailShare(Section):
 class TorqueShare(Section):
     """An entry of axle_torques: a torque, and the share of the distance it acts on."""
 
-    axle_torque_kN_m: float = Field(
-        description="the torque on the axle, driving forward",
-        ge=-50.0,
-        le=50.0,
-        json_schema_extra={"unit": "kN m"},
-    )
+    axle_torque_kN_m: float = axle_torque("the torque on the axle, driving forward")
     share: float = number("weight", "the share of the distance of the class")
 
 
@@ -212,10 +207,8 @@ class TrackSection(PracticeKeys, TrackKeys):
             text = "axle_torques and axle_torque_kN_m exclude each other; delete one of them"
             raise cross_check(f"{shown(self.name)}: {text}", "axle_torques")
         if self.lubricated_share < 1.0 and self.friction_flange is None:
-            text = (
-                f"lubricated_share = {self.lubricated_share:g} needs friction_flange, that of the lubricated"
-            )
-            raise cross_check(f"{shown(self.name)}: {text} flange; give it", "lubricated_share")
+            text = f"lubricated_share = {self.lubricated_share:g} needs friction_flange, that of the"
+            raise cross_check(f"{shown(self.name)}: {text} lubricated flange; give it", "lubricated_share")
         return self
 
 
@@ -289,9 +282,11 @@ class VehicleSection(Section):
     track: tuple[TrackSection, ...] = entries("the classes of track", 200, alias="class")
 
 
-def practice_of(section: VehicleSection) -> Sequence[PracticeKeys]:
-    """Return what varies within each class of track, or within all segments of a route."""
-    return section.track or [section.each or PracticeKeys.model_validate({})]
+def practice_of(section: VehicleSection | None) -> dict[KeyPath, PracticeKeys]:
+    """Return what varies within each class of track, or within all segments of a route, by its path."""
+    if section is None or section.track:
+        return {("vehicle", "class", k): one for k, one in enumerate(section.track if section else ())}
+    return {("vehicle", "each"): section.each or PracticeKeys.model_validate({})}
 
 
 class Rails(NamedTuple):
@@ -310,12 +305,11 @@ def rails_of(
 
     The first one is that of [counterface]. Segments of a route have one class.
     """
-    base, section = scene.counterface, getattr(scene, "vehicle", None)
+    base = scene.counterface
     own = Rails(base.profile, base.profile_left, base.inclination, base.gauge_mm)
     found, shares = dict[Rails, KeyPath]({own: ("counterface",)}), []
-    for j, one in enumerate([] if section is None else practice_of(section)):
-        assert section is not None
-        path, numbers = (("vehicle", "class", j) if section.track else ("vehicle", "each")), []
+    for path, one in practice_of(scene.vehicle).items():
+        numbers = []
         for k, rail in enumerate(one.rails):
             given = rail.model_dump(exclude_none=True, exclude={"share"})
             if "profile" in given:
@@ -363,10 +357,8 @@ def read_vehicle(scene: FieldScene, place: Place) -> Route:
                 [*faults, *of_file, scene.fault(("vehicle", "route"), f"{text}; give a CSV file")]
             )
         try:
-            practice = set(PracticeKeys.model_fields)
-            given = (
-                {} if section.each is None else section.each.model_dump(exclude_none=True, exclude=practice)
-            )
+            each, practice = section.each, set(PracticeKeys.model_fields)
+            given = {} if each is None else each.model_dump(exclude_none=True, exclude=practice)
             segments = read_rows(where, SegmentSection, "segment", given)
             files.append(("vehicle.route", section.route, where))
         except SceneError as error:
@@ -377,11 +369,8 @@ def read_vehicle(scene: FieldScene, place: Place) -> Route:
     track = section.track if segments is None else segments
     arm = 1e-3 * scene.wheelset.radius_mm * vehicle.axle_load
     for k, one in enumerate(track):
-        torques = [
-            one.axle_torque_kN_m or 0.0,
-            *(each.axle_torque_kN_m for each in getattr(one, "axle_torques", ())),
-        ]
-        largest, most = max(torques, key=abs), 1e-3 * one.friction * arm
+        torques = [each.axle_torque_kN_m for each in (one, *getattr(one, "axle_torques", ()))]
+        largest, most = max((each or 0.0 for each in torques), key=abs), 1e-3 * one.friction * arm
         if abs(largest) > most:
             name = "axle_torques" if one.axle_torque_kN_m is None else "axle_torque_kN_m"
             key = ("vehicle", "class", k, name) if segments is None else ("vehicle", "route")
@@ -391,7 +380,7 @@ def read_vehicle(scene: FieldScene, place: Place) -> Route:
     if faults:
         raise SceneError(faults)
     about = f"{file.name} ({file.source})"
-    kinds = list(zip(practice_of(section), rails_of(scene)[1], strict=True))
+    kinds = list(zip(practice_of(section).values(), rails_of(scene)[1], strict=True))
     classes = tuple(_track(one, scene, *kinds[k % len(kinds)]) for k, one in enumerate(track))
     axle = AxleShares(section.leading_share, section.turned_share, section.axle == "outer")
     return Route(vehicle, about, classes, tuple(files), axle)
