@@ -104,7 +104,7 @@ def test_a_current_folder_that_was_deleted_is_no_fault_of_wearsim(monkeypatch, t
     gone.mkdir()
     monkeypatch.chdir(gone)
     gone.rmdir()
-    assert main(["inspect", "rig.nc"]) == 2
+    assert cli.main(["inspect", "rig.nc"]) == 2
     assert "the current folder was deleted; change to one that exists" in capsys.readouterr().err
 
 
