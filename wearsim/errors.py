@@ -40,7 +40,7 @@ def suggestion(name: str, known: Iterable[str]) -> str:
     """Return "; did you mean 'S1002'?" with the known name nearest to an unknown one, "" if none is near."""
     by_lower = {each.lower(): each for each in known}
     near = difflib.get_close_matches(name.lower(), list(by_lower), n=1, cutoff=0.5)
-    return f"; did you mean {by_lower[near[0]]!r}?" if near else ""
+    return f"; did you mean {brief(by_lower[near[0]])!r}?" if near else ""
 
 
 MOST_FAULTS = 20

@@ -99,6 +99,15 @@ def test_errors_become_lines_and_exit_codes(error, code, message, monkeypatch, c
     assert "Traceback" not in printed.err
 
 
+def test_a_current_folder_that_was_deleted_is_no_fault_of_wearsim(monkeypatch, tmp_path, capsys):
+    gone = tmp_path / "gone"
+    gone.mkdir()
+    monkeypatch.chdir(gone)
+    gone.rmdir()
+    assert cli.main(["inspect", "rig.nc"]) == 2
+    assert "the current folder was deleted; change to one that exists" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("words", [["--debug", "check", "x.toml"], ["check", "x.toml", "--debug"]])
 def test_debug_shows_where_an_internal_error_arose(words, monkeypatch):
     def fail(arguments):

@@ -67,6 +67,8 @@ def cluster(tmp_path):
         flags = ("--no-nanny", "--nthreads", "1", "--local-directory", tmp_path / "dask")
         processes += [start("dask_worker", *flags) for _ in range(2)]
         try:
+            while not file.is_file() and processes[0].poll() is None:
+                time.sleep(0.05)
             yield file, processes[1:]
         finally:
             for process in processes:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import importlib
+import os
 import shlex
 import signal
 import sys
@@ -127,11 +128,22 @@ def _executed(words: Sequence[str]) -> int:
         if isinstance(error, WearsimError):
             print(error, file=sys.stderr)
             return error.exit_code
+        if isinstance(error, FileNotFoundError) and not _has_folder():
+            print("the current folder was deleted; change to one that exists", file=sys.stderr)
+            return 2
         message = " ".join(str(error).split())
         fault = f"internal error, {type(error).__name__}: {message}; this is a fault of wearsim"
         print(f"wearsim: {fault}, add --debug to see where", file=sys.stderr)
         return 3
     return code
+
+
+def _has_folder() -> bool:
+    try:
+        os.getcwd()
+    except FileNotFoundError:
+        return False
+    return True
 
 
 def _say_uncached() -> None:
