@@ -69,6 +69,11 @@ FOREIGN = {
         "wheel.prw",
         f"header.begin\n {LONG} = {LONG}\nheader.end\nspline.begin\n{LONG}\n",
     ),
+    "a sweep": (
+        "check",
+        "sweep.toml",
+        f'[scene]\nkind = "sweep"\n[sweep]\nbase = "rig.toml"\n[sweep.vary]\n{LONG} = 1',
+    ),
     "a column": ("contact --table", "points.csv", f"{LONG},shift_mm\n1,{LONG}\n"),
 }
 

@@ -12,7 +12,7 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from wearsim.errors import Fault, SceneError
+from wearsim.errors import Fault, SceneError, brief
 from wearsim.quantities import QUANTITIES
 from wearsim.scene.models import Header, SceneModel, find_file
 from wearsim.scene.overrides import Override, value_of
@@ -100,7 +100,7 @@ def read_sweep(scene: SweepScene) -> Sweep:
     bases = [path for key, name in named if (path := file_of(key, name, places)) is not None]
     varied = []
     for leaf, values in _leaves(section.vary):
-        given = f"{leaf[-1]} = {shown(values)}"
+        given = f"{brief(str(leaf[-1]))} = {shown(values)}"
         if not isinstance(values, list) or not values:
             fault(("vary", *leaf), f"{given} must be a list of values; write [{shown(values)}]")
         elif any(isinstance(value, Mapping) for value in values):

@@ -18,7 +18,7 @@ from wearsim.campaign.directory import acquired, is_claimed
 from wearsim.campaign.record import readable_errors, write_atomically
 from wearsim.campaign.run import Observer
 from wearsim.contact.solve import available_cores
-from wearsim.errors import Fault, ResultError, SceneError, WearsimError, printable
+from wearsim.errors import Fault, ResultError, SceneError, WearsimError, brief, printable
 from wearsim.quantities import QUANTITIES
 from wearsim.results import LAYOUT, open_results
 from wearsim.results.checks import last_worn_row
@@ -322,7 +322,8 @@ def checked_plan_text(item: dict[str, Any]) -> str:
 
 def case_line(case: dict[str, Any]) -> str:
     """Line on a case of a plan and what it varies."""
-    values = [f"{key} = {'removed' if value is None else value}" for key, value in case["values"].items()]
+    given = {key: "removed" if value is None else str(value) for key, value in case["values"].items()}
+    values = [f"{brief(key)} = {brief(value)}" for key, value in given.items()]
     return printable(", ".join([f"  case {case['case']}: {case['scene']}", *values]))
 
 
