@@ -20,6 +20,7 @@ from wearsim.contact.solve import solve
 from wearsim.report.html import write_report
 from wearsim.results import open_results
 from wearsim.scene import build, load_scene
+from wearsim.scene.damage import BrakeBlockSection
 from wearsim.translation.translate import translate
 
 MODELS = wearsim.ContactModels(strips=30, cells=30)
@@ -158,7 +159,10 @@ def test_equal_bodies_have_no_causes():
 
 
 def test_what_cannot_be_split_says_why(made):
-    _, rig = made(*BLOCKS)
+    setup, rig = made(*BLOCKS)
+    brake = BrakeBlockSection(um_per_1000_km=10.0, from_mm=-20.0, to_mm=30.0)
+    with pytest.raises(NoSplitError, match="brake blocks"):
+        world_of(replace(setup, brake=brake))
     _, nominal = made(*BLOCKS, contact='strips = 12\ncells = 12\nrotation = "nominal"')
     with pytest.raises(NoSplitError, match="different rules"):
         split(rig, nominal)
