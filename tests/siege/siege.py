@@ -26,12 +26,12 @@ from wearsim.cli import main
 from wearsim.errors import LONGEST_ECHO, MOST_FAULTS
 
 COUNTS = {
-    "scenes": (10_000, 60),
-    "profiles": (10_000, 600),
-    "tables": (2_000, 60),
-    "netcdf": (5_000, 80),
-    "environment": (400, 16),
-    "kills": (1_000, 16),
+    "scenes": (10_000, 40),
+    "profiles": (10_000, 400),
+    "tables": (2_000, 40),
+    "netcdf": (5_000, 40),
+    "environment": (400, 8),
+    "kills": (1_000, 8),
 }
 """Attacks of each kind: all of the full siege, and the sample of the default one."""
 
