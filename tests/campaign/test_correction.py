@@ -205,6 +205,38 @@ def test_points_whose_steps_are_short_with_the_half_space_too_are_given_back_for
     assert correction.handed_over(deeper, weight, 10.0, OWN, NEVER).correction.model.all()
 
 
+def test_what_was_taken_over_is_unknown_after_a_reprofiling(spread):
+    """Points of the half-space have no difference, and none that stays without being looked at again."""
+    evolution = spread["auto"]
+    state, _ = evolution.start()
+    points, setup = evolution.setup.points, setup_of(evolution.setup)
+    weight = points.weight
+    taken = correction.handed_over(state, weight, 10.0, OWN, NEVER)
+    taken = replace(taken, correction=correction.refreshed(taken, points, weight > 0.0, setup).correction)
+    assert not taken.correction.wheel.any()
+    fresh = correction.forgotten(taken, wheels=True)
+    assert not fresh.correction.until.any()
+    assert np.isinf(fresh.correction.drift[weight > 0.0]).all()
+
+
+def test_points_without_a_solution_of_the_half_space_are_not_taken(corrected_state):
+    known = corrected_state.correction
+    pressure = known.max_pressure.copy()
+    pressure[3] = 0.0
+    state = replace(corrected_state, correction=replace(known, max_pressure=pressure))
+    new = correction.handed_over(state, np.full(10, 0.1), 10.0, OWN, NEVER).correction
+    assert (new.until > 0.0).tolist() == [number != 3 for number in range(10)]
+
+
+def test_points_given_back_with_nothing_to_compare_make_no_nan(corrected_state):
+    weight = np.where(np.arange(10) < 9, 1.0 / 9.0, 0.0)
+    taken = correction.handed_over(corrected_state, weight, 10.0, OWN, NEVER)
+    deeper = replace(taken, wear_depth=taken.wear_depth + 61e-6)
+    given = correction.handed_over(deeper, weight, np.inf, OWN, NEVER).correction
+    assert not given.until.any()
+    assert not np.isnan(given.length).any()
+
+
 def test_a_campaign_taken_over_is_that_of_the_half_space(evolution_of, scene_text):
     """A tolerance so small that steps with corrections are shorter than those of the half-space."""
     texts = [

@@ -116,7 +116,9 @@ def change_table(lines, random):
 
 def change_bytes(lines, random):
     """Damage the text as bytes."""
-    text = damaged("\n".join(lines).encode("utf-8", "surrogateescape"), random).decode("utf-8", "surrogateescape")
+    text = damaged("\n".join(lines).encode("utf-8", "surrogateescape"), random).decode(
+        "utf-8", "surrogateescape"
+    )
     lines[:] = text.split("\n")
 
 

@@ -65,7 +65,7 @@ _REMEMBERED = 0.5
 """Share of the drift of a point that stays known."""
 
 _AGAIN = 3.0
-"""Growth of the depth, or depth in steps of the reference, until it gives points back or takes them again."""
+"""Further depth, over the present one or over that of a step of the reference, until it gives points back."""
 
 _STRICTEST = 1.0 / 16.0
 """Smallest factor on it after steps that left out more."""
@@ -104,6 +104,7 @@ def stale(state: State, weight: FloatArray) -> NDArray[np.bool_]:
     if correction is None:
         return np.zeros(weight.size, dtype=bool)
     followed = (correction.step == state.step) | ((state.active_weight > 0.0) & (correction.step >= 0))
+    followed |= correction.until > 0.0  # solved by the reference anyway
     result: NDArray[np.bool_] = (weight > 0.0) & ~followed
     return result
 
@@ -125,6 +126,8 @@ def refreshed(
     share_short: float = 1.0,
 ) -> Refreshed:
     """Solve some points with the reference and remember how the fast models differ from it.
+
+    Points that the reference itself solved in the passage have no difference, and are not solved again.
 
     Parameters
     ----------
@@ -184,7 +187,7 @@ def refreshed(
         old, **difference, step=step, model=model, run=run, drift=drift,
         solved=old.solved + int(among.sum()),
     )  # fmt: skip
-    return Refreshed(_seen(new, np.isin(np.arange(among.size), index), by_reference), index, change["wheel"])
+    return Refreshed(_seen(new, among, by_reference), index, change["wheel"])
 
 
 def solved_by_reference(passage: Passage, setup: Setup, count: int) -> NDArray[np.bool_]:
@@ -203,13 +206,14 @@ def _taken_over(old: Correction, own: NDArray[np.bool_], passage: Passage, step:
     at = own[passage.contact.point]
     model = old.model.copy()
     model[passage.contact.point[at]] = passage.model[at]
-    kept: dict[str, Any] = {name: cleared(getattr(old, name)) for name in ("wheel", "below", "run", "drift")}
-    new = replace(old, **kept, step=np.where(own, step, old.step), model=model)
+    kept: dict[str, Any] = {name: cleared(getattr(old, name)) for name in ("wheel", "below", "run")}
+    drift = np.where(own, math.inf, old.drift)  # unknown for the fast model that comes after it
+    new = replace(old, **kept, drift=drift, step=np.where(own, step, old.step), model=model)
     return _seen(new, own, passage)
 
 
 def _seen(correction: Correction, points: NDArray[np.bool_], by_reference: Passage) -> Correction:
-    """Correction with power and pressure of points (n,) by the reference."""
+    """Correction with power and pressure of points (n,) by the reference; 0 without a solution."""
     contact = by_reference.contact
     at = points[contact.point]
     place = contact.point[at], contact.side[at]
@@ -304,7 +308,7 @@ def corrected_step(
         Factor on the length of the step with which it would have left out what the tolerance allows [-];
         infinite where it may be longer, or more points need to be solved instead.
     bool
-        Whether the drift of all points that acted was known.
+        Whether the drift of all points was known that were solved with the reference.
     """
     weight, length = choice.weight, choice.limit.step_length
     after, old = tried.state, before.correction
@@ -356,6 +360,7 @@ def corrected_step(
     longer = 1.0 / math.sqrt(excess) if excess > (0.0 if every else _MUCH) else math.inf
     lengths, ours = old.length.copy(), acts & ~own
     lengths[ours] = weight[ours] * length * max(longer, MUCH_SHORTER)
+    lengths[acts & own & (old.until <= 0.0)] = math.inf  # where fast models had no solution
     new = replace(
         new, length=lengths, strictness=min(1.0, max(_STRICTEST, strictness)), left=left,
         overlap=max(overlap, 0.5 * old.overlap), added=old.added + float(np.abs(added).max()),
@@ -369,10 +374,10 @@ def corrected_step(
 
 
 class ReferenceStep(NamedTuple):
-    """A step in which the reference solves all points."""
+    """A step in which the reference solves all points, as long as its stability allows."""
 
-    length: float  # as its stability allows [m]
-    depth: float  # of that [m]
+    length: float  # [m]
+    depth: float  # [m]
     model: int  # number of the reference in the chain of models
 
 
@@ -388,9 +393,10 @@ def handed_over(
     weight : (n,) array
         Share of the step that each point acts for.
     corrected : float
-        Length with which a step after which all points are solved would keep the tolerance, or infinite [m].
+        Length with which a step after which all points are solved would keep the tolerance at the depth after
+        a step of the reference, or infinite [m].
     own : ReferenceStep
-        Of which each solves all points twice.
+        Compared as if it solved all points twice.
     short : (n,) bool array
         Points that the reference solves in steps whose error leaves them shorter than corrected ones.
     """
@@ -399,13 +405,15 @@ def handed_over(
     deepest = float(state.wear_depth.max())
     alone, over = old.until > 0.0, deepest >= np.abs(old.until)
     back = alone & (over | short)
-    taken = (weight > 0.0) & ~alone & over & (2.0 * corrected < own.length)
+    solvable = old.max_pressure.max(axis=1) > 0.0
+    taken = (weight > 0.0) & ~alone & over & solvable & (2.0 * corrected < own.length)
     if not (back | taken).any():
         return state
     differences = {name: getattr(old, name).copy() for name in ("wheel", "below")}
     for values in differences.values():
         values[taken] = 0.0
-    until = deepest + _AGAIN * max(deepest, own.depth)
+    until, lengths = deepest + _AGAIN * max(deepest, own.depth), old.length.copy()
+    lengths[taken] = weight[taken] * corrected
     new = replace(
         old,
         **differences,
@@ -413,7 +421,7 @@ def handed_over(
         model=np.where(taken, own.model, np.where(back, 0, old.model)),
         step=np.where(back, -1, old.step),
         drift=np.where(back, math.inf, old.drift),
-        length=np.where(taken, weight * corrected, old.length),
+        length=lengths,
     )
     return replace(state, correction=new)
 

@@ -202,8 +202,10 @@ class WheelsetEvolution:
             lowest = float(pressure[pressure > 0.0].min(initial=math.inf))
             depth = control.half_space_depth(lowest, setup.models, spacing(), wave)
             depth, reached = min(depth, setup.control.depth_cap), float(tried.state.wear_depth.max())
-            per_metre = max(float(rate_for(weight).depth.max()), 1e-300)
-            own = correction.ReferenceStep(depth / per_metre, depth, len(here.chain) - 1)
+            now = rate_for(weight)
+            below = 0.0 if now.counterface is None else float(now.counterface.depth.max())
+            length = min(depth / max(float(now.depth.max()) + below, 1e-300), setup.control.max_step)
+            own = correction.ReferenceStep(length, depth, len(here.chain) - 1)
             # deeper by such a step, where the same error counts less
             later = corrected * math.sqrt(1.0 + depth / max(reached, 1e-300))
             by_error = choice.limit.reason in ("error", "clipping", "no contact")
@@ -251,14 +253,16 @@ class WheelsetEvolution:
                 worn, factor, drifts_known = correction.corrected_step(
                     state, tried, choice, ahead, here, end.passage, rule, setup.tolerance
                 )
-                if drifts_known:  # else fewer points than all may be enough after the next step
+                # while drifts are unknown, fewer points than all may be enough after the next step
+                if drifts_known and not control.reached(worn.distance, self.target):
                     worn = handed_over(worn, tried, choice, factor * length)
                 if not correction.unchanged(state, tried.state, worn):
                     taken = replace(taken, end=None)
             if factor > correction.MUCH_SHORTER or shallow or rejected >= _REPEATED:
                 break
             other = handed_over(state, tried, choice, factor * length)
-            if other is not state:
+            new = other.correction
+            if other is not state and new is not None and (new.until[weight > 0.0] > 0.0).all():
                 state, passage = other, None
                 known.clear()
             else:

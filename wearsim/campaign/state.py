@@ -57,7 +57,8 @@ class Correction:
     model: IntArray  # (n,) the difference is from, in `Setup.chain`
     run: FloatArray  # (n,) distance since then times share [m]
     drift: FloatArray  # (n,) largest change of the depth rate over `run`, infinite if unknown [1/m]
-    length: FloatArray  # (n,) its next step is limited to by what the last one left out [m]
+    # (n,) its next step is limited to by what the last one left out, or was when the reference took over [m]
+    length: FloatArray
     power: FloatArray  # (n, 2) of each wheel by the reference [W]
     max_pressure: FloatArray  # (n, 2) [Pa]
     until: FloatArray  # (n,) depth up to which the reference solves it in all stages, or must not if < 0 [m]
