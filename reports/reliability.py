@@ -92,7 +92,7 @@ def blocks_of(rows):
         *tables,
         "## Faults found",
         "The following were found by the siege and are mended. Attacks that met them before count as faults "
-        "above.",
+        "above, as do some that failed in their own making (text that is not UTF-8, numbers beyond a type).",
         "\n".join(f"- {text}" for text in MENDED),
     ]
 

@@ -232,7 +232,7 @@ def _opposite(one: str, other: str) -> bool:
 def suggestion(name: str, names: Sequence[str]) -> str:
     """Return the list of `names`, led by the most similar one, as the fix of a wrong name."""
     near = nearest(name, names)
-    listed = ", ".join(names)
+    listed = ", ".join(map(brief, names))
     return f"did you mean {shown(near)}? (known: {listed})" if near else f"known: {listed}"
 
 

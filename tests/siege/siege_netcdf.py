@@ -80,7 +80,8 @@ def change_values(array, random):
     if how == "reversed":
         return array[::-1].copy() if array.ndim else array
     if array.dtype.kind == "i":
-        flat[some] = {"zero": 0, "negative": -1, "huge": 2**31 - 1}.get(how, int(random.integers(-5, 20)))
+        huge = np.iinfo(array.dtype).max
+        flat[some] = {"zero": 0, "negative": -1, "huge": huge}.get(how, int(random.integers(-5, 20)))
     elif how in ("scaled", "negative", "tiny", "huge"):
         factors = {
             "scaled": chosen(random, (1.1, 0.5, 1e3, 1e6)),
