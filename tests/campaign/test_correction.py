@@ -105,20 +105,25 @@ def test_points_are_solved_again_fewer_times_than_all_at_every_step(spread):
     assert 0.0 < correction.estimated_error(state) < 0.1
 
 
-def test_models_that_fail_give_way_to_the_next(spread, monkeypatch):
-    """The strip model solves what kik_piotrowski does not; its difference is from itself."""
-    solve = evaluate.solve_each
+def refusing(normal, solve, beyond):
+    """Solve as `solve` does, but for a normal model that has no solution beyond a shift [m]."""
 
     def refuse(conditions, wheelset, counterface, models: ContactModels, each, *, failed=None, **rest):
-        if models.normal == "kik_piotrowski" and failed is not None:
-            bad = np.flatnonzero(np.abs(conditions.shift) > 2e-3)
+        if models.normal == normal and failed is not None:
+            bad = np.flatnonzero(np.abs(conditions.shift) > beyond)
             failed.update({int(row): ContactError(f"point {row}, refused", int(row)) for row in bad})
             kept = np.setdiff1d(np.arange(conditions.shift.size), bad)
             found = solve(conditions, wheelset, counterface, models, each, failed=failed, **rest)
             return [evaluate.joined([one], np.flatnonzero(np.isin(one.contact.point, kept))) for one in found]
         return solve(conditions, wheelset, counterface, models, each, failed=failed, **rest)
 
-    monkeypatch.setattr(evaluate, "solve_each", refuse)
+    return refuse
+
+
+def test_models_that_fail_give_way_to_the_next(spread, monkeypatch):
+    """The strip model solves what kik_piotrowski does not; its difference is from itself."""
+    solve = evaluate.solve_each
+    monkeypatch.setattr(evaluate, "solve_each", refusing("kik_piotrowski", solve, 2e-3))
     evolution = spread["auto"]
     state, _ = evolution.start()
     far = np.abs(evolution.setup.points.conditions.shift) > 2e-3
@@ -226,6 +231,21 @@ def test_points_without_a_solution_of_the_half_space_are_not_taken(corrected_sta
     state = replace(corrected_state, correction=replace(known, max_pressure=pressure))
     new = correction.handed_over(state, np.full(10, 0.1), 10.0, OWN, NEVER).correction
     assert (new.until > 0.0).tolist() == [number != 3 for number in range(10)]
+
+
+def test_a_point_without_a_solution_of_the_half_space_leaves_the_drift_of_others_known(spread, monkeypatch):
+    evolution, steps, corrected_step = spread["auto"], [], correction.corrected_step
+    shift = np.sort(np.abs(evolution.setup.points.conditions.shift))
+    refuse = refusing("half_space", evaluate.solve_each, 0.5 * (shift[-1] + shift[-2]))
+    monkeypatch.setattr(evaluate, "solve_each", refuse)
+    monkeypatch.setattr(
+        correction, "corrected_step", lambda *given: steps.append(corrected_step(*given)) or steps[-1]
+    )
+    state, taken = evolution.start()
+    for _ in range(2):
+        state, taken = evolution.advance(state, evolution.evaluate(state, taken))
+    assert np.isinf(state.correction.drift).sum() == 1
+    assert [known for *_, known in steps] == [False, True]
 
 
 def test_points_given_back_with_nothing_to_compare_make_no_nan(corrected_state):

@@ -369,7 +369,7 @@ def corrected_step(
     return (
         replace(state, points=after.points, running=after.running, correction=new),
         longer,
-        not unknown[acts].any(),
+        not unknown[index].any(),
     )
 
 
