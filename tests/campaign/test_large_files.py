@@ -1,8 +1,11 @@
 """Files of a run directory with far more than a campaign writes: not read whole, not continued from."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from wearsim.campaign import record
 from wearsim.campaign.directory import read_manifest, read_status
 from wearsim.campaign.record import Writer
 from wearsim.campaign.run import run_evolution
@@ -32,6 +35,20 @@ def test_a_state_of_a_million_points_is_computed_again(stopped):
     evolution, out, records = stopped
     row = {**records.row(1), "wear_depth": np.zeros((2, 1_000_000))}
     records.write(records.state(1), row, "wearsim")
+    assert goes_on_from(evolution, out) == ("resumed", 0)
+
+
+def test_a_state_that_unpacks_to_more_than_the_file_may_have_is_read(stopped, monkeypatch):
+    """Zeros take no room: corrections of a long record unpack to many times their file."""
+    evolution, out, records = stopped
+    monkeypatch.setattr(record, "_LARGEST_RECORD", records.path(1).stat().st_size)
+    assert goes_on_from(evolution, out) == ("resumed", 1)
+
+
+def test_a_state_that_unpacks_to_too_much_is_computed_again(stopped, monkeypatch):
+    evolution, out, records = stopped
+    monkeypatch.setattr(record, "_LARGEST_STATE", record._size_of(records.label(0)["layout"]))
+    records.write(replace(records.state(1), wear_depth=np.zeros((2, 1_000_000))), records.row(1), "wearsim")
     assert goes_on_from(evolution, out) == ("resumed", 0)
 
 

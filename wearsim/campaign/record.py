@@ -41,7 +41,7 @@ from wearsim.results.limits import ending_limits, first_met, limits_of, met_attr
 from wearsim.results.schema import CHANGES
 from wearsim.whole_files import write_whole
 
-_LARGEST_RECORD = 200_000_000  # bytes
+_LARGEST_RECORD, _LARGEST_STATE = 200_000_000, 1_000_000_000  # bytes of a file, and of what it unpacks to
 
 
 @contextmanager
@@ -133,7 +133,8 @@ class Records:
 
     def _is_own(self, label: Mapping[str, Any], index: int) -> bool:
         of_row = {n: tuple(shape) for n, (_, shape) in label["layout"].items() if not n.startswith("/")}
-        return (label["campaign"], label["index"], of_row) == (self.campaign, index, self.shapes)
+        own = (label["campaign"], label["index"], of_row) == (self.campaign, index, self.shapes)
+        return own and _size_of(label["layout"]) <= _LARGEST_STATE
 
     def _arrays(self, index: int) -> dict[str, np.ndarray]:
         """Arrays of the row by name, and of the state by path."""
@@ -142,7 +143,8 @@ class Records:
             raise ResultError(
                 f"{self.path(index)} was changed while the campaign ran; run the same command again"
             )
-        arrays, values = {}, zlib.decompressobj().decompress(found[1], _LARGEST_RECORD)
+        arrays, size = {}, _size_of(found[0]["layout"])
+        values = zlib.decompressobj().decompress(found[1], max(size, 1))
         for name, (kind, shape) in found[0]["layout"].items():
             dtype, count = np.dtype(kind), math.prod(shape)
             arrays[name] = np.frombuffer(values, dtype, count).reshape(shape)
@@ -161,6 +163,11 @@ class Records:
             return None
         label, values = content[32:].split(b"\n", 1)
         return json.loads(label), values
+
+
+def _size_of(layout: Mapping[str, tuple[str, tuple[int, ...]]]) -> int:
+    """Bytes of the arrays of a layout."""
+    return sum(np.dtype(kind).itemsize * math.prod(shape) for kind, shape in layout.values())
 
 
 APPEND_INTERVAL = 2.0
