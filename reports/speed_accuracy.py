@@ -11,14 +11,13 @@ import sys
 import pandas as pd
 from writing import HERE, Figure, Table, options, write_csv, write_report
 
-from wearsim.report.style import SERIES_COLOURS, grid, label_axes, legend, save_svg, style
+from wearsim.report.style import save_svg
+from wearsim.report.sweep import plot_chart
 from wearsim.scene import build
 from wearsim.scene.read import load_campaign
 from wearsim.studies.chart import speed_and_accuracy
 
 SCENE = HERE.parent / "workflows" / "rig_vs_field.toml"
-MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
-SMALLEST = 0.1  # end of the error axis [%]
 
 SETTING = """
 Scenes: {scenes}. Each campaign begins with new profiles; one by the half-space at every operating point and
@@ -29,38 +28,6 @@ whole campaign over that of the half-space, one thread; one solution: of one whe
 over that of the fastest combination. Front: no other combination is both faster and nearer in that scene.
 """
 CAPTION = "CPU time of whole short campaigns and their largest error of wear depth; dashed: the front."
-
-
-def figure(table):
-    """Draw time against error, a panel for each scene."""
-    scenes = list(dict.fromkeys(table["scene"]))
-    names = list(dict.fromkeys(table["models"]))
-    with style():
-        picture, (panels,) = grid(1, len(scenes), height=4.4, width=11.5)
-        for ax, scene in zip(panels, scenes, strict=True):
-            rows = table[(table["scene"] == scene) & table["time_ratio"].notna()]
-            for row in rows.itertuples():
-                k = names.index(row.models)
-                ax.plot(
-                    row.time_ratio, max(100.0 * row.depth_error, SMALLEST), linestyle="none",
-                    label=row.models, color=SERIES_COLOURS[k % len(SERIES_COLOURS)],
-                    marker=MARKERS[k % len(MARKERS)],
-                    markersize=9 if row.models.startswith("auto") else 6,
-                )  # fmt: skip
-            front = rows[rows["pareto"]].sort_values("time_ratio")
-            ax.plot(
-                front["time_ratio"],
-                (100.0 * front["depth_error"]).clip(SMALLEST),
-                "--",
-                lw=0.8,
-                color="#555555",
-            )
-            ax.set_xscale("log")
-            ax.set_yscale("log")
-            ax.set_title(scene)
-            label_axes(ax, "CPU time over that of the half-space", "Largest error of wear depth [%]")
-        legend(picture, columns=5)
-    return picture
 
 
 def report(table):
@@ -94,7 +61,7 @@ def main():
         table["solution_ratio"] = table["time_per_solution"] / table["time_per_solution"].min()
         write_csv(table.drop(columns=["time", "time_per_solution"]), csv)
     table = pd.read_csv(csv)
-    save_svg(figure(table), chosen.out / "speed_accuracy.svg")
+    save_svg(plot_chart(table), chosen.out / "speed_accuracy.svg")
     write_report(chosen.out, __file__, "Speed against accuracy of the contact models", report(table))
 
 
