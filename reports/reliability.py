@@ -34,7 +34,7 @@ MENDED = (
     "fault: it is a fault of its own (`tests/results/test_damaged.py`).",
     "A text with a line break in place of a number in a result file made its message two lines: one, "
     "with an escape (`tests/results/test_damaged.py`).",
-    "A `translation.nc` of kilobytes beside the results that states a dimension of 5e8 filled 18 GB of "
+    "A `translation.nc` of kilobytes in a run directory that states a dimension of 5e8 filled 18 GB of "
     "memory in `translate` and `report`: it is not loaded, nor is such a `bands.nc` "
     "(`tests/results/test_damaged.py`).",
     "`nan` or `inf` as positions in the table of a programme or route was an internal error, exit code "

@@ -157,7 +157,7 @@ def test_unlike_wheels_rest_where_their_rolling_radii_are_alike(models):
 
     In the middle it rests at a roll of phi = D/4 / (l - lambda r0), which moves the contact by r0 phi under
     the cone and by rho phi on the head of the rail, rho its radius: creepage of a wheel D/(4 r0) and lambda
-    (r0 + rho) phi / r0. Neglected, each below 3e-4 of that: contact 2.5 mm beside the running circle, where
+    (r0 + rho) phi / r0. Neglected, each below 3e-4 of that: contact 2.5 mm off the running circle, where
     the cone is smaller by lambda 2.5 mm / r0 and l longer by 2.5 mm, and squares of D/r0.
     """
     cone, radius, half_span, slope, head, larger = standard.wheel("cone"), 0.46, 0.75, 0.05, 0.3, 0.4e-3

@@ -115,30 +115,30 @@ def chosen(random, options):
 
 def command(*words):
     """Run a command line in this process; return exit code, output and messages."""
-    out, told = io.StringIO(), io.StringIO()
-    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(told):
+    out, printed = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(printed):
         try:
             code = main([str(word) for word in words])
         except SystemExit as ended:
             code = ended.code
-    return code, out.getvalue(), told.getvalue()
+    return code, out.getvalue(), printed.getvalue()
 
 
-def judged(code, out, told, *names, codes=(0, 2)):
+def judged(code, out, printed, *names, codes=(0, 2)):
     """Hold a command to the rules of bad input; return the outcome.
 
     Each fault is one short printable line that begins with the name of a file; nothing is printed besides.
     Output has no number that is not finite.
     """
-    lines = told.splitlines()
-    require("Traceback" not in told and "internal error" not in told, told)
-    require(code in codes, code, told)
+    lines = printed.splitlines()
+    require("Traceback" not in printed and "internal error" not in printed, printed)
+    require(code in codes, code, printed)
     for line in lines:
         require(line.isprintable() and len(line) < 2000, repr(line))
         require(not re.search(rf"(\S)\1{{{LONGEST_ECHO + 3}}}", line), line)
     if code == 0:
         # those of `wearsim contact --table` begin with the name of the table
-        require(all(line.startswith(("warning: ", "note: ", *names)) for line in lines), told)
+        require(all(line.startswith(("warning: ", "note: ", *names)) for line in lines), printed)
         if out.startswith(("{", "[")):
             strict_json(out)
         else:
@@ -146,7 +146,7 @@ def judged(code, out, told, *names, codes=(0, 2)):
         return ACCEPTED
     require(out == "", out[:300])
     faults = [line for line in lines if not line.startswith(("warning: ", "note: "))]
-    require(0 < len(faults) <= MOST_FAULTS + 1, told)
+    require(0 < len(faults) <= MOST_FAULTS + 1, printed)
     for line in faults[:MOST_FAULTS]:
         require(any(name in line for name in names), "names no file", line)
         require(not re.search(r"(?<![\w=.\"'\[] )(?<![\w\"'/.\[-])nan\b(?! must| is not)", line), "nan", line)

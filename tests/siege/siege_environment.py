@@ -84,12 +84,12 @@ def attack(way, random, folder):
     process, _ = forked(COMMANDS[name].split(), here, surround=partial(surround, way))
     code = ended(process)
     here = here.rename(folder / "after")
-    told = log(here)
+    printed = log(here)
     allowed = (2,) if name == "faults" else (0, 2)
-    require(code in allowed, f"exit code {code}", name, told[-1500:])
-    require("Traceback" not in told and "internal error" not in told, name, told[-1500:])
-    faults = [line for line in told.splitlines() if " cannot be " in line]
-    require(code == 0 or len(faults) <= 1, name, told)
+    require(code in allowed, f"exit code {code}", name, printed[-1500:])
+    require("Traceback" not in printed and "internal error" not in printed, name, printed[-1500:])
+    faults = [line for line in printed.splitlines() if " cannot be " in line]
+    require(code == 0 or len(faults) <= 1, name, printed)
     left = [path.name for path in here.rglob("*") if path.name.endswith(".tmp")]
     require(not left, "left behind", name, left)
     require_whole(here)

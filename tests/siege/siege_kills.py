@@ -78,10 +78,10 @@ def log(folder):
 def complete(command, folder):
     """Run a command to its end; return its time and the number of its operations on files."""
     began = time.monotonic()
-    process, told = forked(command.split(), folder)
+    process, operations = forked(command.split(), folder)
     code = ended(process)
     require(code == 0, f"exit code {code}", command, log(folder)[-1500:])
-    return time.monotonic() - began, told.recv()
+    return time.monotonic() - began, operations.recv()
 
 
 @cache
@@ -168,9 +168,9 @@ def attack(way, random, folder):
         if process.is_alive():
             os.kill(process.pid, number)
     code = ended(process)
-    told = log(here)
-    require(code in (0, -number, 128 + number), f"exit code {code}", how, where, told[-1500:])
-    require("Traceback" not in told and "internal error" not in told, told[-1500:])
+    printed = log(here)
+    require(code in (0, -number, 128 + number), f"exit code {code}", how, where, printed[-1500:])
+    require("Traceback" not in printed and "internal error" not in printed, printed[-1500:])
     require_whole(here)
     began = (here / "out/manifest.json").exists() and way in ("run", "comparison", "run again")
     complete(RESUME if began and way != "run again" and random.integers(2) else command, here)

@@ -28,8 +28,8 @@ def valid_files():
         for kind in ("rig", "field"):
             module.write_campaign(folder / f"{kind}.nc", kind, 3, 10e-9)
         words = ("translate", folder / "rig.nc", folder / "field.nc", "--out", folder / "translation.nc")
-        code, _, told = command(*words)
-        require(code == 0, told)
+        code, _, printed = command(*words)
+        require(code == 0, printed)
         return {path.name: path.read_bytes() for path in sorted(folder.iterdir())}
 
 
@@ -166,8 +166,8 @@ def attack(way, random, folder):
                 continue
             if words[0] == "inspect" and name != "rig.nc":
                 words = ("inspect", name, "--json")
-            code, out, told = command(*words)
-            outcomes.add(judged(code, out, told, name, *(["."] if words[0] == "report" else [])))
+            code, out, printed = command(*words)
+            outcomes.add(judged(code, out, printed, name, *(["."] if words[0] == "report" else [])))
             if code == 0 and "--json" in words:
                 strict_json(out)
             require(

@@ -63,7 +63,7 @@ def die_at(operation):
 
 
 def start(words, folder, end, how, where, surround):
-    """Run a command line in a forked process; `end` is told the number of operations on files."""
+    """Run a command line in a forked process; `end` gets the number of operations on files."""
     os.setsid()
     os.chdir(folder)
     log = os.open("log", os.O_CREAT | os.O_WRONLY | os.O_APPEND)

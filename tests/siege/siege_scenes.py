@@ -137,7 +137,7 @@ def mutated(text, way, random):
 
 
 def write_scene(name, folder, text=None):
-    """Write a scene, mutated or not, with what it names beside it; return its name."""
+    """Write a scene, mutated or not, and what it names; return its name."""
     for file in ("rig.toml", "field.toml", "field_given.toml", "recorded.csv"):
         shutil.copy(ROOT / "workflows" / file, folder)
     shutil.copy(ROOT / "tests/data/scene_rig.toml", folder)
@@ -171,10 +171,10 @@ def checked(scene, random, *names):
     estimate._EFFORT = 0.0
     plan.WheelsetEvolution = untried if random.integers(WHOLE) else evolution
     try:
-        code, out, told = command("check", scene, "--json")
+        code, out, printed = command("check", scene, "--json")
     finally:
         estimate._EFFORT, plan.WheelsetEvolution = effort, evolution
-    outcome = judged(code, out, told, scene, "rig.toml", "field.toml", "field_given.toml", *names)
+    outcome = judged(code, out, printed, scene, "rig.toml", "field.toml", "field_given.toml", *names)
     if outcome == ACCEPTED:
         require(strict_json(out)["scene"] == scene, out[:300])
     return outcome

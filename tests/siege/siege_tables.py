@@ -96,10 +96,10 @@ def attack(way, random, folder):
         return judged(*command("contact", "--table", "table.csv", "--json"), "table.csv")
     if way == "table of a sweep":
         shutil.copy(ROOT / "workflows/rig.toml", folder)
-        code, out, told = command("sweep", "rig.toml", "--table", "table.csv", "--list")
+        code, out, printed = command("sweep", "rig.toml", "--table", "table.csv", "--list")
         # the list has a line for each case, a possible one or not
         return judged(
-            code, out if code == 0 else "", told if code == 0 else out + told, "rig.toml", "table.csv"
+            code, out if code == 0 else "", printed if code == 0 else out + printed, "rig.toml", "table.csv"
         )
     if way == "record":
         scene = SCENES["recorded"].replace("recorded.csv", "table.csv")

@@ -268,8 +268,8 @@ def load_results(path: str | Path) -> xr.Dataset:
     return dataset
 
 
-def load_beside(path: Path) -> xr.Dataset:
-    """Load what stands beside results, factors or bands; ValueError if it states more than its size holds."""
+def load_derived(path: Path) -> xr.Dataset:
+    """Load factors or bands; ValueError if the file states more than its size holds."""
     import xarray as xr
 
     with netCDF4.Dataset(path) as file:

@@ -53,7 +53,7 @@ _MOST_LOSSES = 2
 _LOST = "its process died, killed or out of memory; its finished steps are safe, run the same command again"
 _GONE = "its workers or their scheduler are gone; its finished steps are safe, run the same command again"
 _STOP = ".stop"
-"""File beside the run directories after Ctrl-C: where workers find it, they stop after a step."""
+"""File in the folder of the run directories after Ctrl-C: where workers find it, they stop after a step."""
 _PATIENCE = 60.0  # of workers of other machines for the lock of a case [s]
 
 _one_per_process = threading.Lock()

@@ -22,7 +22,7 @@ from scipy import stats
 
 from wearsim.errors import ResultError
 from wearsim.quantities import QUANTITIES
-from wearsim.results.file import UNREADABLE, load_beside
+from wearsim.results.file import UNREADABLE, load_derived
 from wearsim.results.limits import LIMITED, limits_met
 from wearsim.translation import factors
 from wearsim.translation.axes import FloatArray, IntArray, at_distances
@@ -354,7 +354,7 @@ def known_bands(directory: Path, hashes: Mapping[str, str]) -> tuple[xr.Dataset 
     if not path.is_file():
         return None, pd.DataFrame()
     try:
-        made = load_beside(path)
+        made = load_derived(path)
         ranked = pd.read_csv(table) if table.is_file() else pd.DataFrame()
     except UNREADABLE as error:
         raise ResultError(f"{path} cannot be read ({error}); delete it, or run with --bands again") from error

@@ -13,7 +13,7 @@ import xarray as xr
 
 from wearsim.errors import ResultError
 from wearsim.quantities import QUANTITIES
-from wearsim.results.file import UNREADABLE, load_beside, load_results
+from wearsim.results.file import UNREADABLE, load_derived, load_results
 from wearsim.results.index import INDEXES
 from wearsim.translation import compare, factors
 from wearsim.translation.compare import CAMPAIGN, STAGES, STATIONS
@@ -133,7 +133,7 @@ def with_known_causes(dataset: xr.Dataset, file: Path) -> xr.Dataset:
     if not file.is_file():
         return dataset
     try:
-        other = load_beside(file)
+        other = load_derived(file)
     except UNREADABLE:
         return dataset
     if any(other.attrs.get(f"{role}_sha256") != dataset.attrs[f"{role}_sha256"] for role in CAMPAIGN):
