@@ -79,12 +79,12 @@ def _verdict(c: Campaigns) -> Content:
 def _settings(c: Campaigns) -> Content:
     yield tables.settings(c.datasets)
     yield from map(tables.operating_points, c.datasets)
-    yield from c.each(tables.running)
 
 
 def _running(c: Campaigns) -> Content:
     yield from c.each(tables.wear_by_class)
     yield from figures(c, plates.positions)
+    yield from c.each(tables.running)
     yield Block("say", lines("about_running"))
 
 

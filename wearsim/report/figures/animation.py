@@ -27,7 +27,7 @@ from wearsim.report.style import (
     with_unit,
 )
 from wearsim.translation.axes import rows_at
-from wearsim.whole_files import write_whole
+from wearsim.whole_files import replacing
 
 FRAMES = 60
 _FRAMES_PER_SECOND = 10
@@ -63,7 +63,8 @@ def animate_wear(dataset: xr.Dataset, path: Path, frames: int = FRAMES) -> Path:
     weighted = dataset["weight"].values > 0.0
     pressures = shown("max_pressure", dataset["max_pressure"].values[:, weighted])
     scale = Normalize(0.0, float(np.nanmax(pressures)))
-    with style(), TemporaryDirectory() as folder:
+    # opened first: a target that cannot be written costs no drawing
+    with replacing(path) as part, part.open("wb") as target, style(), TemporaryDirectory() as folder:
         figure, axes = grid(2, 1, height=2.1, between=0.5, edges=(0.95, 1.05, 0.5, 0.4), sharex=True)
         films = [_Film(ax, dataset, wheel, factor, scale) for wheel, ax in enumerate(axes[:, 0])]
         axes[0, 0].set_xlabel("")
@@ -78,7 +79,7 @@ def animate_wear(dataset: xr.Dataset, path: Path, frames: int = FRAMES) -> Path:
                 for film in films:
                     film.show(float(distance))
                 writer.grab_frame()
-        write_whole(path, made.read_bytes())
+        target.write(made.read_bytes())
     return path
 
 
