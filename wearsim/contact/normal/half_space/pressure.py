@@ -197,34 +197,53 @@ def _first_guess(cells: _Cells, load: float, modulus: float) -> FloatArray:
 @kernel
 def _deflection(cells: _Cells, pressure: FloatArray, moved: FloatArray) -> None:
     """Displacements under pressures."""
-    force = np.empty((cells.coupling.shape[0] // NODES**2, NODES, NODES))
-    depth = np.empty_like(force)
+    count = cells.coupling.shape[0] // NODES**2
+    force, depth = np.zeros((count, NODES, NODES)), np.empty((count, NODES, NODES))
     for k in range(len(cells.shape)):
-        nx, ny = cells.shape[k]
-        part = slice(cells.first[k], cells.first[k + 1])
-        field, factor = pressure[part].reshape(nx, ny), cells.factor[part].reshape(nx, ny)
+        (nx, ny), first, behind = cells.shape[k], cells.first[k], cells.first[k + 1]
         along, across = cells.tables[k, 0], cells.tables[k, 1]
-        waves = waves_of(field, along, across)
+        waves = waves_of(pressure[first:behind].reshape(nx, ny), along, across)
         for p in range(2):
             for q in range(2):
-                waves[p, q] *= factor
-        field_of(waves, along, across, moved[part].reshape(nx, ny))
-        if force.size > 0:
-            along, across = _node_tables(cells, k)
-            force[k] = cells.area[cells.first[k]] * np.dot(along.T, np.dot(field, across))
+                for i in range(nx):
+                    for j in range(ny):
+                        waves[p, q, i, j] *= cells.factor[first + i * ny + j]
+        field_of(waves, along, across, moved[first:behind].reshape(nx, ny))
+        if count > 0:
+            _add_forces(cells, k, pressure, force[k])
     for i in range(force.size):
         depth.reshape(-1)[i] = scalar_product(cells.coupling[i], force.reshape(-1))
-    for k in range(len(force)):
-        along, across = _node_tables(cells, k)
-        field = moved[cells.first[k] : cells.first[k + 1]].reshape(along.shape[0], across.shape[0])
-        field += np.dot(along, np.dot(depth[k], across.T))
+    for k in range(count):
+        _add_depths(cells, k, depth[k], moved)
 
 
 @kernel
-def _node_tables(cells: _Cells, k: int) -> tuple[FloatArray, FloatArray]:
-    nx, ny = cells.shape[k]
-    along, across = cells.tables[k, 2, : nx * NODES], cells.tables[k, 3, : ny * NODES]
-    return along.reshape(nx, NODES), across.reshape(ny, NODES)
+def _add_forces(cells: _Cells, k: int, pressure: FloatArray, force: FloatArray) -> None:
+    """Add the pressures of a grid to the forces (NODES, NODES) on its nodes."""
+    (nx, ny), row = cells.shape[k], np.empty(NODES)
+    for i in range(nx):
+        row[:] = 0.0
+        for j in range(ny):
+            size = cells.area[cells.first[k]] * pressure[cells.first[k] + i * ny + j]
+            for m in range(NODES):
+                row[m] += size * cells.tables[k, 3, j * NODES + m]
+        for n in range(NODES):
+            for m in range(NODES):
+                force[n, m] += cells.tables[k, 2, i * NODES + n] * row[m]
+
+
+@kernel
+def _add_depths(cells: _Cells, k: int, depth: FloatArray, moved: FloatArray) -> None:
+    """Add the depths (NODES, NODES) at the nodes of a grid to the displacements of its cells."""
+    (nx, ny), row = cells.shape[k], np.empty(NODES)
+    for i in range(nx):
+        row[:] = 0.0
+        for n in range(NODES):
+            for m in range(NODES):
+                row[m] += cells.tables[k, 2, i * NODES + n] * depth[n, m]
+        for j in range(ny):
+            for m in range(NODES):
+                moved[cells.first[k] + i * ny + j] += row[m] * cells.tables[k, 3, j * NODES + m]
 
 
 @kernel
@@ -232,39 +251,51 @@ def _iterate(
     cells: _Cells, load: float, tolerance: float, limit: int, pressure: FloatArray
 ) -> tuple[float, int, bool]:
     """Conjugate gradients from `pressure`, which it scales to the load and brings to the solution."""
-    area, lift = cells.area, cells.area * cells.cosine
-    residual, direction = np.empty(area.size), np.zeros(area.size)
-    moved, image = np.empty(area.size), np.empty(area.size)
-    pressure *= load / (lift * pressure).sum()
+    area, cosine, size = cells.area, cells.cosine, pressure.size
+    residual, direction, beyond = np.empty(size), np.zeros(size), np.empty(size)
+    moved, image = np.empty(size), np.empty(size)
+    _carry(cells, load, pressure)
     _deflection(cells, pressure, moved)
     last, restart, count, converged = 1.0, True, 0, False
     while count < limit and not converged:
         count += 1
         _, norm = _residual(cells, moved, pressure, residual)
-        loaded = np.where(pressure > 0.0, 1.0, 0.0)
-        direction[:] = loaded * (residual + (0.0 if restart else norm / last) * direction)
+        for i in range(size):
+            turned = 0.0 if restart else norm / last * direction[i]
+            direction[i] = residual[i] + turned if pressure[i] > 0.0 else 0.0
         last = norm
         _deflection(cells, direction, image)
         # Length of the step, at a constant mean displacement.
-        mean = (lift * image * loaded).sum() / (lift * cells.cosine * loaded).sum()
-        below = (area * image * direction).sum() - mean * (lift * direction).sum()
-        step = (area * residual * direction).sum() / below if below > 0.0 else 0.0
+        lifted, whole, force, along, below = 0.0, 0.0, 0.0, 0.0, 0.0
+        for i in range(size):
+            if pressure[i] > 0.0:
+                lift = area[i] * cosine[i]
+                lifted, whole = lifted + lift * image[i], whole + lift * cosine[i]
+                force, along = force + lift * direction[i], along + area[i] * residual[i] * direction[i]
+                below += area[i] * image[i] * direction[i]
+        below -= lifted / whole * force
+        step = along / below if below > 0.0 else 0.0
         # Move; `beyond` is what cells that leave or enter move otherwise than along the direction.
-        straight = pressure - step * direction
-        overlap = np.minimum(residual, 0.0) * (1.0 - loaded)
-        new = np.maximum(straight - step * overlap, 0.0)
-        beyond, restart = new - straight, overlap.min() < 0.0
-        scale = load / (lift * new).sum()
-        change = (lift * np.abs(new - pressure)).sum()
-        pressure[:] = new * scale
-        others = np.count_nonzero(beyond)
+        restart, others, change = False, 0, 0.0
+        for i in range(size):
+            straight = wanted = pressure[i] - step * direction[i]
+            if pressure[i] <= 0.0 and residual[i] < 0.0:
+                restart, wanted = True, wanted - step * residual[i]
+            wanted = max(wanted, 0.0)
+            beyond[i] = wanted - straight
+            others += beyond[i] != 0.0
+            change += area[i] * cosine[i] * abs(wanted - pressure[i])
+            pressure[i] = wanted
+        scale = _carry(cells, load, pressure)
         if others > (_FEW if len(cells.shape) == 1 else 0):
             _deflection(cells, pressure, moved)
         else:
-            moved -= step * image
+            for i in range(size):
+                moved[i] -= step * image[i]
             if others > 0:
                 _add(beyond, cells.influence.reshape(cells.shape[0, 0], cells.shape[0, 1]), moved)
-            moved *= scale
+            for i in range(size):
+                moved[i] *= scale
         converged = (change / load + abs(scale - 1.0)) < tolerance and not restart
     # The heights that the last pressures leave.
     displacement, _ = _residual(cells, moved, pressure, residual)
@@ -272,16 +303,34 @@ def _iterate(
 
 
 @kernel
+def _carry(cells: _Cells, load: float, pressure: FloatArray) -> float:
+    """Scale pressures so that they carry the load; return the factor."""
+    total = 0.0
+    for i in range(pressure.size):
+        total += cells.area[i] * cells.cosine[i] * pressure[i]
+    scale = load / total
+    for i in range(pressure.size):
+        pressure[i] *= scale
+    return scale
+
+
+@kernel
 def _residual(
     cells: _Cells, moved: FloatArray, pressure: FloatArray, residual: FloatArray
 ) -> tuple[float, float]:
     """Fill `residual` with the gap that is left; return the displacement and the square over loaded cells."""
-    loaded = np.where(pressure > 0.0, cells.area, 0.0)
-    lift = loaded * cells.cosine
-    residual[:] = cells.height + moved
-    displacement = (lift * residual).sum() / (lift * cells.cosine).sum()
-    residual -= displacement * cells.cosine
-    return displacement, (loaded * residual * residual).sum()
+    gap, whole, square = 0.0, 0.0, 0.0
+    for i in range(residual.size):
+        residual[i] = cells.height[i] + moved[i]
+        if pressure[i] > 0.0:
+            lift = cells.area[i] * cells.cosine[i]
+            gap, whole = gap + lift * residual[i], whole + lift * cells.cosine[i]
+    displacement = gap / whole
+    for i in range(residual.size):
+        residual[i] -= displacement * cells.cosine[i]
+        if pressure[i] > 0.0:
+            square += cells.area[i] * residual[i] * residual[i]
+    return displacement, square
 
 
 @kernel
