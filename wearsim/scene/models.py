@@ -151,10 +151,11 @@ class ContactSection(Section):
         for name, unit in (("youngs", "_GPa"), ("poisson", ""))
         for body in ("wheel", "rail", "roller", "counterface")
     }
-    model: Literal["auto", "accurate"] | None = Field(
+    model: Literal["auto", "accurate", "fast"] | None = Field(
         None,
         description="in place of normal and tangential. auto: fast models, corrected by a half-space as "
-        "often as the tolerance asks for; accurate: a half-space at every operating point",
+        "often as the tolerance asks for; accurate: a half-space at every operating point; fast: "
+        "kik_piotrowski and fastsim at every operating point",
     )
     tolerance: float = number(
         "contact_tolerance",

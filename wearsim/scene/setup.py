@@ -59,6 +59,7 @@ OF_BOGIES = "raise curve_radius_m, lower cant_deficiency_mm or friction, or give
 CHAINS: Mapping[str, tuple[tuple[str, str], ...]] = {
     "auto": (("kik_piotrowski", "fastsim"), ("knothe_le_the", "fastsim"), ("half_space", "half_space")),
     "accurate": (("half_space", "half_space"),),
+    "fast": (("kik_piotrowski", "fastsim"),),
 }
 """Normal and tangential models of each `model` of [contact], in the order in which they are tried; all but
 the last are corrected by the last."""

@@ -71,7 +71,7 @@ def plan_of(base: Path, overrides: Sequence[Override] = ()) -> Plan:
     dimensions = dimensions_of(scene)
     assert scene.uncertainty is not None
     steels = [(one.name, material_overrides(one)) for one in scene.uncertainty.material]
-    fast = any(part.contact.model is not None for part in scene.parts)
+    fast = any(part.contact.model in ("auto", "accurate") for part in scene.parts)
     own = [*overrides, *(Override(key, None) for key in _CORRECTED if fast)]
     if hasattr(scene, "compare"):
         own.append(Override("compare.causes", False))
