@@ -75,7 +75,7 @@ _LARGEST_STEP = np.array([2.0, 0.2, 0.2])
 class Equilibrium:
     """Wheels in equilibrium, ordered by point, side and falling normal force.
 
-    `contact` has the fields of cells, `speed` (n,) is the rotation speed [rad/s], `load` (n, 2) the L of both
+    `contact` has the fields of cells if wanted, `speed` (n,) is the rotation speed [rad/s], `load` (n, 2) the L of both
     wheels [N], `slopes` those of the residuals of sides that are balanced together.
     """
 
@@ -105,6 +105,7 @@ def equilibrium(
     sides: list[Side],
     speed: FloatArray | None,
     nearby: Equilibrium | None = None,
+    fields: bool = True,
 ) -> Equilibrium:
     """Balance loads, and torque if the rotation speed is not given, for every point of a chunk.
 
@@ -120,6 +121,8 @@ def equilibrium(
         Rotation speed, negative when rolling forwards [rad/s]; None: free.
     nearby : Equilibrium, optional
         Of the same points in another pose, to begin with instead of coarse patches.
+    fields : bool
+        Whether fields of cells are wanted; warm models have them anyway.
 
     Returns
     -------
@@ -165,14 +168,14 @@ def equilibrium(
     whole, order = by_point(wheels)
     if model.warm:
         return Equilibrium(whole, contact_joined(contacts, order), turning, load, slopes)
-    forces = forces_of(task, whole, turning, model, fields=True)
+    forces = forces_of(task, whole, turning, model, fields=fields)
     columns = [column for _, some in groups for column in some]
     missed = _missed(_residual(task, chunk, forces, columns), columns, model)
     if missed.any():  # a step promised too much
         wheels = [patches_where(whole, ~missed[whole.normal.patch.row])] if not missed.all() else []
         refine(missed, hasty=False)
         whole, _ = by_point(wheels)
-        forces = forces_of(task, whole, turning, model, fields=True)
+        forces = forces_of(task, whole, turning, model, fields=fields)
     return Equilibrium(whole, forces.contact, turning, load, slopes)
 
 
@@ -206,7 +209,9 @@ def _solved(
             earlier = patches_where(start.normal, mask)
         part = load[:, side.number]
         try:
-            normal = normal_of(task, side, row, part[row], start=earlier, rough=rough)
+            normal = side.rough if rough and start is None else None
+            if normal is None:
+                normal = normal_of(task, side, row, part[row], start=earlier, rough=rough)
             several = np.flatnonzero(np.diff(normal.patch.row) == 0)
             if chunk.creepage is not None and several.size > 0 and not rough:
                 raise ContactError(

@@ -9,7 +9,7 @@ points form the wheel's contact line, and the gap is the distance of it from the
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -133,16 +133,6 @@ class Gap:
     x: FloatArray
     bodies: Bodies | None = None
 
-    def take(self, row: IntArray) -> Gap:
-        """Gap of some rows."""
-        if row.size == self.gap.shape[0]:
-            return self
-        curves = {name: getattr(self, name)[row] for name in _Nearest._fields}
-        bodies = self.bodies
-        if bodies is not None:
-            bodies = bodies._replace(pose=WheelsetPose(*(one[row] for one in bodies.pose)))
-        return replace(self, bodies=bodies, **curves)
-
 
 def _open_curve(profile: Profile, spacing: float, start: int) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return y, z and slope at equal steps of arc length along what a counterpart can see, y rising."""
@@ -244,6 +234,8 @@ def gap(
     half_span: float,
     nominal_radius: float,
     curvature: float,
+    rows: IntArray | None = None,
+    before: Gap | None = None,
 ) -> Gap:
     """Gap between wheel and counterface at every lateral position, for any shift, yaw and roll.
 
@@ -261,6 +253,10 @@ def gap(
         Wheel radius at the running circle [m].
     curvature : float
         kappa = 1/s0 of the counterface [1/m]; 0 for a rail.
+    rows : (k,) int array, optional
+        Rows to search, by default all.
+    before : Gap, optional
+        Of other poses, used up: its arrays become those of the result, and keep what they hold of other rows.
 
     Returns
     -------
@@ -272,9 +268,14 @@ def gap(
     curvature = float(curvature)
     pose = WheelsetPose(plain(pose.shift), plain(pose.yaw), plain(pose.roll))
     bodies = Bodies(wheel, pose, float(half_span), float(nominal_radius))
-    nearest = _Nearest(*np.empty((5, pose.shift.size, counterface.y.size)))
+    count = pose.shift.size
+    curves = np.empty((5, count, counterface.y.size)) if before is None else list(vars(before).values())[2:7]
+    nearest = _Nearest(*curves)
     line = _ContactLine(*np.empty((4, wheel.y.size)))
-    _search(bodies, counterface, curvature, line, np.empty(counterface.y.size, dtype=np.int64), nearest)
+    _search(
+        bodies, counterface, curvature, np.arange(count) if rows is None else rows, line,
+        np.empty(counterface.y.size, dtype=np.int64), nearest,
+    )  # fmt: skip
     nearest.gap[:, curvature * counterface.z > _NEAREST_AXIS] = NO_WHEEL
     return Gap(counterface, curvature, *nearest, bodies)
 
@@ -303,13 +304,14 @@ def _search(
     bodies: Bodies,
     counterface: CounterfaceProfile,
     kappa: float,
+    rows: IntArray,
     line: _ContactLine,
     circle: IntArray,
     nearest: _Nearest,
 ) -> None:
     """Contact line of each pose, the lowest part of it over each grid point, and the wheel there."""
     y, radius, sine, x = bodies.wheel.y, bodies.wheel.radius, line.sin_theta, line.x
-    for row in range(bodies.pose.shift.size):
+    for row in rows:
         _contact_line(bodies, row, kappa, line)
         _envelope(line, counterface, nearest.gap[row], circle)
         for i in range(circle.size):

@@ -45,12 +45,16 @@ class Task:
 
 @dataclass(frozen=True)
 class Side:
-    """One side of n operating points; a left wheel is mirrored to the right, `sign` is then -1."""
+    """One side of n operating points; a left wheel is mirrored to the right, `sign` is then -1.
+
+    `rough` are its rough solutions under the wheel loads, where they are known.
+    """
 
     number: int
     sign: float
     gap: Gap
     pose: WheelsetPose
+    rough: NormalSolution | None = None
 
 
 @dataclass(frozen=True)
@@ -85,8 +89,14 @@ class Forces:
     vertical: FloatArray
 
 
-def side_of(task: Task, number: int, chunk: ContactConditions) -> Side:
-    """Gap of one side of operating points."""
+def side_of(
+    task: Task,
+    number: int,
+    chunk: ContactConditions,
+    rows: IntArray | None = None,
+    before: Gap | None = None,
+) -> Side:
+    """Gap of one side of operating points; of `rows` alone, and `before` of the others, if given."""
     sign = -1.0 if number else 1.0
     pose = WheelsetPose(sign * chunk.shift, sign * chunk.yaw, sign * chunk.roll)
     here = gap(
@@ -96,6 +106,8 @@ def side_of(task: Task, number: int, chunk: ContactConditions) -> Side:
         half_span=task.wheelset.half_span,
         nominal_radius=task.wheelset.radius,
         curvature=task.curvature,
+        rows=rows,
+        before=before,
     )
     return Side(number, sign, here, pose)
 
@@ -134,6 +146,11 @@ def normal_of(
         rest = row[~failed]
         near = None if start is None else patches_where(start, np.isin(start.patch.row, rest))
         parts.append(normal_of(task, side, rest, load[~failed], start=near, rough=rough))
+    return by_row(parts)
+
+
+def by_row(parts: list[NormalSolution]) -> NormalSolution:
+    """Join normal solutions of a side, ordered by row."""
     order = np.argsort(np.concatenate([part.patch.row for part in parts]), kind="stable")
     whole: NormalSolution = joined(parts, order)
     return whole
