@@ -196,8 +196,8 @@ def _solved(
     wanted: NDArray[np.bool_],
     start: Wheels | None = None,
     rough: bool = False,
-) -> list[Wheels]:
-    """Solve normal and kinematical problem of the wheels `wanted` (n, 2) under loads (n, 2)."""
+) -> Wheels:
+    """Solve normal and kinematical problem of the wheels `wanted` (n, 2) under loads (n, 2), by point."""
     parts = []
     for side in sides:
         row = np.flatnonzero(wanted[:, side.number])
@@ -231,7 +231,7 @@ def _solved(
                 start, error.row, side.number, f"at {times:.1f} times the wheel load {error}"
             ) from None
         parts.append(wheels_of(task, side, chunk, normal, part))
-    return parts
+    return by_point(parts)[0]
 
 
 def _loads(wheels: Wheels, count: int) -> FloatArray:
@@ -253,8 +253,8 @@ def _renewed(
 ) -> Wheels:
     """Solve some of the wheels (n, 2) anew under their loads."""
     kept = ~again.ravel()[wheels.place]
-    parts = _solved(task, chunk, sides, load, again, start=wheels, rough=rough)
-    whole: Wheels = joined([*([patches_where(wheels, kept)] if kept.any() else []), *parts])
+    solved = _solved(task, chunk, sides, load, again, start=wheels, rough=rough)
+    whole: Wheels = joined([patches_where(wheels, kept), solved]) if kept.any() else solved
     return whole
 
 
@@ -271,7 +271,7 @@ def _bracketed(
     load = tried = wheel_load
     here = np.zeros((count, 2), bool)
     here[:, [side.number for side in sides]] = True
-    rough: Wheels = joined(_solved(task, chunk, sides, load, here, rough=True))
+    rough = _solved(task, chunk, sides, load, here, rough=True)
     speed = -chunk.speed / task.wheelset.radius if given is None else given
     low, high = np.full((count, 2), -np.inf), np.full((count, 2), np.inf)
     asked = open_rows = np.ones(count, bool)
@@ -375,7 +375,8 @@ def _residual(task: Task, chunk: ContactConditions, forces: Forces, columns: lis
     """Torque over what friction can carry, and vertical forces over the wheel load less 1, (n, k)."""
     torque = (forces.torque.sum(axis=1) - chunk.torque) / _torque_scale(task, chunk)
     vertical = forces.vertical / chunk.loads - 1.0
-    return np.column_stack([torque, vertical])[:, columns]
+    both: FloatArray = np.concatenate([torque[:, None], vertical], axis=1)
+    return both[:, columns]
 
 
 def _slopes(
@@ -446,7 +447,7 @@ def _refined(
         speed = nominal * (1.0 + _SPEED_UNIT * unknown[:, 0]) if given is None else given
         load = chunk.loads * np.exp(unknown[:, 1:])
         if trial == 0:
-            wheels: Wheels = joined(_solved(task, chunk, sides, load, here, start=rough))
+            wheels = _solved(task, chunk, sides, load, here, start=rough)
         here &= open_rows[:, None]
         several = np.bincount(wheels.place, minlength=2 * count).reshape(-1, 2) > 1
         most = np.where(several, _SEVERAL, SIMILAR)

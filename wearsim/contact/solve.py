@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from wearsim.contact.balance import Equilibrium, equilibrium
 from wearsim.contact.equilibrium import QUICK_ROLLS, resting_roll, rotation_without_creepage
-from wearsim.contact.kernel import kernel
+from wearsim.contact.kernel import leaf_kernel, plain
 from wearsim.contact.patch import FloatArray, IntArray, SurfaceFields
 from wearsim.contact.problem import ContactConditions, ContactModels, ContactSolution, Counterface, Wheelset
 from wearsim.contact.tangential import TANGENTIAL_MODELS, TangentialSolution
@@ -363,7 +363,7 @@ def _finish(
     # Adding 0.0 below turns a mirrored -0.0 into 0.0.
     power = np.maximum(-(contact.force * creepage).sum(axis=1) * solved.speed, 0.0)
     assert contact.cells is not None
-    pressure, shear_x, shear_y, slip_x, slip_y = contact.cells
+    pressure, shear_x, shear_y, slip_x, slip_y = map(plain, contact.cells)
     work, local_power = np.empty(pressure.shape), np.empty(power.size)
     cell_area = contact.cell_length * patch.width[:, None]
     below = [np.interp(normal.centre_y, one.y, one.z) for one in task.counterfaces]
@@ -406,7 +406,7 @@ def _finish(
     )
 
 
-@kernel
+@leaf_kernel
 def _scale_work(
     shear_x: FloatArray, shear_y: FloatArray, slip_x: FloatArray, slip_y: FloatArray, cell_area: FloatArray,
     speed: FloatArray, power: FloatArray, sign: FloatArray, work: FloatArray, local_power: FloatArray,
@@ -428,5 +428,6 @@ def _scale_work(
         for i in range(cells):
             for j in range(strips):
                 work[m, i, j] *= scale
-                shear_y[m, i, j] *= sign[m]
-                slip_y[m, i, j] *= sign[m]
+        if sign[m] < 0.0:
+            shear_y[m] *= -1.0
+            slip_y[m] *= -1.0
