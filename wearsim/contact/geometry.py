@@ -271,9 +271,14 @@ def gap(
     count = pose.shift.size
     curves = np.empty((5, count, counterface.y.size)) if before is None else list(vars(before).values())[2:7]
     nearest = _Nearest(*curves)
-    line = _ContactLine(*np.empty((4, wheel.y.size)))
+    # Circles that cannot lie above the grid are left out: shift, yaw and roll move their points by so much.
+    shift, yaw, roll = (np.abs(angle).max(initial=0.0) for angle in pose)
+    aside = shift + (yaw + roll) * wheel.radius.max() + (yaw**2 + roll**2) * (half_span + np.abs(wheel.y).max())
+    first, last = np.searchsorted(wheel.y, (counterface.y[0] - aside, counterface.y[-1] + aside))
+    circles = WheelSurface(*(one[max(first - 1, 0) : last + 1] for one in wheel))
+    line = _ContactLine(*np.empty((4, circles.y.size)))
     _search(
-        bodies, counterface, curvature, np.arange(count) if rows is None else rows, line,
+        bodies._replace(wheel=circles), counterface, curvature, np.arange(count) if rows is None else rows, line,
         np.empty(counterface.y.size, dtype=np.int64), nearest,
     )  # fmt: skip
     nearest.gap[:, curvature * counterface.z > _NEAREST_AXIS] = NO_WHEEL
