@@ -10,6 +10,7 @@ points form the wheel's contact line, and the gap is the distance of it from the
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +20,7 @@ from scipy.interpolate import CubicSpline
 from wearsim.contact.kernel import kernel, plain
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.errors import ContactError
-from wearsim.profile.shape import Profile
+from wearsim.profile.shape import Profile, arc_length
 
 # Steeper parts of a profile (flange back, rail sides) cannot carry a wheel. They belong to its curve where
 # they lie between parts that can, such as a step worn into a flange, and for a while at its ends.
@@ -136,23 +137,34 @@ class Gap:
 
 def _open_curve(profile: Profile, spacing: float, start: int) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return y, z and slope at equal steps of arc length along what a counterpart can see, y rising."""
-    step = np.hypot(np.diff(profile.y), np.diff(profile.z))
-    arc = np.concatenate(([0.0], np.cumsum(step)))
+    try:
+        return _curve(profile.kind, profile.y.tobytes(), profile.z.tobytes(), spacing, start)
+    except ContactError as error:
+        raise ContactError(f"profile {profile.name!r} {error}") from None
+
+
+@lru_cache(maxsize=8)  # alike wheels, rails of several scenes, and states that are solved more than once
+def _curve(
+    kind: str, of_y: bytes, of_z: bytes, spacing: float, start: int
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Spline through the points of a profile: see `_open_curve`."""
+    points = np.stack((np.frombuffer(of_y), np.frombuffer(of_z)))
+    arc = arc_length(*points)
     count = int(np.ceil((arc[-1] - arc[start]) / spacing)) + 1
     fine = np.linspace(arc[start], arc[-1], count)
-    spline = CubicSpline(arc, np.stack((profile.y, profile.z)), axis=1)
+    spline = CubicSpline(arc, points, axis=1)
     (y, z), (dy, dz) = plain(spline(fine)), plain(spline(fine, 1))
     usable = (dy > 0) & (np.abs(dz) <= _STEEPEST * dy)
     middle = int(np.searchsorted(fine, 0.5 * (arc[start] + arc[-1])))
     if not usable[middle]:
-        raise ContactError(f"profile {profile.name!r} is steeper than 86 degrees in its middle")
+        raise ContactError("is steeper than 86 degrees in its middle")
     step = (arc[-1] - arc[start]) / (count - 1)
     part = _extent(usable, middle, step)
     y, z, dy, dz, usable = y[part], z[part], dy[part], dz[part], usable[part]
     if usable.all():
         return y, z, dz / dy
     # What lies behind the point nearest to the counterpart, seen from there, is hidden: y goes on rising.
-    nearest = int(np.argmax(z) if profile.kind == "wheel" else np.argmin(z))
+    nearest = int(np.argmax(z) if kind == "wheel" else np.argmin(z))
     advance = _LEAST_ADVANCE * step * np.arange(y.size)
     rising = np.concatenate(
         (
