@@ -75,7 +75,7 @@ _LARGEST_STEP = np.array([2.0, 0.2, 0.2])
 class Equilibrium:
     """Wheels in equilibrium, ordered by point, side and falling normal force.
 
-    `contact` has the fields of cells, `speed` (n,) is the rotation speed [rad/s], `load` (n, 2) the L of both
+    `contact` has the fields of cells if wanted, `speed` (n,) is the rotation speed [rad/s], `load` (n, 2) the L of both
     wheels [N], `slopes` those of the residuals of sides that are balanced together.
     """
 
@@ -105,6 +105,7 @@ def equilibrium(
     sides: list[Side],
     speed: FloatArray | None,
     nearby: Equilibrium | None = None,
+    fields: bool = True,
 ) -> Equilibrium:
     """Balance loads, and torque if the rotation speed is not given, for every point of a chunk.
 
@@ -120,6 +121,8 @@ def equilibrium(
         Rotation speed, negative when rolling forwards [rad/s]; None: free.
     nearby : Equilibrium, optional
         Of the same points in another pose, to begin with instead of coarse patches.
+    fields : bool
+        Whether fields of cells are wanted; warm models have them anyway.
 
     Returns
     -------
@@ -165,14 +168,14 @@ def equilibrium(
     whole, order = by_point(wheels)
     if model.warm:
         return Equilibrium(whole, contact_joined(contacts, order), turning, load, slopes)
-    forces = forces_of(task, whole, turning, model, fields=True)
+    forces = forces_of(task, whole, turning, model, fields=fields)
     columns = [column for _, some in groups for column in some]
     missed = _missed(_residual(task, chunk, forces, columns), columns, model)
     if missed.any():  # a step promised too much
         wheels = [patches_where(whole, ~missed[whole.normal.patch.row])] if not missed.all() else []
         refine(missed, hasty=False)
         whole, _ = by_point(wheels)
-        forces = forces_of(task, whole, turning, model, fields=True)
+        forces = forces_of(task, whole, turning, model, fields=fields)
     return Equilibrium(whole, forces.contact, turning, load, slopes)
 
 
@@ -193,8 +196,8 @@ def _solved(
     wanted: NDArray[np.bool_],
     start: Wheels | None = None,
     rough: bool = False,
-) -> list[Wheels]:
-    """Solve normal and kinematical problem of the wheels `wanted` (n, 2) under loads (n, 2)."""
+) -> Wheels:
+    """Solve normal and kinematical problem of the wheels `wanted` (n, 2) under loads (n, 2), by point."""
     parts = []
     for side in sides:
         row = np.flatnonzero(wanted[:, side.number])
@@ -206,7 +209,9 @@ def _solved(
             earlier = patches_where(start.normal, mask)
         part = load[:, side.number]
         try:
-            normal = normal_of(task, side, row, part[row], start=earlier, rough=rough)
+            normal = side.rough if rough and start is None else None
+            if normal is None:
+                normal = normal_of(task, side, row, part[row], start=earlier, rough=rough)
             several = np.flatnonzero(np.diff(normal.patch.row) == 0)
             if chunk.creepage is not None and several.size > 0 and not rough:
                 raise ContactError(
@@ -226,7 +231,7 @@ def _solved(
                 start, error.row, side.number, f"at {times:.1f} times the wheel load {error}"
             ) from None
         parts.append(wheels_of(task, side, chunk, normal, part))
-    return parts
+    return by_point(parts)[0]
 
 
 def _loads(wheels: Wheels, count: int) -> FloatArray:
@@ -248,8 +253,8 @@ def _renewed(
 ) -> Wheels:
     """Solve some of the wheels (n, 2) anew under their loads."""
     kept = ~again.ravel()[wheels.place]
-    parts = _solved(task, chunk, sides, load, again, start=wheels, rough=rough)
-    whole: Wheels = joined([*([patches_where(wheels, kept)] if kept.any() else []), *parts])
+    solved = _solved(task, chunk, sides, load, again, start=wheels, rough=rough)
+    whole: Wheels = joined([patches_where(wheels, kept), solved]) if kept.any() else solved
     return whole
 
 
@@ -266,7 +271,7 @@ def _bracketed(
     load = tried = wheel_load
     here = np.zeros((count, 2), bool)
     here[:, [side.number for side in sides]] = True
-    rough: Wheels = joined(_solved(task, chunk, sides, load, here, rough=True))
+    rough = _solved(task, chunk, sides, load, here, rough=True)
     speed = -chunk.speed / task.wheelset.radius if given is None else given
     low, high = np.full((count, 2), -np.inf), np.full((count, 2), np.inf)
     asked = open_rows = np.ones(count, bool)
@@ -370,7 +375,8 @@ def _residual(task: Task, chunk: ContactConditions, forces: Forces, columns: lis
     """Torque over what friction can carry, and vertical forces over the wheel load less 1, (n, k)."""
     torque = (forces.torque.sum(axis=1) - chunk.torque) / _torque_scale(task, chunk)
     vertical = forces.vertical / chunk.loads - 1.0
-    return np.column_stack([torque, vertical])[:, columns]
+    both: FloatArray = np.concatenate([torque[:, None], vertical], axis=1)
+    return both[:, columns]
 
 
 def _slopes(
@@ -441,7 +447,7 @@ def _refined(
         speed = nominal * (1.0 + _SPEED_UNIT * unknown[:, 0]) if given is None else given
         load = chunk.loads * np.exp(unknown[:, 1:])
         if trial == 0:
-            wheels: Wheels = joined(_solved(task, chunk, sides, load, here, start=rough))
+            wheels = _solved(task, chunk, sides, load, here, start=rough)
         here &= open_rows[:, None]
         several = np.bincount(wheels.place, minlength=2 * count).reshape(-1, 2) > 1
         most = np.where(several, _SEVERAL, SIMILAR)

@@ -9,7 +9,8 @@ points form the wheel's contact line, and the gap is the distance of it from the
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +20,7 @@ from scipy.interpolate import CubicSpline
 from wearsim.contact.kernel import kernel, plain
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.errors import ContactError
-from wearsim.profile.shape import Profile
+from wearsim.profile.shape import Profile, arc_length
 
 # Steeper parts of a profile (flange back, rail sides) cannot carry a wheel. They belong to its curve where
 # they lie between parts that can, such as a step worn into a flange, and for a while at its ends.
@@ -133,36 +134,37 @@ class Gap:
     x: FloatArray
     bodies: Bodies | None = None
 
-    def take(self, row: IntArray) -> Gap:
-        """Gap of some rows."""
-        if row.size == self.gap.shape[0]:
-            return self
-        curves = {name: getattr(self, name)[row] for name in _Nearest._fields}
-        bodies = self.bodies
-        if bodies is not None:
-            bodies = bodies._replace(pose=WheelsetPose(*(one[row] for one in bodies.pose)))
-        return replace(self, bodies=bodies, **curves)
-
 
 def _open_curve(profile: Profile, spacing: float, start: int) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return y, z and slope at equal steps of arc length along what a counterpart can see, y rising."""
-    step = np.hypot(np.diff(profile.y), np.diff(profile.z))
-    arc = np.concatenate(([0.0], np.cumsum(step)))
+    try:
+        return _curve(profile.kind, profile.y.tobytes(), profile.z.tobytes(), spacing, start)
+    except ContactError as error:
+        raise ContactError(f"profile {profile.name!r} {error}") from None
+
+
+@lru_cache(maxsize=8)  # alike wheels, rails of several scenes, and states that are solved more than once
+def _curve(
+    kind: str, of_y: bytes, of_z: bytes, spacing: float, start: int
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Spline through the points of a profile: see `_open_curve`."""
+    points = np.stack((np.frombuffer(of_y), np.frombuffer(of_z)))
+    arc = arc_length(*points)
     count = int(np.ceil((arc[-1] - arc[start]) / spacing)) + 1
     fine = np.linspace(arc[start], arc[-1], count)
-    spline = CubicSpline(arc, np.stack((profile.y, profile.z)), axis=1)
+    spline = CubicSpline(arc, points, axis=1)
     (y, z), (dy, dz) = plain(spline(fine)), plain(spline(fine, 1))
     usable = (dy > 0) & (np.abs(dz) <= _STEEPEST * dy)
     middle = int(np.searchsorted(fine, 0.5 * (arc[start] + arc[-1])))
     if not usable[middle]:
-        raise ContactError(f"profile {profile.name!r} is steeper than 86 degrees in its middle")
+        raise ContactError("is steeper than 86 degrees in its middle")
     step = (arc[-1] - arc[start]) / (count - 1)
     part = _extent(usable, middle, step)
     y, z, dy, dz, usable = y[part], z[part], dy[part], dz[part], usable[part]
     if usable.all():
         return y, z, dz / dy
     # What lies behind the point nearest to the counterpart, seen from there, is hidden: y goes on rising.
-    nearest = int(np.argmax(z) if profile.kind == "wheel" else np.argmin(z))
+    nearest = int(np.argmax(z) if kind == "wheel" else np.argmin(z))
     advance = _LEAST_ADVANCE * step * np.arange(y.size)
     rising = np.concatenate(
         (
@@ -244,6 +246,8 @@ def gap(
     half_span: float,
     nominal_radius: float,
     curvature: float,
+    rows: IntArray | None = None,
+    before: Gap | None = None,
 ) -> Gap:
     """Gap between wheel and counterface at every lateral position, for any shift, yaw and roll.
 
@@ -261,6 +265,10 @@ def gap(
         Wheel radius at the running circle [m].
     curvature : float
         kappa = 1/s0 of the counterface [1/m]; 0 for a rail.
+    rows : (k,) int array, optional
+        Rows to search, by default all.
+    before : Gap, optional
+        Of other poses, used up: its arrays become those of the result, and keep what they hold of other rows.
 
     Returns
     -------
@@ -272,9 +280,19 @@ def gap(
     curvature = float(curvature)
     pose = WheelsetPose(plain(pose.shift), plain(pose.yaw), plain(pose.roll))
     bodies = Bodies(wheel, pose, float(half_span), float(nominal_radius))
-    nearest = _Nearest(*np.empty((5, pose.shift.size, counterface.y.size)))
-    line = _ContactLine(*np.empty((4, wheel.y.size)))
-    _search(bodies, counterface, curvature, line, np.empty(counterface.y.size, dtype=np.int64), nearest)
+    count = pose.shift.size
+    curves = np.empty((5, count, counterface.y.size)) if before is None else list(vars(before).values())[2:7]
+    nearest = _Nearest(*curves)
+    # Circles that cannot lie above the grid are left out: shift, yaw and roll move their points by so much.
+    shift, yaw, roll = (np.abs(angle).max(initial=0.0) for angle in pose)
+    aside = shift + (yaw + roll) * wheel.radius.max() + (yaw**2 + roll**2) * (half_span + np.abs(wheel.y).max())
+    first, last = np.searchsorted(wheel.y, (counterface.y[0] - aside, counterface.y[-1] + aside))
+    circles = WheelSurface(*(one[max(first - 1, 0) : last + 1] for one in wheel))
+    line = _ContactLine(*np.empty((4, circles.y.size)))
+    _search(
+        bodies._replace(wheel=circles), counterface, curvature, np.arange(count) if rows is None else rows, line,
+        np.empty(counterface.y.size, dtype=np.int64), nearest,
+    )  # fmt: skip
     nearest.gap[:, curvature * counterface.z > _NEAREST_AXIS] = NO_WHEEL
     return Gap(counterface, curvature, *nearest, bodies)
 
@@ -303,13 +321,14 @@ def _search(
     bodies: Bodies,
     counterface: CounterfaceProfile,
     kappa: float,
+    rows: IntArray,
     line: _ContactLine,
     circle: IntArray,
     nearest: _Nearest,
 ) -> None:
     """Contact line of each pose, the lowest part of it over each grid point, and the wheel there."""
     y, radius, sine, x = bodies.wheel.y, bodies.wheel.radius, line.sin_theta, line.x
-    for row in range(bodies.pose.shift.size):
+    for row in rows:
         _contact_line(bodies, row, kappa, line)
         _envelope(line, counterface, nearest.gap[row], circle)
         for i in range(circle.size):

@@ -86,7 +86,7 @@ class ContactConditions:
         load = self.wheel_load
         return load if load.ndim == 2 else np.repeat(load[:, None], 2, axis=1)
 
-    @property
+    @cached_property
     def traction(self) -> FloatArray:
         """Friction x mean wheel load (n,): the most that the creep forces of a wheel can be, about [N]."""
         highest = self.friction if self.friction_flange is None else self.friction_flange

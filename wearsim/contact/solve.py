@@ -13,16 +13,19 @@ from numpy.typing import NDArray
 
 from wearsim.contact.balance import Equilibrium, equilibrium
 from wearsim.contact.equilibrium import QUICK_ROLLS, resting_roll, rotation_without_creepage
-from wearsim.contact.kernel import kernel
+from wearsim.contact.kernel import leaf_kernel, plain
 from wearsim.contact.patch import FloatArray, IntArray, SurfaceFields
 from wearsim.contact.problem import ContactConditions, ContactModels, ContactSolution, Counterface, Wheelset
-from wearsim.contact.tangential import TangentialSolution
+from wearsim.contact.tangential import TANGENTIAL_MODELS, TangentialSolution
 from wearsim.contact.wheels import (
+    Side,
     Task,
     Wheels,
     by_point,
+    by_row,
     contact_joined,
     contact_where,
+    forces_of,
     joined,
     normal_of,
     patches_where,
@@ -262,13 +265,13 @@ def _at_rest(
         tilted = replace(chunk, roll=angle).at(rows)
         given = None if speed is None else speed[rows]
         try:
-            sides = [side_of(task, number, tilted) for number in (0, 1)]
+            sides = [side_of(task, number, tilted) for number in (0, 1)] if len(rolls) > 1 else still
             try:
-                balanced = equilibrium(task, tilted, sides, given, nearby)
+                balanced = equilibrium(task, tilted, sides, given, nearby, False)
             except ContactError:
                 if nearby is None:
                     raise
-                balanced = equilibrium(task, tilted, sides, given)
+                balanced = equilibrium(task, tilted, sides, given, None, False)
         except ContactError as error:
             raise _of_whole(error, rows) from None
         latest.append((rows, balanced))
@@ -276,7 +279,7 @@ def _at_rest(
         both[:, rows] = _displacements(balanced.wheels, rows.size)
         return both[0], both[1]
 
-    near, fall = _near_rest(task, chunk)
+    near, fall, still = _near_rest(task, chunk)
     roll, solved = resting_roll(displacements, near, task.wheelset.half_span, fall=fall)
     if not solved.all():
         raise NumericalError(
@@ -287,26 +290,35 @@ def _at_rest(
         )
     keep(~solved)
     whole, order = by_point(wheels)
-    contact = contact_joined(contacts, order)
+    model = TANGENTIAL_MODELS[task.models.tangential]
+    if model.warm:
+        contact = contact_joined(contacts, order)
+    else:
+        contact = forces_of(task, whole, turning, model, fields=True).contact
     return Equilibrium(whole, contact, turning, load, []), replace(chunk, roll=roll)
 
 
-def _near_rest(task: Task, chunk: ContactConditions) -> tuple[FloatArray, FloatArray]:
-    """Roll (n,) at which coarse patches without creep forces carry the wheel loads [rad]; the fall there."""
+def _near_rest(task: Task, chunk: ContactConditions) -> tuple[FloatArray, FloatArray, list[Side]]:
+    """Roll (n,) at which coarse patches without creep forces carry the wheel loads [rad]; fall and sides."""
     fall = np.ones(chunk.shift.size)
+    sides: dict[int, Side] = {}
 
     def displacements(angle: FloatArray, wanted: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
-        rows = np.flatnonzero(wanted)
-        tilted = replace(chunk, roll=angle).at(rows)
+        rows, tilted = np.flatnonzero(wanted), replace(chunk, roll=angle)
         both = np.zeros((2, wanted.size))
         for number in (0, 1):
+            before = sides.get(number)
             try:
-                side, every = side_of(task, number, tilted), np.arange(rows.size)
-                normal = normal_of(task, side, every, tilted.loads[:, number], rough=True)
+                side = side_of(task, number, tilted, rows, before and before.gap)
+                normal = normal_of(task, side, rows, chunk.loads[rows, number], rough=True)
             except ContactError as error:
                 error.side = number
-                raise _of_whole(error, rows) from None
-            both[number, rows[normal.patch.row]] = normal.vertical_displacement
+                raise
+            both[number, normal.patch.row] = normal.vertical_displacement
+            if before is not None and before.rough is not None:
+                kept = patches_where(before.rough, ~wanted[before.rough.patch.row])
+                normal = by_row([kept, normal])
+            sides[number] = replace(side, rough=normal)
         return both[0], both[1]
 
     roll, solved = resting_roll(displacements, chunk.roll, task.wheelset.half_span, _NEAR_REST, fall)
@@ -317,7 +329,7 @@ def _near_rest(task: Task, chunk: ContactConditions) -> tuple[FloatArray, FloatA
             int(np.argmin(solved)),
             rows=np.flatnonzero(~solved).tolist(),
         )
-    return roll, fall
+    return roll, fall, [sides[number] for number in (0, 1)]
 
 
 def _of_whole(error: ContactError, rows: IntArray) -> ContactError:
@@ -351,7 +363,7 @@ def _finish(
     # Adding 0.0 below turns a mirrored -0.0 into 0.0.
     power = np.maximum(-(contact.force * creepage).sum(axis=1) * solved.speed, 0.0)
     assert contact.cells is not None
-    pressure, shear_x, shear_y, slip_x, slip_y = contact.cells
+    pressure, shear_x, shear_y, slip_x, slip_y = map(plain, contact.cells)
     work, local_power = np.empty(pressure.shape), np.empty(power.size)
     cell_area = contact.cell_length * patch.width[:, None]
     below = [np.interp(normal.centre_y, one.y, one.z) for one in task.counterfaces]
@@ -394,7 +406,7 @@ def _finish(
     )
 
 
-@kernel
+@leaf_kernel
 def _scale_work(
     shear_x: FloatArray, shear_y: FloatArray, slip_x: FloatArray, slip_y: FloatArray, cell_area: FloatArray,
     speed: FloatArray, power: FloatArray, sign: FloatArray, work: FloatArray, local_power: FloatArray,
@@ -416,5 +428,6 @@ def _scale_work(
         for i in range(cells):
             for j in range(strips):
                 work[m, i, j] *= scale
-                shear_y[m, i, j] *= sign[m]
-                slip_y[m, i, j] *= sign[m]
+        if sign[m] < 0.0:
+            shear_y[m] *= -1.0
+            slip_y[m] *= -1.0

@@ -6,8 +6,8 @@ A left wheel is mirrored to the right one. Arrays of unlike patches are padded w
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
-from functools import cache, partial
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -45,12 +45,16 @@ class Task:
 
 @dataclass(frozen=True)
 class Side:
-    """One side of n operating points; a left wheel is mirrored to the right, `sign` is then -1."""
+    """One side of n operating points; a left wheel is mirrored to the right, `sign` is then -1.
+
+    `rough` are its rough solutions under the wheel loads, where they are known.
+    """
 
     number: int
     sign: float
     gap: Gap
     pose: WheelsetPose
+    rough: NormalSolution | None = None
 
 
 @dataclass(frozen=True)
@@ -85,8 +89,14 @@ class Forces:
     vertical: FloatArray
 
 
-def side_of(task: Task, number: int, chunk: ContactConditions) -> Side:
-    """Gap of one side of operating points."""
+def side_of(
+    task: Task,
+    number: int,
+    chunk: ContactConditions,
+    rows: IntArray | None = None,
+    before: Gap | None = None,
+) -> Side:
+    """Gap of one side of operating points; of `rows` alone, and `before` of the others, if given."""
     sign = -1.0 if number else 1.0
     pose = WheelsetPose(sign * chunk.shift, sign * chunk.yaw, sign * chunk.roll)
     here = gap(
@@ -96,6 +106,8 @@ def side_of(task: Task, number: int, chunk: ContactConditions) -> Side:
         half_span=task.wheelset.half_span,
         nominal_radius=task.wheelset.radius,
         curvature=task.curvature,
+        rows=rows,
+        before=before,
     )
     return Side(number, sign, here, pose)
 
@@ -134,6 +146,11 @@ def normal_of(
         rest = row[~failed]
         near = None if start is None else patches_where(start, np.isin(start.patch.row, rest))
         parts.append(normal_of(task, side, rest, load[~failed], start=near, rough=rough))
+    return by_row(parts)
+
+
+def by_row(parts: list[NormalSolution]) -> NormalSolution:
+    """Join normal solutions of a side, ordered by row."""
     order = np.argsort(np.concatenate([part.patch.row for part in parts]), kind="stable")
     whole: NormalSolution = joined(parts, order)
     return whole
@@ -216,28 +233,23 @@ def joined(parts: Sequence[Any], order: IntArray | None = None, *, name: str = "
         As the parts.
     """
     first = parts[0]
-    if first is None:
-        return None
-    if isinstance(first, np.ndarray):
+    kind: Any = type(first)
+    if kind is np.ndarray:
         whole = _stacked(name, parts) if len(parts) > 1 else first
         return whole if order is None else whole[order]
+    if first is None or (order is None and len(parts) == 1):
+        return first
     if isinstance(first, tuple):
         return tuple(joined(each, order, name=name) for each in zip(*parts, strict=True))
-    if isinstance(first, dict):
-        return {key: joined([part[key] for part in parts], order, name=key) for key in first}
-    kind: Any = type(first)
-    return kind(*[joined([getattr(one, name) for one in parts], order, name=name) for name in _names(kind)])
-
-
-@cache
-def _names(kind: Any) -> tuple[str, ...]:
-    return tuple(one.name for one in fields(kind))
+    columns = zip(*(part.values() if kind is dict else vars(part).values() for part in parts), strict=True)
+    named = zip(first if kind is dict else vars(first), columns, strict=True)
+    values = {key: joined(each, order, name=key) for key, each in named}
+    return values if kind is dict else kind(**values)
 
 
 def _stacked(name: str, parts: Sequence[FloatArray]) -> FloatArray:
     """Arrays behind one another, padded to equal shape but for the first axis."""
-    shape = parts[0].shape[1:]
-    if all(part.shape[1:] == shape for part in parts):
+    if len({part.shape[1:] for part in parts}) == 1:
         return np.concatenate(parts)
     sizes = np.array([part.shape for part in parts])
     whole = np.zeros((sizes[:, 0].sum(), *sizes[:, 1:].max(axis=0)), dtype=parts[0].dtype)
@@ -251,10 +263,9 @@ def _stacked(name: str, parts: Sequence[FloatArray]) -> FloatArray:
 
 def by_point(parts: list[Wheels]) -> tuple[Wheels, IntArray]:
     """Join patches, ordered by point, side and falling normal force; and their order among the parts."""
-    row = np.concatenate([part.normal.patch.row for part in parts])
-    right_first = np.concatenate([-part.sign for part in parts])
+    place = np.concatenate([part.place for part in parts])
     force = np.concatenate([part.normal.normal_force for part in parts])
-    order = np.lexsort((-force, right_first, row))
+    order = np.lexsort((-force, place))
     if len(parts) == 1 and (order[1:] > order[:-1]).all():
         return parts[0], order
     return joined(parts, order), order

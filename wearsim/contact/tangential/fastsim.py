@@ -21,7 +21,7 @@ import numpy as np
 
 from wearsim.contact.kernel import kernel, leaf_kernel, plain
 from wearsim.contact.patch import FloatArray, IntArray, Patch, load_factor
-from wearsim.contact.tangential.kalker import coefficients
+from wearsim.contact.tangential.kalker import KNOTS, interpolate, logarithms
 from wearsim.contact.tangential.model import TangentialModel, TangentialSolution
 
 MOST_STRIPS = 512
@@ -56,21 +56,23 @@ def flexibilities(patch: Patch, shear_modulus: float, poisson_ratio: float) -> F
     .. [2] J. Piotrowski, H. Chollet, Vehicle System Dynamics 43 (2005) 455-483,
        doi:10.1080/00423110500141144.
     """
-    a, ratio = np.empty((2, patch.width.size))
-    _ellipses(
-        plain(patch.x_lead), plain(patch.x_trail), plain(patch.width), plain(patch.strips, np.int64), a, ratio
-    )
-    result = np.empty((3, ratio.size))
-    _of_ellipses(a, ratio, coefficients(ratio, poisson_ratio), float(shear_modulus), result)
+    work, result = np.empty((6, patch.width.size)), np.empty((3, patch.width.size))
+    _of_ellipses(
+        plain(patch.x_lead), plain(patch.x_trail), plain(patch.width), plain(patch.strips, np.int64),
+        float(shear_modulus), KNOTS, logarithms(poisson_ratio), work[0], work[1], work[2:], result,
+    )  # fmt: skip
     return result
 
 
 @kernel
-def _ellipses(
-    x_lead: FloatArray, x_trail: FloatArray, width: FloatArray, strips: IntArray, a: FloatArray,
-    ratio: FloatArray,
+def _of_ellipses(
+    x_lead: FloatArray, x_trail: FloatArray, width: FloatArray, strips: IntArray, modulus: float,
+    knots: FloatArray, table: FloatArray, a: FloatArray, ratio: FloatArray, c: FloatArray, out: FloatArray,
 ) -> None:  # fmt: skip
-    """Semi-axis a of the equivalent ellipse of each patch and its ratio to b; padding left out."""
+    """Semi-axis a of the equivalent ellipse of each patch, its ratio to b, coefficients and flexibilities.
+
+    Padding is left out.
+    """
     for m in range(strips.size):
         total, longest = 0.0, 0.0
         for j in range(strips[m]):
@@ -79,11 +81,7 @@ def _ellipses(
             longest = max(longest, length)
         ratio[m] = longest / (width[m] * strips[m])
         a[m] = np.sqrt(total * width[m] / np.pi * ratio[m])
-
-
-@kernel
-def _of_ellipses(a: FloatArray, ratio: FloatArray, c: FloatArray, modulus: float, out: FloatArray) -> None:
-    """Flexibilities (3, m) from the coefficients C11, C22 and C23 of ellipses."""
+    interpolate(ratio, knots, table, c)
     for m in range(a.size):
         out[0, m] = 8.0 * a[m] / (3.0 * modulus * c[0, m])
         out[1, m] = 8.0 * a[m] / (3.0 * modulus * c[1, m])
@@ -107,7 +105,7 @@ def solve(
     """
     flexibility = flexibilities(patch, shear_modulus, poisson_ratio)
     count, strips = patch.y.shape
-    out = np.zeros((5, count, patch.cells.max(initial=1), strips) if fields else (5, 0, 0, 0))
+    out = np.empty((5, count, patch.cells.max(initial=1), strips) if fields else (5, 0, 0, 0))
     force, slip_area = np.zeros((count, 3)), np.zeros(count)
     slope = patch.pressure_slope * _load_factors(int(patch.cells.max(initial=2)))[patch.cells][:, None]
     creepage, mean = plain(creepage), np.empty(count)
@@ -210,6 +208,9 @@ def _march(
                 for k in range(1, 5):
                     for j in range(strips):
                         out[k, m, i, j] = rows[(10 + k) * _ROW + j]
+        if keep:  # padding
+            out[:, m, cells:] = 0.0
+            out[:, m, :cells, strips:] = 0.0
         force[m, 0], force[m, 1], force[m, 2] = f_x * width[m], f_y * width[m], moment * width[m]
         slip_area[m] = slipping * width[m]
 

@@ -42,11 +42,11 @@ _TABLE = np.array(
 ).reshape(19, 4, 3)
 
 _RATIO = np.concatenate((np.arange(1, 11) / 10.0, 10.0 / np.arange(9, 0, -1)))
-_KNOTS = np.log(_RATIO)
+KNOTS = np.log(_RATIO)
 
 
 @lru_cache(maxsize=16)
-def _logarithms(poisson_ratio: float) -> FloatArray:
+def logarithms(poisson_ratio: float) -> FloatArray:
     """Logarithms (19, 4) of the coefficients at the ratios of the table."""
     inverse = 1.0 / _TABLE
     nu = 4.0 * poisson_ratio
@@ -83,12 +83,12 @@ def coefficients(axis_ratio: FloatArray, poisson_ratio: float) -> FloatArray:
     """
     ratio = plain(axis_ratio)
     result = np.empty((4, ratio.size))
-    _interpolate(ratio, _KNOTS, _logarithms(poisson_ratio), result)
+    interpolate(ratio, KNOTS, logarithms(poisson_ratio), result)
     return result
 
 
 @kernel
-def _interpolate(ratio: FloatArray, knots: FloatArray, logarithms: FloatArray, result: FloatArray) -> None:
+def interpolate(ratio: FloatArray, knots: FloatArray, logarithms: FloatArray, result: FloatArray) -> None:
     """Fill `result` (4, m), linear in logarithms."""
     for m in range(ratio.size):
         place, left = np.log(ratio[m]), 0

@@ -141,10 +141,10 @@ def _displacement(
     if start is None:
         return np.full(row.size, np.nan), np.full(row.size, np.nan)
     of = np.searchsorted(row, start.patch.row)
-    displacement, load = np.empty(row.size), np.zeros(row.size)
+    displacement = np.empty(row.size)
     displacement[of] = start.vertical_displacement
-    np.add.at(load, of, start.normal_force * (np.cos(start.contact_angle) if vertical else 1.0))
-    return displacement, load
+    part = start.normal_force * (np.cos(start.contact_angle) if vertical else 1.0)
+    return displacement, np.bincount(of, part, row.size)
 
 
 def _bodies(gap: Gap) -> tuple[WheelSurface, Records]:
