@@ -73,7 +73,7 @@ def attack(way, random, folder):
     shutil.copytree(reference("report")[0], here)
     for file, text in FILES.items():
         (here / file).write_text(text)
-    before = bits(reference("report")[0])
+    before = reference("report")[1]
     if way == "read-only folder":
         (here / "log").write_text("")
         (here / "log").chmod(0o666)

@@ -16,34 +16,13 @@ from pathlib import Path
 import netCDF4
 import numpy as np
 from siege import chosen, require
-from siege_nursery import RIG, forked
+from siege_nursery import forked
 
 from wearsim.errors import ResultError
 from wearsim.results import load_results
+from wearsim.studies import bands
 
-FIELD = (
-    RIG.replace('"rig"', '"field"')
-    .replace("roller_radius_mm = 1000\n", "")
-    .replace("[[operation.block]]", "[[operation.class]]")
-    .replace("shift_mm = 3", "shift_mean_mm = 0\nshift_std_mm = 2\npositions = 10")
-    .replace("distance_km = 1\n", "share = 1.0\n", 1)
-)
-COMPARE = '[scene]\nkind = "compare"\n[compare]\nrig = "rig.toml"\nfield = "field.toml"\n'
-BANDS = (
-    RIG.replace("distance_km = 4", "distance_km = 2")
-    + """
-[uncertainty]
-draws = 16
-[[uncertainty.input]]
-name = "load"
-key = "operation.load_kN"
-acts = "factor"
-distribution = "normal"
-mean = 1.0
-std = 0.03
-"""
-)
-FILES = {"rig.toml": RIG, "field.toml": FIELD, "compare.toml": COMPARE, "bands.toml": BANDS}
+FILES = {path.name: path.read_text() for path in (Path(__file__).parent / "scenes").glob("*.toml")}
 RESUME = "resume out"
 WAYS = {
     "run": ("", "run rig.toml --out out"),
@@ -51,22 +30,25 @@ WAYS = {
     "comparison": ("", "run compare.toml --out out"),
     "report": ("whole", "report out"),
     "translation": ("whole", "translate out/rig.nc out/field.nc --out out/translation.nc"),
-    "sweep": ("", "sweep rig.toml --vary wheelset.radius_mm=420,460 --jobs 1 --out out"),
-    "bands": ("", "run bands.toml --bands --jobs 1 --out out"),
-    "run again": ("", "run rig.toml --out out"),
+    "sweep": ("", "sweep short.toml --vary wheelset.radius_mm=420,460 --jobs 1 --out out"),
+    "bands": ("drawn", "run bands.toml --bands --jobs 1 --out out"),
+    "field": ("", "run field.toml --out out"),
+    "profile": ("", "profile S1002 --csv table.csv --convert miniprof --out wheel.whl --overwrite"),
 }
 """What stands in the folder before, and the command that is killed."""
+LEFT = 2
+"""Draws that are left to be made, as are the campaign itself and its bands, where the others are drawn."""
 SIGNALS = (signal.SIGKILL,) * 4 + (signal.SIGTERM, signal.SIGHUP, signal.SIGINT)
 LIMIT = 300
 """Time that no command may take, on a machine that does other things besides [s]."""
 
 
-def ended(process, limit=LIMIT):
+def ended(process):
     """Exit code of a process, which must end by itself."""
-    process.join(limit)
+    process.join(LIMIT)
     if process.is_alive():
         process.kill()
-        require(False, f"hangs after {limit} s")
+        require(False, f"hangs after {LIMIT} s")
     return process.exitcode
 
 
@@ -86,13 +68,13 @@ def complete(command, folder):
 
 @cache
 def reference(way):
-    """Folder of an uninterrupted run: before and after it, its time, its operations, its largest file."""
+    """Folder before an uninterrupted run; bits after it, its time, its operations, its largest file."""
     place = Path(tempfile.mkdtemp(prefix="siege"))
     before = prepared(WAYS[way][0], place / "before")
     shutil.copytree(before, place / "after")
     spent, operations = complete(WAYS[way][1], place / "after")
     largest = max(path.stat().st_size for path in (place / "after").rglob("*") if path.is_file())
-    return before, place / "after", spent, operations, largest
+    return before, bits(place / "after"), spent, operations, largest
 
 
 def prepared(state, folder):
@@ -108,6 +90,15 @@ def prepared(state, folder):
         _, _, _, operations, _ = reference("run")
         process, _ = forked(WAYS["run"][1].split(), folder, "operation", operations // 2)
         require(ended(process) == -signal.SIGKILL, "not killed")
+    elif state == "drawn":
+        complete(WAYS["bands"][1], folder)
+        for path in (folder / "out").iterdir():
+            if path.is_file():
+                path.unlink()
+            elif path.name != bands.FOLDER:
+                shutil.rmtree(path)
+        for path in sorted((folder / "out" / bands.FOLDER).glob("case_*"))[-LEFT:]:
+            shutil.rmtree(path)
     (folder / "log").unlink(missing_ok=True)
     return folder
 
@@ -121,16 +112,17 @@ def bits(folder):
             with netCDF4.Dataset(path) as file:
                 file.set_auto_maskandscale(False)
                 for variable in file.variables:
-                    found[f"{name} {variable}"] = np.asarray(file[variable][:]).tolist()
+                    array = np.asarray(file[variable][...])
+                    found[f"{name} {variable}"] = array.tolist() if array.dtype == object else array.tobytes()
         elif path.is_file() and path.name not in ("log", ".lock", ".sweep.lock"):
-            found[name] = path.read_bytes() if path.suffix in (".csv", ".toml") else b""
+            found[name] = path.read_bytes() if path.suffix in (".csv", ".toml", ".whl") else b""
     return found
 
 
-def require_whole(folder):
-    """Hold every file under a final name to be whole; a result that was killed in growth is one line."""
+def require_whole(folder, since=0.0):
+    """Hold every later file under a final name to be whole; a result killed in growth is one line."""
     for path in folder.rglob("*"):
-        if not path.is_file() or path.name.startswith("."):
+        if not path.is_file() or path.name.startswith(".") or path.stat().st_mtime < since:
             continue
         if path.name in ("rig.nc", "field.nc"):
             try:
@@ -151,9 +143,10 @@ def require_whole(folder):
 def attack(way, random, folder):
     """Kill once and continue."""
     command = WAYS[way][1]
-    before, after, spent, operations, largest = reference(way)
+    before, theirs, spent, operations, largest = reference(way)
     here = folder / "here"
-    shutil.copytree(before, here)
+    shutil.copytree(before, here)  # with the times of its files
+    began = time.time() - 1.0
     how = chosen(random, ("moment", "operation", "operation", "size"))
     number, where = signal.SIGKILL, 0
     if how == "moment":
@@ -171,10 +164,10 @@ def attack(way, random, folder):
     printed = log(here)
     require(code in (0, -number, 128 + number), f"exit code {code}", how, where, printed[-1500:])
     require("Traceback" not in printed and "internal error" not in printed, printed[-1500:])
-    require_whole(here)
-    began = (here / "out/manifest.json").exists() and way in ("run", "comparison", "run again")
-    complete(RESUME if began and way != "run again" and random.integers(2) else command, here)
-    ours, theirs = bits(here), bits(after)
+    require_whole(here, began)
+    claimed = (here / "out/manifest.json").exists() and way in ("run", "comparison", "field")
+    complete(RESUME if claimed and random.integers(2) else command, here)
+    ours = bits(here)
     require(ours.keys() == theirs.keys(), how, where, sorted(ours.keys() ^ theirs.keys()))
     different = [name for name in theirs if ours[name] != theirs[name]]
     require(not different, how, where, different)

@@ -3,6 +3,8 @@
 A new interpreter takes seconds to load them.
 """
 
+import contextlib
+import gc
 import multiprocessing
 import os
 import resource
@@ -12,36 +14,16 @@ import tempfile
 from functools import cache
 from multiprocessing import forkserver
 from pathlib import Path
+from unittest import mock
+
+from siege import outline
 
 from wearsim.campaign import record
 from wearsim.cli import main
 from wearsim.report import html
+from wearsim.studies import bands, sweep  # noqa: F401  (imported by commands when they need them)
 
-RIG = """\
-[scene]
-kind = "rig"
-[wheelset]
-profile = "S1002"
-[counterface]
-profile = "60E1"
-inclination = "1:40"
-gauge_mm = 1435
-roller_radius_mm = 1000
-[contact]
-strips = 8
-cells = 8
-[[operation.block]]
-name = "a"
-shift_mm = 3
-load_kN = 80
-speed_km_h = 72
-friction = 0.35
-distance_km = 1
-[campaign]
-distance_km = 4
-point_spacing_mm = 1
-max_step_km = 1
-"""
+RIG = Path(__file__).parent / "scenes/rig.toml"
 WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT
 
 
@@ -69,7 +51,7 @@ def start(words, folder, end, how, where, surround):
     log = os.open("log", os.O_CREAT | os.O_WRONLY | os.O_APPEND)
     os.dup2(log, 1), os.dup2(log, 2)
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    html.to_svg = lambda figure, name: "<svg></svg>"
+    html.to_svg = outline
     if words[0] != "report":  # which takes longer than a small campaign
         html.render = lambda datasets, *_, **__: f"<html>{len(datasets)} results</html>\n"
     if how == "size":  # die where a file grows beyond it
@@ -88,15 +70,9 @@ def start(words, folder, end, how, where, surround):
 @cache
 def serve():
     """Start the server, which takes no search path from its parent but by the environment."""
-    forkserver.set_forkserver_preload(["siege_nursery"])
-    kept = os.environ.get("PYTHONPATH")
-    os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, sys.path))
-    try:
+    forkserver.set_forkserver_preload(["__main__", "siege_nursery"])
+    with mock.patch.dict(os.environ, PYTHONPATH=os.pathsep.join(filter(None, sys.path))):
         forkserver.ensure_running()
-    finally:
-        os.environ.pop("PYTHONPATH")
-        if kept is not None:
-            os.environ["PYTHONPATH"] = kept
 
 
 def forked(words, folder, how="", where=0, surround=None):
@@ -116,18 +92,19 @@ def forked(words, folder, how="", where=0, surround=None):
 
 
 def warm():
-    """Load what a campaign and its report need."""
-    before, kept = Path.cwd(), html.to_svg
-    html.to_svg = lambda figure, name: "<svg></svg>"
-    with tempfile.TemporaryDirectory() as folder:
-        os.chdir(folder)
-        nowhere, streams = os.open(os.devnull, os.O_WRONLY), (os.dup(1), os.dup(2))
-        os.dup2(nowhere, 1), os.dup2(nowhere, 2)
-        Path("rig.toml").write_text(RIG)
-        main(["run", "rig.toml", "--out", "out"])
-        os.dup2(streams[0], 1), os.dup2(streams[1], 2)
-        os.chdir(before)
-    html.to_svg = kept
+    """Load and compile what the commands need: run a campaign with its report, and translate it."""
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        contextlib.chdir(folder),
+        open(os.devnull, "w") as nowhere,
+        contextlib.redirect_stdout(nowhere),
+        contextlib.redirect_stderr(nowhere),
+        mock.patch.object(html, "to_svg", outline),
+    ):
+        main(["run", str(RIG), "--out", "out"])
+        main(["translate", "out/rig.nc", "out/rig.nc"])
+    gc.collect()
+    gc.freeze()  # what stands already is no concern of the processes to come
 
 
 if sys.argv and "forkserver" in " ".join(sys.orig_argv):

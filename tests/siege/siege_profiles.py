@@ -19,6 +19,7 @@ WORDS = (
     "1 2", "-70,9.5", "nan 1", "x=1", "ColumnDef=A", "", "[Profile1Points]", "point.begin", '"',
     "spline.begin", "spline.end", "'a'", "0 1", "1e999 2", "(Sd/Sh/qR)", "XYPoints=9", "[", "=",
 )  # fmt: skip
+FACTORS = (-1, 0, 10, 25.4, 1e3, 1e-3, 1e300, 1.1, 1.01, 0.99, 1.001, 0.999)
 NUMBERS = (
     "nan", "inf", "1e400", "-0", "1e-400", "9" * 400, "", "x", "1,5", "0x10", "1_0", "١", "1e5",
     "--1", "1.2.3",
@@ -73,9 +74,7 @@ def change_number(content, random):
     """Another number at some place: scaled, of no use, or none."""
     found = list(re.finditer(rb"-?\d+\.?\d*(?:e-?\d+)?", content))
     number = chosen(random, found)
-    scaled = float(number[0]) * chosen(
-        random, (-1, 0, 10, 25.4, 1e3, 1e-3, 1e300, 1.1, 1.01, 0.99, 1.001, 0.999)
-    )
+    scaled = float(number[0]) * chosen(random, FACTORS)
     put = f"{scaled:.6g}".encode() if random.random() < 0.7 else chosen(random, NUMBERS).encode()
     return content[: number.start()] + put + content[number.end() :]
 

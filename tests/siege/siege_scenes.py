@@ -3,6 +3,7 @@
 import json
 import re
 import shutil
+from unittest import mock
 
 from siege import ACCEPTED, ROOT, chosen, command, damaged, judged, require, strict_json
 
@@ -18,8 +19,12 @@ DEFINITIONS = {
     "rig": (ROOT / "profiles/rigs/full_scale.toml", "rig_by_force", "rig ="),
     "limits": (ROOT / "profiles/limits/TSI.toml", "limits", "file ="),
 }
+SHIPPED = str(ROOT / "profiles")
+"""Where a file that a scene names may be found: a fault of it begins with its path."""
+NAMED = ("rig.toml", "field.toml", "field_given.toml", "recorded.csv")
+"""Files of `workflows` that scenes name."""
 WAYS = ("a value", "a key", "a table", "bytes", "several", "a definition")
-WHOLE = 20
+WHOLE = 40
 """In one of so many scenes the trial steps that foresee the length of a campaign are made, one per block."""
 
 VALUES = (
@@ -29,6 +34,8 @@ VALUES = (
     "1979-05-27", "07:32:00", "1979-05-27T07:32:00Z", '"/dev/zero"',
     '"/dev/null"', '"/"', '"."', '".."', '"~"', '"nan"', '"0.35"', "1e-3", "1", "2", "3.5", "100", "1e6",
 )  # fmt: skip
+FACTORS = (-1, 0, 0.1, 0.3, 0.5, 0.7, 0.9, 1.1, 1.5, 2, 5, 10, 1e3, 1e-3, 1e6, 1e-6, 10**400)
+OF_TABLES = ("removed", "head removed", "renamed", "doubled", "emptied", "list", "many", "moved")
 NAMES = ("x", "µ", '"a b"', "a.b", '""', "scene", "kind", "a" * 500, "=", "é", "__class__", "0", '"\\u0000"')
 KEY = re.compile(r"^(\s*)([A-Za-z_][\w.-]*)(\s*=\s*)(.*)$")
 NUMBER = re.compile(r"(?<![\w\".])-?\d+\.?\d*(?:e-?\d+)?(?![\w\".:])")
@@ -47,9 +54,7 @@ def change_value(lines, random):
     how = chosen(random, ("other", "scaled", "scaled", "scaled", "stolen", "quoted", "listed"))
     if how == "scaled" and numbers:
         number = chosen(random, numbers)
-        factor = chosen(
-            random, (-1, 0, 0.1, 0.3, 0.5, 0.7, 0.9, 1.1, 1.5, 2, 5, 10, 1e3, 1e-3, 1e6, 1e-6, 10**400)
-        )
+        factor = chosen(random, FACTORS)
         scaled = f"{float(number[0]) * factor:.10g}" if abs(factor) < 1e300 else "1e400"
         value = value[: number.start()] + scaled + value[number.end() :]
     elif how == "stolen":
@@ -74,10 +79,8 @@ def change_key(lines, random):
         lines[at] = f"{indent}{chosen(random, NAMES)}{equals}{value}"
     elif how == "misspelt":
         k = int(random.integers(len(key)))
-        lines[at] = (
-            f"{indent}{key[:k]}{chosen(random, ('', 'x', key[k] * 2, key[k].swapcase()))}{key[k + 1 :]}"
-            f"{equals}{value}"
-        )
+        letter = chosen(random, ("", "x", key[k] * 2, key[k].swapcase()))
+        lines[at] = f"{indent}{key[:k]}{letter}{key[k + 1 :]}{equals}{value}"
     elif how == "doubled":
         lines.insert(at, lines[at])
     elif how == "moved":
@@ -91,9 +94,7 @@ def change_table(lines, random):
     heads = [*places(lines, r"\s*\["), len(lines)]
     k = int(random.integers(len(heads) - 1))
     at, end = heads[k], heads[k + 1]
-    how = chosen(
-        random, ("removed", "head removed", "renamed", "doubled", "emptied", "list", "many", "moved")
-    )
+    how = chosen(random, OF_TABLES)
     if how == "removed":
         del lines[at:end]
     elif how == "head removed":
@@ -116,10 +117,8 @@ def change_table(lines, random):
 
 def change_bytes(lines, random):
     """Damage the text as bytes."""
-    text = damaged("\n".join(lines).encode("utf-8", "surrogateescape"), random).decode(
-        "utf-8", "surrogateescape"
-    )
-    lines[:] = text.split("\n")
+    content = damaged("\n".join(lines).encode("utf-8", "surrogateescape"), random)
+    lines[:] = content.decode("utf-8", "surrogateescape").split("\n")
 
 
 CHANGES = {"a value": change_value, "a key": change_key, "a table": change_table, "bytes": change_bytes}
@@ -138,7 +137,7 @@ def mutated(text, way, random):
 
 def write_scene(name, folder, text=None):
     """Write a scene, mutated or not, and what it names; return its name."""
-    for file in ("rig.toml", "field.toml", "field_given.toml", "recorded.csv"):
+    for file in NAMED:
         shutil.copy(ROOT / "workflows" / file, folder)
     shutil.copy(ROOT / "tests/data/scene_rig.toml", folder)
     shutil.copy(ROOT / "tests/data/scene_field.toml", folder)
@@ -167,14 +166,10 @@ def untried(setup, threads):
 
 def checked(scene, random, *names):
     """Judge what `wearsim check` says of a scene."""
-    effort, evolution = estimate._EFFORT, plan.WheelsetEvolution
-    estimate._EFFORT = 0.0
-    plan.WheelsetEvolution = untried if random.integers(WHOLE) else evolution
-    try:
+    tried = plan.WheelsetEvolution if random.integers(WHOLE) == 0 else untried
+    with mock.patch.object(estimate, "_EFFORT", 0.0), mock.patch.object(plan, "WheelsetEvolution", tried):
         code, out, printed = command("check", scene, "--json")
-    finally:
-        estimate._EFFORT, plan.WheelsetEvolution = effort, evolution
-    outcome = judged(code, out, printed, scene, "rig.toml", "field.toml", "field_given.toml", *names)
+    outcome = judged(code, out, printed, scene, SHIPPED, *NAMED, *names)
     if outcome == ACCEPTED:
         require(strict_json(out)["scene"] == scene, out[:300])
     return outcome

@@ -2,6 +2,7 @@
 
 import re
 import shutil
+from pathlib import Path
 
 from siege import ROOT, chosen, command, damaged, judged
 from siege_profiles import change_lines, change_number
@@ -10,55 +11,25 @@ from siege_scenes import SCENES, checked
 HEAD = SCENES["rig"].partition("[wear]")[0]
 END = "[campaign]\ndistance_km = 1\n"
 FIELD = HEAD.replace('"rig"', '"field"').replace("roller_radius_mm = 1000", "")
-PROGRAMME = (
-    "name,shift_mm,load_kN,speed_km_h,friction,distance_km,positions\nup,0,80,72,0.3,2,3\n"
-    "hold,3,80,72,0.3,4,\n"
-)
-ROUTE = (
-    "name,length_km,curve_radius_m,cant_mm,speed_km_h,friction\n,3,,,120,\na,0.5,600,100,90,0.3\n"
-    ",0.5,610,100,90,0.3\n,0.7,-600,100,90,\n"
-)
-OF_ROUTE = """\
-[vehicle]
-file = "regional_multiple_unit"
-leading_share = 1
-route = "table.csv"
-[vehicle.each]
-friction = 0.35
-shift_std_mm = 1.5
-environment = 0.5
-"""
-WEAR = """\
-# source = twin disc
-# certainty = measured
-# interpolation = linear
-# beyond = hold
-T_gamma_A_N_mm2, mass_rate_ug_m_mm2
-0, 0
-10.4, 55
-77.2, 55
-200, 9000
-"""
+DATA = Path(__file__).parent / "tables"
+OF_ROUTE = (DATA / "end_of_route.toml").read_text()
 OF_WEAR = '[wear]\nlaw = "table"\ntable_file = "table.csv"\n'
-POINTS = (
-    "shift_mm,yaw_mrad,wheel_load_kN,friction,roller_radius_mm,remark\n-1,0,80,0.35,1000,a\n"
-    '3,1,60,0.2,,"b, c"\n5,2.5,100,0.5,500,=1\n'
-)
-SWEEP = "wheelset.radius_mm,operation.block.friction\n420,0.2\n460,0.35\n"
-
 WAYS = {
-    "points of contact": POINTS,
-    "wear table": WEAR,
-    "programme": PROGRAMME,
-    "route": ROUTE,
-    "record": (ROOT / "workflows/recorded.csv").read_text(),
-    "table of a sweep": SWEEP,
+    "points of contact": DATA / "points.csv",
+    "wear table": DATA / "wear.csv",
+    "programme": DATA / "programme.csv",
+    "route": DATA / "route.csv",
+    "record": ROOT / "workflows/recorded.csv",
+    "table of a sweep": DATA / "sweep.csv",
 }
-"""What is attacked, and its valid text."""
+"""What is attacked, and its valid file."""
 CELLS = (
     "", " ", "nan", "inf", "-1", "0", "1e400", "1e300", "1e-300", "x", "=1+1", "µ", "true", "1;2", '"', '"a',
     "1,5", "'1", "9" * 400, "\u202e", "a\x00", "0x10", "1_000", "١", "None", "1979-05-27", "a" * 500,
 )  # fmt: skip
+
+
+OF_CELLS = ("put",) * 3 + ("column removed", "column doubled", "column moved", "name", "swapped")
 
 
 def change_cell(content, random):
@@ -66,9 +37,7 @@ def change_cell(content, random):
     rows = [line.split(b",") for line in content.split(b"\n")]
     row = int(random.integers(len(rows)))
     column = int(random.integers(len(rows[row])))
-    how = chosen(
-        random, ("put", "put", "put", "column removed", "column doubled", "column moved", "name", "swapped")
-    )
+    how = chosen(random, OF_CELLS)
     if how in ("put", "name"):
         row, column = (0, column % len(rows[0])) if how == "name" else (row, column)
         rows[row][column] = chosen(random, CELLS).encode()
@@ -87,7 +56,7 @@ CHANGES = (change_cell, change_cell, change_number, change_lines, damaged)
 
 def attack(way, random, folder):
     """Use one table that was changed."""
-    content = WAYS[way].encode()
+    content = WAYS[way].read_bytes()
     for _ in range(int(random.integers(1, 4))):
         if re.search(rb"\d", content):
             content = chosen(random, CHANGES)(content, random)

@@ -115,8 +115,28 @@ def test_a_killed_worker_loses_no_step_and_the_bits_are_those_of_one_process(fol
             assert all(np.array_equal(one[name][:], other[name][:]) for name in ROW)
 
 
-def test_no_scheduler_and_no_dask_are_one_line(folder, capsys, monkeypatch):
-    words = ["sweep", "rig.toml", "--vary", "wheelset.radius_mm=420", "--out", "out", "--cluster"]
+LOAD = """[[uncertainty.input]]
+name = "load"
+key = "operation.load_kN"
+acts = "factor"
+distribution = "normal"
+mean = 1.0
+std = 0.03
+"""
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("sweep", "rig.toml", "--vary", "wheelset.radius_mm=420"),
+        ("run", "rig.toml", "--bands"),
+    ],
+)
+def test_no_scheduler_and_no_dask_are_one_line_and_nothing_is_run(folder, capsys, monkeypatch, words):
+    if "--bands" in words:
+        with Path("rig.toml").open("a") as scene:
+            scene.write(LOAD)
+    words = [*words, "--out", "out", "--cluster"]
     assert cli.main([*words, "absent.json"]) == 2
     line = capsys.readouterr().err.splitlines()[-1]
     assert line.startswith("absent.json: there is no such file of a Dask scheduler; start")

@@ -59,6 +59,8 @@ def execute(arguments: argparse.Namespace) -> int:
         from wearsim.studies.ensemble import check_cases
 
         check_cases(plan_of(scene.origin.path, overrides).cases(0, 1))  # faults before anything is run
+        with workers(arguments.cluster, lambda: ""):
+            pass  # a scheduler that does not answer is one, too
     with reported(out), observer() as observe:
         results = run_scene(
             arguments.scene, out, command=arguments.command_line, observer=observe, overrides=overrides,
