@@ -1,10 +1,19 @@
 """A campaign by force: each row holds the balance on its worn wheels, and the next step starts from it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from wearsim.campaign.control import reached
+from wearsim.campaign.evaluate import forces_of, setup_of, solve_passage
 from wearsim.campaign.evolution import WheelsetEvolution
+from wearsim.campaign.row import NO_STEP
+from wearsim.campaign.running import refreshed_where_it_runs, settled_state
 from wearsim.campaign.state import State, flattened, rebuilt
+from wearsim.errors import ContactError
+from wearsim.operation import states
+from wearsim.operation.points import where_it_runs
 from wearsim.operation.states import TOLERANCE
 from wearsim.quantities import QUANTITIES
 from wearsim.results import FILL_FLOAT
@@ -72,3 +81,123 @@ def test_a_stored_state_takes_the_same_step_to_the_last_bit(steps):
     again, _ = evolution.advance(stored, evolution.evaluate(stored))
     np.testing.assert_array_equal(again.z, after.z)
     np.testing.assert_array_equal(again.running.shift, after.running.shift)
+
+
+def corrected(model, cell_mm=1.0, **tables):
+    """Evolution of a scene by a contact model."""
+    contact = {"strips": 12, "cells": 12, "cell_mm": cell_mm, **model}
+    return WheelsetEvolution(build(load_scene({**SCENE, **tables, "contact": contact})))
+
+
+def ended(evolution):
+    state, taken = evolution.start()
+    while not reached(state.distance, evolution.target):
+        evaluation = evolution.evaluate(state, taken)
+        state, taken = evolution.advance(state, evaluation)
+    return state
+
+
+FORCES = [
+    {"name": name, "lateral_force_kN": force, "axle_load_kN": 160, "speed_km_h": 72, "friction": 0.3,
+     "yaw_mrad": yaw, "distance_km": 0.2}
+    for name, force, yaw in (("right", 30, 1), ("left", -20, -0.5))
+]  # fmt: skip
+RIG = {
+    "operation": {"block": FORCES, "monitor": SCENE["operation"]["monitor"]},
+    "campaign": {"distance_km": 0.2, "point_spacing_mm": 0.5},
+}
+CURVE = {"name": "curve", "share": 1, "curve_radius_m": 2000, "cant_deficiency_mm": 40, "speed_km_h": 100,
+         "friction": 0.35}  # fmt: skip
+VEHICLE = {
+    "scene": {"kind": "field"},
+    "counterface": {"profile": "60E1", "inclination": "1:40"},
+    "operation": {},
+    "vehicle": {"file": "regional_multiple_unit", "turned_share": 0, "class": [CURVE]},
+    "campaign": {"distance_km": 30, "point_spacing_mm": 0.5},
+    "cell_mm": 0.5,  # with coarser cells the half-space itself finds no balance
+}
+AUTO, ACCURATE = {"model": "auto", "tolerance": 0.03}, {"model": "accurate"}
+FAST = {"normal": "kik_piotrowski", "tangential": "fastsim"}
+
+
+@pytest.mark.parametrize(
+    "tables", [pytest.param(RIG, id="rig"), pytest.param(VEHICLE, id="vehicle", marks=pytest.mark.slow)]
+)
+def test_where_it_runs_and_wears_follows_the_half_space(tables):
+    ours, theirs, fast = (ended(corrected(model, **tables)) for model in (AUTO, ACCURATE, FAST))
+    acts, deepest = theirs.running.stiffness > 0.0, theirs.wear_depth.max()
+    assert np.abs(ours.wear_depth - theirs.wear_depth).max() < 0.03 * deepest
+    assert np.abs(fast.wear_depth - theirs.wear_depth).max() > 0.1 * deepest
+    away = [np.abs(one.running.shift - theirs.running.shift)[acts].max() for one in (ours, fast)]
+    assert away[0] < 5e-6
+    assert away[1] > 2e-5
+    assert np.abs(ours.running.yaw - theirs.running.yaw).max() < 5e-5
+
+
+@pytest.fixture(scope="module")
+def by_force():
+    """Evolution with auto, its state after two steps, and that with its points solved again there."""
+    evolution = corrected(AUTO, **RIG)
+    state, taken = evolution.start()
+    for _ in range(2):
+        state, taken = evolution.advance(state, evolution.evaluate(state, taken))
+    setup, again = setup_of(evolution.setup), state
+    for _ in range(3):
+        again = refreshed_where_it_runs(again, evolution.setup.points, setup, state.active_weight > 0.0)
+    return evolution, state, again
+
+
+def half_space(evolution):
+    setup = setup_of(evolution.setup)
+    return replace(setup, models=setup.reference, fallbacks=(), reference=None)
+
+
+def test_solved_again_where_it_runs_the_forces_are_balanced_as_by_the_half_space(by_force):
+    evolution, state, again = by_force
+    acts, points = state.active_weight > 0.0, evolution.setup.points
+    there = where_it_runs(points, again.running)
+    passage = solve_passage(replace(again, correction=None), there, half_space(evolution))
+    force = -forces_of(passage, there, half_space(evolution)).force
+    wanted = points.controlled.lateral_force
+    # both are searched to the tolerance
+    np.testing.assert_allclose(force[acts], wanted[acts], atol=2.0 * TOLERANCE * 160e3)
+    own = settled_state(replace(again, correction=None), points, half_space(evolution)).running
+    np.testing.assert_allclose(again.running.shift[acts], own.shift[acts], atol=1e-7)
+    # after a step it was where the last differences balance
+    np.testing.assert_allclose(state.running.shift[acts], own.shift[acts], atol=2e-6)
+
+
+def test_rows_hold_the_forces_of_the_half_space(by_force):
+    evolution, state, _ = by_force
+    row = evolution.row(state, evolution.evaluate(state), NO_STEP)
+    acts = state.active_weight > 0.0
+    np.testing.assert_allclose(row["lateral_force"][acts], [30e3], atol=TOLERANCE * 160e3)
+    points, true = where_it_runs(evolution.setup.points, state.running), half_space(evolution)
+    theirs = forces_of(solve_passage(replace(state, correction=None), points, true), points, true)
+    ours = row["steering_moment"], row["axle_wear_number"] * points.conditions.speed
+    for one, other in zip(ours, (theirs.moment, theirs.power), strict=True):
+        np.testing.assert_allclose(one[acts], other[acts], rtol=0.01)
+
+
+def test_a_stored_correction_takes_the_same_step_to_the_last_bit(by_force):
+    evolution, state, _ = by_force
+    stored = rebuilt(State, flattened(state))
+    ours, theirs = (evolution.advance(one, evolution.evaluate(one))[0] for one in (stored, state))
+    for name, value in flattened(theirs).items():
+        assert flattened(ours)[name].tobytes() == value.tobytes(), name
+
+
+def test_the_half_space_finds_where_fast_models_find_nothing(by_force, monkeypatch):
+    evolution, state, _ = by_force
+    setup, points = setup_of(evolution.setup), evolution.setup.points
+    wanted = settled_state(replace(state, correction=None), points, half_space(evolution)).running
+    solve = states.solve_each
+
+    def refuse(conditions, wheelset, counterface, models, each, *, failed, **rest):
+        if models.normal == "half_space":
+            return solve(conditions, wheelset, counterface, models, each, failed=failed, **rest)
+        failed.update(dict.fromkeys(range(conditions.shift.size), ContactError("refused")))
+        return solve(conditions.at(np.zeros(0, int)), wheelset, counterface, models, each, **rest)
+
+    monkeypatch.setattr(states, "solve_each", refuse)
+    np.testing.assert_array_equal(settled_state(state, points, setup).running.shift, wanted.shift)

@@ -113,7 +113,6 @@ def test_a_programme_is_a_table_of_blocks(folder):
         ("distance_km = 2\n[c", "distance_km = 2\nduration_h = 1\n[c", "distance_km and duration_h exclude"),
         ("lateral_force_kN = 10", "lateral_force_kN = 70", "lateral_force_kN = 70 is beyond the rig"),
         ("speed_km_h = 72", "speed_km_h = 320", "speed_km_h = 320 is beyond the rig"),
-        ("[contact]", '[contact]\nmodel = "auto"', 'forces are balanced by the fast model alone'),
         ("[contact]", '[contact]\nroll = "given"', 'roll = "given" lets no forces of "a" be balanced'),
         ('"full_scale"', '"full_scael"', 'nor a shipped rig; did you mean "full_scale"?'),
         ('rig = "full_scale"', "", "needs roller_radius_mm, or rig = "),

@@ -149,7 +149,6 @@ def test_cant_and_deficiency_of_the_same_curve_are_alike(folder, changed):
         ("environment = 0.5", "shift_std_mm = 1", "the balance of the bogie gives the shift; delete it"),
         ("-600", "8", "must be between 10 and 1000000 m, with + to the right or - to the left"),
         ("tangent_wavelength_m = 9", 'tangent = "free"', "suspended, kinematic, guided, shifted"),
-        ("[contact]", '[contact]\nmodel = "auto"', "forces are balanced by the fast model alone"),
         ("[contact]", '[contact]\nroll = "given"', "lets no forces of the vehicle be balanced"),
         (
             "environment = 0.5",

@@ -31,12 +31,13 @@ from numpy.typing import NDArray
 
 from wearsim.campaign.control import StepChoice
 from wearsim.campaign.counterface import per_passage
-from wearsim.campaign.evaluate import Passage, Setup, carried, mismatched, solve_passage
+from wearsim.campaign.evaluate import Passage, Setup, carried, forces_of, mismatched, solve_passage
 from wearsim.campaign.left_out import new_history
 from wearsim.campaign.state import Correction, CounterfaceState, Increment, State
 from wearsim.campaign.step import INTEGRATORS, Step, StepRule, worn_by
 from wearsim.campaign.vertices import lengths_of_sides, spline_sides
 from wearsim.contact.patch import FloatArray, IntArray
+from wearsim.operation.resultants import Differences
 
 if TYPE_CHECKING:
     from wearsim.operation.points import OperatingPoints
@@ -67,6 +68,13 @@ _REMEMBERED = 0.5
 _AGAIN = 3.0
 """Further depth, over the present one or over that of a step of the reference, until it gives points back."""
 
+_BALANCED = 1e-3
+"""Change of the lateral force, over the axle load, from where the reference solved a point to where it runs,
+beyond which it is solved there again."""
+
+_STIFF = 3e6
+"""Least stiffness of that [N/m], and that of axles of a vehicle."""
+
 _STRICTEST = 1.0 / 16.0
 """Smallest factor on it after steps that left out more."""
 
@@ -78,8 +86,9 @@ def new_correction(state: State, points: OperatingPoints) -> Correction:
     below = 0 if state.counterface is None else state.counterface.y.shape[1]
     nothing, never = np.zeros((count, 2)), np.full(count, -1, dtype=np.int64)
     return Correction(
-        np.zeros((count, 2, rows, n)), np.zeros((count, 2, 1, below)), never, np.zeros(count, dtype=np.int64),
-        np.zeros(count), np.full(count, math.inf), np.full(count, math.inf), nothing, nothing,
+        np.zeros((count, 2, rows, n)), np.zeros((count, 2, 1, below)), Differences.none(count), never,
+        np.zeros(count, dtype=np.int64), np.zeros(count), np.full(count, math.inf),
+        np.full(count, math.inf), nothing, nothing,
         until=np.zeros(count), left=np.zeros_like(state.y),
     )  # fmt: skip
 
@@ -96,6 +105,17 @@ def forgotten(state: State, *, wheels: bool = False) -> State:
         none = {name: np.zeros_like(getattr(correction, name)) for name in ("model", "until", "left")}
         unknown |= {**none, "added": 0.0, "strictness": 1.0, "overlap": 1.0}
     return replace(state, correction=replace(correction, **unknown))
+
+
+def moved(state: State) -> NDArray[np.bool_]:
+    """Points (n,) that run so far from where the reference solved them that their forces differ."""
+    known, running = state.correction, state.running
+    assert known is not None
+    assert running is not None
+    away = np.abs(np.stack([running.shift, running.yaw], axis=1) - known.forces.place).max(axis=1)
+    change = away * np.maximum(running.stiffness, _STIFF)
+    far: NDArray[np.bool_] = (known.step == state.step) & (change > _BALANCED * running.load.sum(axis=1))
+    return far
 
 
 def stale(state: State, weight: FloatArray) -> NDArray[np.bool_]:
@@ -176,6 +196,12 @@ def refreshed(
         difference[name] = before.copy()
         difference[name][lost] = 0.0
         difference[name][index] += taken
+    more = forces_of(by_reference, points, setup).columns - forces_of(passage, points, setup).columns
+    place = np.stack([points.conditions.shift, points.conditions.yaw], axis=1)
+    same = (old.step == state.step) & (old.run == 0.0) & ~other
+    forces = old.forces.of(~other).renewed(
+        np.isin(np.arange(other.size), index), old.forces.of(~other).seen(more, place, same)
+    )
     run, drift = old.run.copy(), old.drift.copy()
     extent = _extent(change["wheel"][:, :, :regimes])
     moved = known & (run[index] > 0.0)
@@ -184,7 +210,7 @@ def refreshed(
     run[among] = 0.0
     change["wheel"][~known] = 0.0
     new = replace(
-        old, **difference, step=step, model=model, run=run, drift=drift,
+        old, **difference, forces=forces, step=step, model=model, run=run, drift=drift,
         solved=old.solved + int(among.sum()),
     )  # fmt: skip
     return Refreshed(_seen(new, among, by_reference), index, change["wheel"])
@@ -207,6 +233,7 @@ def _taken_over(old: Correction, own: NDArray[np.bool_], passage: Passage, step:
     model = old.model.copy()
     model[passage.contact.point[at]] = passage.model[at]
     kept: dict[str, Any] = {name: cleared(getattr(old, name)) for name in ("wheel", "below", "run")}
+    kept["forces"] = old.forces.of(~own)
     drift = np.where(own, math.inf, old.drift)  # unknown for the fast model that comes after it
     new = replace(old, **kept, drift=drift, step=np.where(own, step, old.step), model=model)
     return _seen(new, own, passage)
@@ -417,6 +444,7 @@ def handed_over(
     new = replace(
         old,
         **differences,
+        forces=old.forces.of(~taken),
         until=np.where(taken, until, np.where(back, np.where(over, 0.0, -until), old.until)),
         model=np.where(taken, own.model, np.where(back, 0, old.model)),
         step=np.where(back, -1, old.step),

@@ -25,6 +25,7 @@ from wearsim.damage.wear import WearSettings, highest_regime, passage_depth, pat
 from wearsim.errors import ContactError
 from wearsim.operation.left_out import mask_of, shared_weight
 from wearsim.operation.points import OperatingPoints
+from wearsim.operation.resultants import Resultants, resultants
 from wearsim.profile.shape import arc_length, vertex_lengths
 from wearsim.scene.campaign import CounterfaceWear
 from wearsim.scene.damage import BrakeBlockSection
@@ -310,6 +311,19 @@ def _corrected(
     for first, end in pairwise(edges):
         total[:, first:end] = only_worn(total[:, first:end], length)[0]
     return total, below
+
+
+def forces_of(
+    passage: Passage, points: OperatingPoints, setup: Setup | CampaignSetup, state: State | None = None
+) -> Resultants:
+    """Resultants of the points of a passage; in a state, with the differences of its correction."""
+    forces = resultants(passage.contact, points.conditions, setup.wheelset, setup.counterface)
+    if state is None or state.correction is None:
+        return forces
+    known = (state.correction.step >= 0) & ~mismatched(passage, state.correction)
+    known &= forces.vertical.min(axis=1) > 0.0
+    where = points.conditions
+    return forces.plus(state.correction.forces.of(known).at(np.arange(known.size), where.shift, where.yaw))
 
 
 def mismatched(passage: Passage, correction: Correction) -> NDArray[np.bool_]:

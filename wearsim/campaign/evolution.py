@@ -18,7 +18,7 @@ from wearsim.campaign.evaluate import Evaluation, Passage, Setup, accumulate, ra
 from wearsim.campaign.left_out import Failed, new_history, with_failed
 from wearsim.campaign.reprofiling import reprofile, reprofiling_due, to_next_reprofiling
 from wearsim.campaign.row import NO_STEP, StepTaken, build_row, header_of, recorded_measures
-from wearsim.campaign.running import new_running, settled_state
+from wearsim.campaign.running import new_running, refreshed_where_it_runs, settled_state
 from wearsim.campaign.state import State, WearRate, worn_wheels
 from wearsim.contact.patch import FloatArray
 from wearsim.damage.wear import WEAR_LAWS
@@ -116,10 +116,7 @@ class WheelsetEvolution:
     def _solved_with_reference(self, state: State, weight: FloatArray) -> State:
         """Return the state with what the reference says of the points that act and need it."""
         stale = correction.stale(state, weight)
-        if not stale.any():
-            return state
-        points = self._where(state).points
-        return replace(state, correction=correction.refreshed(state, points, stale, self._contact).correction)
+        return refreshed_where_it_runs(state, self.setup.points, self._contact, stale)
 
     def evaluate(self, state: State, taken: StepTaken | None = None) -> Evaluation:
         """Solve the contact of a state, if the step that led to it has not left it.
@@ -169,9 +166,11 @@ class WheelsetEvolution:
         passage: Passage | None = evaluation.passage
 
         def rate_for(weight: FloatArray) -> WearRate:
-            nonlocal state
+            nonlocal state, points, passage
             fresh = self._solved_with_reference(state, weight)
             if fresh is not state:
+                points = self._where(fresh).points
+                passage = passage if fresh.running is state.running else None
                 state = fresh
                 known.clear()
             key = weight.tobytes()
@@ -198,6 +197,8 @@ class WheelsetEvolution:
             """Let the reference take points over whose corrected steps would be too short, where they are."""
             known_of, weight = there.correction, choice.weight
             assert known_of is not None
+            if points.controlled is not None:  # the reference would look for where it runs, too
+                return there
             pressure = known_of.max_pressure[weight > 0.0]
             lowest = float(pressure[pressure > 0.0].min(initial=math.inf))
             depth = control.half_space_depth(lowest, setup.models, spacing(), wave)
@@ -257,7 +258,8 @@ class WheelsetEvolution:
                 if drifts_known and not control.reached(worn.distance, self.target):
                     worn = handed_over(worn, tried, choice, factor * length)
                 if not correction.unchanged(state, tried.state, worn):
-                    taken = replace(taken, end=None)
+                    worn, taken = self._settled(worn), replace(taken, end=None)
+                    worn = refreshed_where_it_runs(worn, setup.points, here, correction.moved(worn), 0.0)
             if factor > correction.MUCH_SHORTER or shallow or rejected >= _REPEATED:
                 break
             other = handed_over(state, tried, choice, factor * length)

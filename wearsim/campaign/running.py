@@ -6,22 +6,33 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-from wearsim.campaign.evaluate import Passage, Setup, worn_bodies
+from wearsim.campaign.correction import moved, refreshed
+from wearsim.campaign.evaluate import Passage, Setup, forces_of, worn_bodies
 from wearsim.campaign.state import PatchWear, State
 from wearsim.contact.patch import FloatArray
 from wearsim.errors import NumericalError
-from wearsim.operation.points import OperatingPoints
-from wearsim.operation.resultants import resultants
-from wearsim.operation.states import Running, StateError, settle
+from wearsim.operation.points import OperatingPoints, where_it_runs
+from wearsim.operation.resultants import Differences
+from wearsim.operation.states import Corrected, Running, StateError, settle
 from wearsim.results import FILL_FLOAT
 
 if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
 
 
-def settled_state(state: State, points: OperatingPoints, setup: Setup) -> State:
+_ROUNDS = 3
+"""After which the reference itself finds where points run whose corrected forces do not settle."""
+
+
+def settled_state(
+    state: State, points: OperatingPoints, setup: Setup, by_reference: NDArray[np.bool_] | None = None
+) -> State:
     """Return the state with the shifts and loads at which its profiles balance what is controlled.
+
+    The forces are those of each point's fast model and what the correction adds to them; of the reference at
+    points (n,) that are to be, and where fast models find no balance.
 
     Raises
     ------
@@ -30,16 +41,50 @@ def settled_state(state: State, points: OperatingPoints, setup: Setup) -> State:
     """
     if state.running is None or points.controlled is None:
         return state
-    bodies, conditions = worn_bodies(state, setup), points.conditions
-    try:
-        after = settle(
-            conditions, points.controlled, *bodies, setup.models, state.running, threads=setup.threads
-        )
-    except StateError as error:
-        text = "; ".join(f"{points.label[k]}: {text}" for k, text in error.messages.items())
-        fix = "lower the force" if points.controlled.bogies is None else "reprofile earlier, or end there"
-        raise NumericalError(f"after {state.distance / 1e3:.6g} km {text}; {fix}") from error
-    return replace(state, running=after)
+    known, bodies, last = state.correction, worn_bodies(state, setup), len(setup.chain) - 1
+    count, bogies = len(points.label), points.controlled.bogies
+    fast = Corrected(setup.chain, np.zeros(count, dtype=np.int64), Differences.none(count))
+    if known is not None:
+        fast = Corrected(setup.chain, known.model, known.forces.of(known.step >= 0))
+    true = np.zeros(count, dtype=bool) if by_reference is None else by_reference.copy()
+    while True:
+        if bogies is not None:
+            true[bogies.points] |= np.roll(true[bogies.points], bogies.leading.size)
+        models = Corrected(setup.chain, np.where(true, last, fast.model), fast.differences.of(~true))
+        try:
+            after = settle(
+                points.conditions, points.controlled, *bodies, models, state.running, threads=setup.threads
+            )
+            return replace(state, running=after)
+        except StateError as error:
+            text = "; ".join(f"{points.label[k]}: {text}" for k, text in error.messages.items())
+            failed = np.isin(np.arange(count), list(error.messages))
+            if (models.model[failed] == last).all():
+                fix = "lower the force" if bogies is None else "reprofile earlier, or end there"
+                raise NumericalError(f"after {state.distance / 1e3:.6g} km {text}; {fix}") from error
+        true |= failed
+
+
+def refreshed_where_it_runs(
+    state: State, points: OperatingPoints, setup: Setup, among: NDArray[np.bool_], share_short: float = 1.0
+) -> State:
+    """Return the state with what the reference says of some points (n,) where its forces let them run.
+
+    Fast models whose forces are corrected find that place nearly: the reference looks there again.
+    `share_short` is that of `correction.refreshed`.
+    """
+    for number in range(_ROUNDS + 1):
+        if not among.any():
+            break
+        here = where_it_runs(points, state.running)
+        new = refreshed(state, here, among, setup, share_short=share_short).correction
+        state = replace(state, correction=new)
+        if number < _ROUNDS:
+            after = settled_state(state, points, setup)
+            among = among & (new.model < len(setup.fallbacks)) & moved(after)
+            not_yet = among.any() and number == _ROUNDS - 1
+            state = settled_state(state, points, setup, among) if not_yet else after
+    return state
 
 
 def new_running(setup: CampaignSetup) -> Running:
@@ -65,7 +110,7 @@ def row_running(
     """
     points, contact = setup.points, passage.contact
     conditions = points.conditions
-    forces = resultants(contact, conditions, setup.wheelset, setup.counterface)
+    forces = forces_of(passage, points, setup, state)
     known = forces.vertical.min(axis=1) > 0.0
     count = weight.size
     stiffness = np.zeros(count) if state.running is None else state.running.stiffness

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import ContactPatches, Wheelset
+from wearsim.operation.resultants import Differences
 from wearsim.operation.states import Running
 from wearsim.profile.shape import Profile
 
@@ -53,6 +54,7 @@ class Correction:
     # (n, 2, q, vertices): by regime of the active law and of the comparison laws [m/m], work [J/m3], fatigue
     wheel: FloatArray
     below: FloatArray  # (n, 2, 1, k) depth of the counterface in one passage, were it the wheel's [m]
+    forces: Differences  # of the resultants, near where it ran then
     step: IntArray  # (n,) at whose end it was solved, -1 if never
     model: IntArray  # (n,) the difference is from, in `Setup.chain`
     run: FloatArray  # (n,) distance since then times share [m]

@@ -15,6 +15,7 @@ shift that balances it with dH/dy > 0.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +27,7 @@ from wearsim.contact.solve import ContactSolution, solve_each
 from wearsim.contact.wheels import joined
 from wearsim.errors import ContactError
 from wearsim.operation.bogie import Bogies, curved
-from wearsim.operation.resultants import Resultants, resultants
+from wearsim.operation.resultants import Differences, Resultants, resultants
 
 MOST_WARM = 5
 """Contact solutions of a point that starts where it ran before; what is not balanced then walks on."""
@@ -64,6 +65,14 @@ class Controlled:
         return Controlled(self.lateral_force[index], self.axle_load[index], self.box_moment[index])
 
 
+class Corrected(NamedTuple):
+    """Contact models of `n` points, and how the resultants of a reference differ from theirs."""
+
+    chain: tuple[ContactModels, ...]
+    model: IntArray  # (n,) number of that of each point
+    differences: Differences
+
+
 @dataclass(frozen=True)
 class Running:
     """Where the wheelset runs at `n` operating points: the state that the next one starts from."""
@@ -96,7 +105,7 @@ class Search:
     controlled: Controlled
     wheelset: Wheelset
     counterface: Counterface
-    models: ContactModels
+    corrected: Corrected
     threads: int
     shift: FloatArray
     yaw: FloatArray
@@ -115,16 +124,21 @@ class Search:
         here = replace(
             self.conditions.at(rows), shift=shift, wheel_load=load, yaw=self.yaw[rows] if yaw is None else yaw
         )
-        models = self.models
-        if coarse:
-            models = replace(models, strips=_COARSE, cells=_COARSE, cell_size=_COARSE_CELL)
-        failed: dict[int, ContactError] = {}
-        parts: list[ContactPatches] = solve_each(
-            here, self.wheelset, self.counterface, models, ContactSolution.patches, threads=self.threads,
-            failed=failed,
-        )  # fmt: skip
+        number, solved, parts = self.corrected.model[rows], np.ones(rows.size, dtype=bool), []
+        for one in np.unique(number).tolist():
+            models, index = self.corrected.chain[one], np.flatnonzero(number == one)
+            if coarse:
+                models = replace(models, strips=_COARSE, cells=_COARSE, cell_size=_COARSE_CELL)
+            failed: dict[int, ContactError] = {}
+            found: list[ContactPatches] = solve_each(
+                here.at(index), self.wheelset, self.counterface, models, ContactSolution.patches,
+                threads=self.threads, failed=failed,
+            )  # fmt: skip
+            parts += [replace(part, point=index[part.point]) for part in found]
+            solved[index[list(failed)]] = False
         forces = resultants(joined(parts), here, self.wheelset, self.counterface)
-        return forces, ~np.isin(np.arange(rows.size), list(failed))
+        difference = self.corrected.differences.at(rows, shift, here.yaw)
+        return forces.plus(np.where(solved[:, None], difference, 0.0)), solved
 
     def loads(self, rows: IntArray, forces: Resultants, load: FloatArray, share: float = 1.0) -> FloatArray:
         """Wheel loads (k, 2) that balance the roll with the levers of `forces`, under the forces wanted.
@@ -150,7 +164,7 @@ def settle(
     controlled: Controlled,
     wheelset: Wheelset,
     counterface: Counterface,
-    models: ContactModels,
+    models: ContactModels | Corrected,
     start: Running | None = None,
     *,
     threads: int = 1,
@@ -165,7 +179,7 @@ def settle(
     controlled : Controlled
         Forces and what they replace.
     wheelset, counterface, models
-        As in `wearsim.contact.solve.solve`.
+        As in `wearsim.contact.solve.solve`; models may be those of each point, with differences.
     start : Running, optional
         Where the wheelset ran before; by default in the middle of the track.
     threads : int
@@ -187,6 +201,8 @@ def settle(
         half = 0.5 * controlled.axle_load[:, None]
         half = np.where(np.isfinite(controlled.axle_load)[:, None], half, load)
         start = Running(np.zeros(count), half, np.zeros(count), conditions.yaw)
+    if not isinstance(models, Corrected):
+        models = Corrected((models,), np.zeros(count, dtype=np.int64), Differences.none(count))
     forced, loaded = np.isfinite(controlled.lateral_force), np.isfinite(controlled.axle_load)
     search = Search(
         conditions, controlled, wheelset, counterface, models, threads,

@@ -165,10 +165,6 @@ def _contact_faults(scene: Campaign) -> _Messages:
     forced = {path: shown(run.name) for path, run in runs.items() if run.balanced}
     if scene.vehicle is not None:
         forced[("vehicle",)] = "the vehicle"
-    for path in forced if contact.model == "auto" else ():
-        # positions found by a fast model are not those of the half-space
-        text = f'{key_of(path)}: forces are balanced by the fast model alone with model = "auto"; write model'
-        yield path, f'{text} = "accurate", or normal and tangential, in [contact]'
     if contact.model is None and "tolerance" in contact.model_fields_set:
         text = f'tolerance = {contact.tolerance:g} is for model = "auto"; write that, too, or delete it'
         yield ("contact", "tolerance"), text

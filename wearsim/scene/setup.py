@@ -268,7 +268,7 @@ def _on_route(
     """Operating points of a vehicle on its route; on straight track it moves as with new wheels."""
     given, inputs, (wheelset, counterface) = scene._route, inputs_of(scene), bodies
     spread = max((one.std for one in given.track if isinstance(one, Tangent)), default=0.0)
-    models, *_ = contact_models(scene.contact)
+    *_, models = contact_models(scene.contact)  # those by which others are corrected
     motions = []
     for rails, clearances in zip((counterface, *counterface.further), inputs.clearances, strict=True):
         clearance = min((one for one in clearances if one is not None), default=math.inf)
