@@ -1,11 +1,17 @@
 """A campaign by force: each row holds the balance on its worn wheels, and the next step starts from it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from wearsim.campaign.evaluate import setup_of, solved
 from wearsim.campaign.evolution import WheelsetEvolution
+from wearsim.campaign.row import summarise
+from wearsim.campaign.running import row_running
 from wearsim.campaign.state import State, flattened, rebuilt
-from wearsim.operation.states import TOLERANCE
+from wearsim.operation.points import where_it_runs
+from wearsim.operation.states import TOLERANCE, BeyondJump
 from wearsim.quantities import QUANTITIES
 from wearsim.results import FILL_FLOAT
 from wearsim.scene import build, load_scene
@@ -72,3 +78,46 @@ def test_a_stored_state_takes_the_same_step_to_the_last_bit(steps):
     again, _ = evolution.advance(stored, evolution.evaluate(stored))
     np.testing.assert_array_equal(again.z, after.z)
     np.testing.assert_array_equal(again.running.shift, after.running.shift)
+
+
+def test_wear_and_forces_at_both_sides_of_a_jump_are_means_with_their_shares(steps):
+    evolution, found, _ = steps
+    state, points = found[-1][0], evolution.setup.points
+    running, setup, weight = state.running, setup_of(evolution.setup), points.weight
+    past = BeyondJump(
+        np.array([1]), running.shift[[1]] + 0.2e-3, running.load[[1]] + [1e3, -1e3], np.array([0.3])
+    )
+
+    def of(position):
+        there = where_it_runs(points, position)
+        return there, solved(state, there, weight, setup, among=np.ones(weight.size, bool))
+
+    right = running.shift.copy(), running.load.copy()
+    right[0][1], right[1][1] = past.shift[0], past.load[0]
+    (_, one), (_, other) = of(running), of(replace(running, shift=right[0], load=right[1]))
+    there, both = of(replace(running, beyond=past))
+    expected = 0.7 * one.collective.depth + 0.3 * other.collective.depth
+    # of sums over padding
+    np.testing.assert_allclose(both.collective.depth, expected, rtol=1e-9, atol=1e-12 * expected.max())
+    rows = [
+        row_running(state, replace(evolution.setup, points=where), weight, each.passage, each.wear)
+        for where, each in ((points, one), (points, other), (there, both))
+    ]
+    for name in ("lateral_force", "axle_wear_number"):
+        mean = 0.7 * rows[0][name] + 0.3 * rows[1][name]
+        assert rows[2][name][1] == pytest.approx(mean[1], rel=1e-9)
+    assert rows[2]["share_beyond_jump"].tolist() == [0.0, 0.3, 0.0]
+    assert rows[2]["lateral_position"][1] == pytest.approx(running.shift[1] + 0.06e-3)
+    patches = [summarise(each.passage, each.wear, 3) for each in (one, both)]
+    assert patches[1]["n_patch"][1] > patches[0]["n_patch"][1]
+    assert patches[1]["wear_index_mean"][1, 0] == pytest.approx(patches[0]["wear_index_mean"][1, 0])
+
+
+def test_a_stored_state_keeps_both_sides_of_a_jump(steps):
+    state = steps[1][-1][0]
+    past = BeyondJump(np.array([1]), np.array([6e-3]), np.array([[9e4, 7e4]]), np.array([0.25]))
+    for beyond in (past, None):
+        running = replace(state.running, beyond=beyond)
+        stored = rebuilt(State, flattened(replace(state, running=running))).running
+        assert flattened(stored).keys() == flattened(running).keys()
+        assert all((value == flattened(running)[name]).all() for name, value in flattened(stored).items())

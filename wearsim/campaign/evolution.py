@@ -294,9 +294,15 @@ class WheelsetEvolution:
         points, weight, limit = self._where(state).points, choice.weight, choice.limit
         length, wave = limit.step_length, rule.smoothing_wavelength
         failed: Failed = {}
+        running = state.running
 
         def rate_at(ahead: State) -> WearRate:
-            stage = solved(ahead, points, weight, self._contact)
+            nonlocal running
+            there = settled_state(
+                replace(ahead, running=running), self.setup.points, self._contact, weight > 0.0
+            )
+            running = there.running
+            stage = solved(there, self._where(there).points, weight, self._contact)
             failed.update(stage.passage.failed)
             return stage.collective
 
@@ -305,7 +311,7 @@ class WheelsetEvolution:
         if after.points is not None:
             after = replace(after, points=with_failed(after.points, points, failed))
         # where the wheelset runs after the step: what the shift changed in it is part of the error
-        tried = tried._replace(state=self._settled(after))
+        tried = tried._replace(state=self._settled(replace(after, running=running)))
         # with the history that is stored: a resumed campaign solves the same batches, to the last bit
         end = self._solved(tried.state, self._where(tried.state).points, weight)
         error = step.error_of(state, tried.state, now, end.collective, wave)

@@ -122,6 +122,26 @@ def faded(passage: Passage) -> Passage:
     return left
 
 
+def shared(passage: Passage, share: FloatArray) -> Passage:
+    """Passage of patches that act in shares of the distance of their points, those of its runs (n,)."""
+    factor = share[passage.contact.point]
+    if (factor == 1.0).all():
+        return passage
+    contact, comparison, across = passage.contact, passage.comparison, factor[:, None]
+    return replace(
+        passage,
+        contact=replace(contact, **{name: factor * getattr(contact, name) for name in _FORCES}),
+        strip_work=across * passage.strip_work,
+        depth=tuple(across * depth for depth in passage.depth),
+        comparison=replace(
+            comparison,
+            depth=tuple(tuple(across * depth for depth in law) for law in comparison.depth),
+            damage=tuple(across * damage for damage in comparison.damage),
+        ),
+        share=factor,
+    )
+
+
 def lost_row(passage: Passage, points: OperatingPoints, weight: FloatArray) -> Mapping[str, FloatArray]:
     """Return what faint patches of points of a weight (n,) lost, by the variables of a row."""
     of, first, each = _by_wheel(passage)

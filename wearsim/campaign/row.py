@@ -123,7 +123,10 @@ def summarise(passage: Passage, wear: PatchWear, count: int) -> dict[str, np.nda
     contact = passage.contact
     values = {
         **{name: getattr(contact, name) for name in _PATCH_VALUES},
-        "wear_index_mean": passage.strip_work.sum(axis=1) * contact.patch.width / contact.area,
+        "wear_index_mean": passage.strip_work.sum(axis=1)
+        / passage.share
+        * contact.patch.width
+        / contact.area,
         "wear_index_max": passage.work_density_max,
         "wear_area_rate": wear.area_rate,
         "wear_depth_rate_max": wear.depth_rate_max,

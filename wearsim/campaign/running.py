@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wearsim.campaign.evaluate import Passage, Setup, worn_bodies
 from wearsim.campaign.state import PatchWear, State
@@ -20,7 +21,9 @@ if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
 
 
-def settled_state(state: State, points: OperatingPoints, setup: Setup) -> State:
+def settled_state(
+    state: State, points: OperatingPoints, setup: Setup, stage: NDArray[np.bool_] | None = None
+) -> State:
     """Return the state with the shifts and loads at which its profiles balance what is controlled.
 
     Raises
@@ -30,16 +33,20 @@ def settled_state(state: State, points: OperatingPoints, setup: Setup) -> State:
     """
     if state.running is None or points.controlled is None:
         return state
-    bodies, conditions = worn_bodies(state, setup), points.conditions
+    bodies, conditions, before = worn_bodies(state, setup), points.conditions, state.running
     try:
         after = settle(
-            conditions, points.controlled, *bodies, setup.models, state.running, threads=setup.threads
-        )
+            conditions, points.controlled, *bodies, setup.models, before.at(state.distance), stage=stage,
+            threads=setup.threads,
+        )  # fmt: skip
     except StateError as error:
         text = "; ".join(f"{points.label[k]}: {text}" for k, text in error.messages.items())
         fix = "lower the force" if points.controlled.bogies is None else "reprofile earlier, or end there"
         raise NumericalError(f"after {state.distance / 1e3:.6g} km {text}; {fix}") from error
-    return replace(state, running=after)
+    gone, rate = state.distance - before.distance, before.rate
+    if gone > 0.0:
+        rate = np.where(np.isfinite(points.controlled.lateral_force), after.shift - before.shift, 0.0) / gone
+    return replace(state, running=replace(after, rate=rate, distance=state.distance))
 
 
 def new_running(setup: CampaignSetup) -> Running:
@@ -69,13 +76,25 @@ def row_running(
     known = forces.vertical.min(axis=1) > 0.0
     count = weight.size
     stiffness = np.zeros(count) if state.running is None else state.running.stiffness
+    shift, loads, share, beyond = (
+        conditions.shift.copy(),
+        conditions.loads.copy(),
+        np.zeros(count),
+        points.beyond,
+    )
+    if beyond is not None:
+        at = beyond.point
+        share[at] = beyond.share
+        shift[at] += share[at] * (beyond.shift - shift[at])
+        loads[at] += share[at, None] * (beyond.load - loads[at])
     area = np.bincount(contact.point, wear.area_rate, count) * weight * points.environment
     total = area.sum()
     with np.errstate(divide="ignore", invalid="ignore"):
         quotient = forces.derailment_quotient
     return {
-        "lateral_position": conditions.shift,
-        "wheel_loads": conditions.loads,
+        "lateral_position": shift,
+        "wheel_loads": loads,
+        "share_beyond_jump": share,
         "wheelset_yaw": conditions.yaw,
         "lateral_stiffness": stiffness,
         "lateral_force": np.where(known, -forces.force, FILL_FLOAT),
