@@ -270,6 +270,11 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         **given,
         **attributes_of(dict(limits.limits), limits.end_at_limit),
         "counterface_curvature": setup.counterface.curvature,
+        **(
+            {}
+            if setup.counterface.left_curvature is None
+            else {"counterface_curvature_left": setup.counterface.left_curvature}
+        ),
         **counterface_attributes(setup.counterface_wear),
         **comparison_attributes(comparison_laws(setup)),
         "wheel_radius": setup.wheelset.radius,

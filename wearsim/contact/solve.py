@@ -139,7 +139,7 @@ def solve_each(
     rails = (counterface, *counterface.further)
     tasks = {
         k: Task(
-            wheelset.surfaces, rails[k].surfaces, wheelset, rails[k].curvature, rails[k].seen_in_motion,
+            wheelset.surfaces, rails[k].surfaces, wheelset, rails[k].curvatures, rails[k].seen_in_motion,
             models, sides, vertical,
         )
         for k in np.unique(rail).tolist() or [0]

@@ -152,8 +152,12 @@ def running(dataset: xr.Dataset) -> list[Table]:
 
 def settings(datasets: list[xr.Dataset]) -> Table:
     """Show what was computed, a column per campaign; rows that differ are shaded."""
-    roller = [float(data.attrs.get("counterface_curvature", 0.0)) for data in datasets]
-    rows = [["Counterface", *(f"roller, radius {1e3 / k:.4g} mm" if k else "rail" for k in roller)]]
+    names = ("counterface_curvature", "counterface_curvature_left")
+    radii = [
+        " and ".join(f"{1e3 / data.attrs[name]:.4g}" for name in names if data.attrs.get(name))
+        for data in datasets
+    ]
+    rows = [["Counterface", *(f"roller, radius {radius} mm" if radius else "rail" for radius in radii)]]
     for name in ("shift", "yaw", "wheel_load", "speed", "friction", "track_curvature"):
         ranges = (_range(name, data[name].values[data["weight"].values > 0.0]) for data in datasets)
         rows.append([label(datasets[0], name), *ranges])
