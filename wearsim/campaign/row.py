@@ -225,6 +225,7 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         **static_comparison(comparison_laws(setup)),
         **static_counterface(setup),
         **({} if setup.templates is None else {"wheel_template": [one.name for one in setup.templates]}),
+        **_static_binning(setup),
     }
     wear, models, limits, rules = setup.wear, setup.models, setup.control, setup.control.reprofiling
     auto, rotation = setup.tolerance is not None, conditions.rotation
@@ -284,6 +285,19 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         "warnings": "; ".join(str(warning) for warning in setup.warnings),
     }
     return Header(static, attributes)
+
+
+def _static_binning(setup: CampaignSetup) -> dict[str, np.ndarray]:
+    """Wear of the samples of a record and of the points in their place; on worn wheels at the end."""
+    if setup.reduction is None:
+        return {}
+    samples, points = setup.reduction.increments
+    later = np.full_like(samples, FILL_FLOAT)
+    return {
+        "binning_y": setup.reduction.reducer.grid,
+        "binning_depth_samples": samples, "binning_depth_points": points,
+        "binning_depth_samples_worn": later, "binning_depth_points_worn": later,
+    }  # fmt: skip
 
 
 def _wear_attributes(wear: WearSettings) -> dict[str, str]:

@@ -84,7 +84,7 @@ def _settings(c: Campaigns) -> Content:
 
 def _running(c: Campaigns) -> Content:
     yield from c.each(tables.wear_by_class)
-    yield from figures(c, plates.positions)
+    yield from figures(c, plates.positions, plates.binning)
     yield Block("say", lines("about_running"))
 
 
