@@ -146,17 +146,15 @@ def solve_passage(
             else:
                 place[index[list(own or {})]] = number + 1
     every = [chunk for chunks in parts for chunk in chunks]
-    point, side = (
-        np.concatenate([getattr(part.contact, name) for part in every]) for name in ("point", "side")
-    )
-    order = np.lexsort((side, point))
+    place = np.concatenate([2 * part.contact.point + part.contact.side for part in every])
+    order = np.argsort(place, kind="stable")
     whole: Passage = joined(every, order if len(parts) > 1 or points.beyond is not None else None)
     return replace(whole, failed=failed)
 
 
 def _passage_at(
-    index: IntArray, share: FloatArray, model: int, setup: Setup, solution: ContactSolution
-) -> Passage:
+    index: IntArray, share: FloatArray, model: int, setup: Setup, solution: ContactSolution,
+) -> Passage:  # fmt: skip
     """Passage of the points at `index` by a model of the chain, with their numbers in the batch."""
     passage = shared(passage_of(solution, setup), share)
     contact = passage.contact

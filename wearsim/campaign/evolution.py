@@ -301,11 +301,10 @@ class WheelsetEvolution:
 
         def rate_at(ahead: State) -> WearRate:
             nonlocal running
-            there = settled_state(
-                replace(ahead, running=running), self.setup.points, self._contact, weight > 0.0
-            )
-            running = there.running
-            stage = solved(there, self._where(there).points, weight, self._contact)
+            ahead = replace(ahead, running=running)
+            ahead = settled_state(ahead, self.setup.points, self._contact, weight > 0.0)
+            running = ahead.running
+            stage = solved(ahead, self._where(ahead).points, weight, self._contact)
             failed.update(stage.passage.failed)
             return stage.collective
 

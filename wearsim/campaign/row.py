@@ -120,13 +120,10 @@ def summarise(passage: Passage, wear: PatchWear, count: int) -> dict[str, np.nda
         (count, PATCH_SLOTS, ...), fill values without patch; `n_patch` (count,) counts all patches, of which
         the most loaded are kept.
     """
-    contact = passage.contact
+    contact, width = passage.contact, passage.contact.patch.width
     values = {
         **{name: getattr(contact, name) for name in _PATCH_VALUES},
-        "wear_index_mean": passage.strip_work.sum(axis=1)
-        / passage.share
-        * contact.patch.width
-        / contact.area,
+        "wear_index_mean": passage.strip_work.sum(axis=1) * width / (contact.area * passage.share),
         "wear_index_max": passage.work_density_max,
         "wear_area_rate": wear.area_rate,
         "wear_depth_rate_max": wear.depth_rate_max,
@@ -232,6 +229,8 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
     given: dict[str, str | int | float] = {}
     if setup.reduction is not None:
         given = {"recorded_samples": float(setup.reduction.samples), "binning_error": setup.reduction.error}
+    if setup.counterface.left_curvature is not None:
+        given["counterface_curvature_left"] = setup.counterface.left_curvature
     if setup.vehicle:
         given["vehicle"] = setup.vehicle
     if rules is not None:
@@ -271,11 +270,6 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         **given,
         **attributes_of(dict(limits.limits), limits.end_at_limit),
         "counterface_curvature": setup.counterface.curvature,
-        **(
-            {}
-            if setup.counterface.left_curvature is None
-            else {"counterface_curvature_left": setup.counterface.left_curvature}
-        ),
         **counterface_attributes(setup.counterface_wear),
         **comparison_attributes(comparison_laws(setup)),
         "wheel_radius": setup.wheelset.radius,

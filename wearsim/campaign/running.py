@@ -76,25 +76,16 @@ def row_running(
     known = forces.vertical.min(axis=1) > 0.0
     count = weight.size
     stiffness = np.zeros(count) if state.running is None else state.running.stiffness
-    shift, loads, share, beyond = (
-        conditions.shift.copy(),
-        conditions.loads.copy(),
-        np.zeros(count),
-        points.beyond,
-    )
-    if beyond is not None:
-        at = beyond.point
-        share[at] = beyond.share
-        shift[at] += share[at] * (beyond.shift - shift[at])
-        loads[at] += share[at, None] * (beyond.load - loads[at])
+    runs, of, share = points.runs
+    shift, *loads = (np.bincount(of, share * value, count) for value in (runs.shift, *runs.loads.T))
     area = np.bincount(contact.point, wear.area_rate, count) * weight * points.environment
     total = area.sum()
     with np.errstate(divide="ignore", invalid="ignore"):
         quotient = forces.derailment_quotient
     return {
         "lateral_position": shift,
-        "wheel_loads": loads,
-        "share_beyond_jump": share,
+        "wheel_loads": np.stack(loads, axis=1),
+        "share_beyond_jump": 1.0 - share[:count],
         "wheelset_yaw": conditions.yaw,
         "lateral_stiffness": stiffness,
         "lateral_force": np.where(known, -forces.force, FILL_FLOAT),

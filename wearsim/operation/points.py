@@ -62,12 +62,9 @@ class OperatingPoints:
         if two is None:
             return self.conditions, point, share
         point, share[two.point] = np.append(point, two.point), 1.0 - two.share
-        all_of = self.conditions.at(point)
-        shift, load = (
-            np.append(self.conditions.shift, two.shift),
-            np.append(self.conditions.loads, two.load, 0),
-        )
-        return replace(all_of, shift=shift, wheel_load=load), point, np.append(share, two.share)
+        runs, load = self.conditions.at(point), np.append(self.conditions.loads, two.load, 0)
+        runs = replace(runs, shift=np.append(self.conditions.shift, two.shift), wheel_load=load)
+        return runs, point, np.append(share, two.share)
 
     @property
     def of_class(self) -> IntArray:

@@ -237,15 +237,14 @@ def settle(
         search.beyond[two.point] = np.column_stack([two.shift, two.load, two.share])
     alone = controlled.any
     if controlled.bogies is not None:
-        alone = alone & ~np.isin(np.arange(count), controlled.bogies.points)
+        axles = controlled.bogies.points
+        alone = alone & ~np.isin(np.arange(count), axles)
+        search.shift[axles], search.yaw[axles] = start.shift[axles], start.yaw[axles]
         if stage is None:
             _curved(search, controlled.bogies, start)
-        else:
-            search.shift[~alone], search.yaw[~alone] = start.shift[~alone], start.yaw[~alone]
     rows = np.flatnonzero(alone if stage is None else alone & stage)
     known = ~forced[rows] | (search.stiffness[rows] > 0.0)
-    hasty = stage is not None
-    rest = np.concatenate([_corrected(search, rows[known], MOST_WARM, hasty), rows[~known]])
+    rest = np.append(_corrected(search, rows[known], MOST_WARM, stage is not None), rows[~known])
     if rest.size:
         _walked(search, np.sort(rest[forced[rest]]))
         rest = _corrected(search, np.sort(rest), 20)
@@ -269,7 +268,6 @@ def _curved(search: Search, bogies: Bogies, start: Running) -> None:
     """
     rows = bogies.points
     warm = bool((start.stiffness[rows] > 0.0).all())
-    search.shift[rows], search.yaw[rows] = start.shift[rows], start.yaw[rows]
     left = curved(search, bogies, warm, TOLERANCE)
     if left.size and warm:
         left = left[curved(search, bogies.at(left), False, TOLERANCE)]
@@ -287,14 +285,13 @@ def _corrected(search: Search, rows: IntArray, most: int, stage: bool = False) -
     """Correct shifts and loads, in place; the rows that are not balanced then.
 
     Loads by their levers; shifts by secants, and within brackets once the force wanted lies between those of
-    two shifts: such rows go on after `most` solutions. Where the force jumps past the one
-    wanted, both sides of the jump are taken. A row of a `stage` is done, too, once one more step is enough.
+    two shifts: such rows go on after `most` solutions. Where the force jumps past the one wanted, both sides
+    of the jump are taken. A row of a `stage` is done, too, once one more step is enough.
     """
     count = search.shift.size
     before, moved = np.zeros(count), np.zeros(count)
-    ends = np.tile(
-        [[-np.inf, np.nan], [np.inf, np.nan]], (count, 1, 1)
-    )  # shifts, and the force missing there
+    # shifts on both sides of the one sought, and the force missing there
+    ends = np.tile([[-np.inf, np.nan], [np.inf, np.nan]], (count, 1, 1))
     third, end_loads = np.full((count, 2), np.nan), np.zeros((count, 2, 2))
     beyond, lost = search.beyond.copy(), rows[:0]
     search.beyond[rows] = np.nan
@@ -365,9 +362,8 @@ def _within(at: FloatArray, off: FloatArray, ends: FloatArray, third: FloatArray
         place, value = (at - other) / (before - other), (off - other_off) / (before_off - other_off)
         safe = (value**2 < place) & ((1.0 - value) ** 2 < 1.0 - place)
         quadratic = off / (other_off - off) * before_off / (other_off - before_off)
-        quadratic += (
-            (before - at) / (other - at) * off / (before_off - off) * other_off / (before_off - other_off)
-        )
+        third_off = off / (before_off - off) * other_off / (before_off - other_off)
+        quadratic += (before - at) / (other - at) * third_off
         share = np.where(safe, quadratic, np.where(np.isfinite(before), 0.5, off / (off - other_off)))
         step: FloatArray = share * (other - at)
     return step

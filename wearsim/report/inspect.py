@@ -31,7 +31,7 @@ _CONTACT = ("area", "max_pressure", "power", "spin")
 _SETTINGS = (
     "wear_law", "wear_coefficients", "wear_form", "contact_normal", "contact_tangential",
     "counterface_curvature", "counterface_curvature_left", "counterface_wear_factor", "redress_distance",
-    "redress_depth",    "counterface_area_rate", "wheel_radius", "source", "history",
+    "redress_depth", "counterface_area_rate", "wheel_radius", "source", "history",
 )  # fmt: skip
 
 

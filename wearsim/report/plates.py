@@ -222,17 +222,13 @@ def positions(datasets: Datasets) -> Figure | None:
 
 def binning(datasets: Datasets) -> Figure | None:
     """Wear of the samples of records and of the operating points in their place, new and worn wheels."""
-    rows = [
-        (data, worn)
-        for data in datasets
-        for worn in (False, True)
-        if "binning_y" in data
-        and np.isfinite(data["binning_depth_points_worn" if worn else "binning_y"]).all()
-    ]
+    recorded = [data for data in datasets if "binning_y" in data]
+    ended = ("binning_error_worn" in data.attrs for data in recorded)
+    rows = [(data, worn) for data, end in zip(recorded, ended, strict=True) for worn in range(1 + end)]
 
     def draw(ax: Axes, row: int, wheel: int) -> None:
         data, worn = rows[row]
-        campaign.plot_binning(data, ax, wheel=wheel, worn=worn)
+        campaign.plot_binning(data, ax, wheel=wheel, worn=bool(worn))
         ax.set_title(f"{role_title(data)}, {'worn' if worn else 'new'} {WHEELS[wheel]} wheel")
 
     return panels(len(rows), 2, draw, height=2.0, gap=0.3, sharey="row") if rows else None

@@ -114,7 +114,6 @@ class RailSection(CounterfaceSection):
     }
     wear: RailWearSection | None = None
     curvature: ClassVar[float] = 0.0
-    left_curvature: ClassVar[float | None] = None
 
 
 class RollerSection(CounterfaceSection):

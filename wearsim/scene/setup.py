@@ -107,11 +107,8 @@ def build(scene: RigScene | FieldScene) -> CampaignSetup:
         inputs.right, inputs.left, 1e-3 * scene.wheelset.radius_mm, inputs.half_span,
         1e-3 * scene.wheelset.wheel_diameter_difference_mm,
     )  # fmt: skip
-    below = scene.counterface
-    first, *further = (
-        Counterface(right, below.curvature, left, left_curvature=below.left_curvature)
-        for right, left in inputs.rails
-    )
+    kappa, other = scene.counterface.curvature, getattr(scene.counterface, "left_curvature", None)
+    first, *further = (Counterface(right, kappa, left, left_curvature=other) for right, left in inputs.rails)
     bodies = wheelset, replace(first, further=tuple(further))
     if scene.recorded is not None and scene._reduction is None:
         tolerance = scene.recorded.binning_tolerance

@@ -346,14 +346,8 @@ def plot_binning(dataset: xr.Dataset, ax: Axes | None = None, *, wheel: int = 0,
     ends = samples[wheel, at], points[wheel, at]
     share = abs(ends[1] - ends[0]) / max(float(samples.max()), 1e-300)
     ax.plot([y[at]] * 2, ends, "-_", color=COLOURS["difference"], label="largest difference")
-    ax.text(
-        0.98,
-        0.9,
-        f"{100.0 * share:.2g} % of the largest depth",
-        transform=ax.transAxes,
-        ha="right",
-        fontsize=7.5,
-    )
+    text = f"{100.0 * share:.2g} % of the largest depth"
+    ax.text(0.98, 0.9, text, transform=ax.transAxes, ha="right", fontsize=7.5)
     touched = y[(samples[wheel] + points[wheel]) > 1e-3 * samples.max()]
     if touched.size:
         ax.set_xlim(touched.min() - 3.0, touched.max() + 3.0)
