@@ -95,8 +95,8 @@ class SyntheticEvolution:
         memory = state.point_error[1] + 1e-12 * state.point_length[1]
         return 1e-9 * (1.0 + np.sin(1e3 * state.z + state.step) ** 2) + 1e-3 * memory
 
-    def closing(self, row: Mapping[str, np.ndarray]) -> dict[str, float]:
-        return {}
+    def closing(self, row: Mapping[str, np.ndarray]) -> Header:
+        return Header({}, {})
 
     def row(self, state: State, evaluation: np.ndarray, taken: StepTaken) -> dict[str, np.ndarray]:
         sizes = self.header.sizes

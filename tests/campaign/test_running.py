@@ -6,18 +6,20 @@ import numpy as np
 import pytest
 
 from wearsim.campaign.control import reached
-from wearsim.campaign.evaluate import forces_of, setup_of, solve_passage
+from wearsim.campaign.evaluate import forces_of, setup_of, solve_passage, solved
 from wearsim.campaign.evolution import WheelsetEvolution
-from wearsim.campaign.row import NO_STEP
-from wearsim.campaign.running import refreshed_where_it_runs, settled_state
+from wearsim.campaign.row import NO_STEP, summarise
+from wearsim.campaign.running import refreshed_where_it_runs, row_running, settled_state
 from wearsim.campaign.state import State, flattened, rebuilt
 from wearsim.errors import ContactError
 from wearsim.operation import states
 from wearsim.operation.points import where_it_runs
-from wearsim.operation.states import TOLERANCE
+from wearsim.operation.states import TOLERANCE, BeyondJump
+from wearsim.profile.standard import shipped_path
 from wearsim.quantities import QUANTITIES
 from wearsim.results import FILL_FLOAT
 from wearsim.scene import build, load_scene
+from wearsim.studies.states import states as states_of
 
 SCENE = {
     "scene": {"kind": "rig"},
@@ -201,3 +203,73 @@ def test_the_half_space_finds_where_fast_models_find_nothing(by_force, monkeypat
 
     monkeypatch.setattr(states, "solve_each", refuse)
     np.testing.assert_array_equal(settled_state(state, points, setup).running.shift, wanted.shift)
+
+
+def test_wear_and_forces_at_both_sides_of_a_jump_are_means_with_their_shares(steps):
+    evolution, found, _ = steps
+    state, points = found[-1][0], evolution.setup.points
+    running, setup, weight = state.running, setup_of(evolution.setup), points.weight
+    past = BeyondJump(
+        np.array([1]), running.shift[[1]] + 0.2e-3, running.load[[1]] + [1e3, -1e3], np.array([0.3])
+    )
+
+    def of(position):
+        there = where_it_runs(points, position)
+        return there, solved(state, there, weight, setup, among=np.ones(weight.size, bool))
+
+    right = running.shift.copy(), running.load.copy()
+    right[0][1], right[1][1] = past.shift[0], past.load[0]
+    (_, one), (_, other) = of(running), of(replace(running, shift=right[0], load=right[1]))
+    there, both = of(replace(running, beyond=past))
+    expected = 0.7 * one.collective.depth + 0.3 * other.collective.depth
+    # of sums over padding
+    np.testing.assert_allclose(both.collective.depth, expected, rtol=1e-9, atol=1e-12 * expected.max())
+    rows = [
+        row_running(state, replace(evolution.setup, points=where), weight, each.passage, each.wear)
+        for where, each in ((points, one), (points, other), (there, both))
+    ]
+    for name in ("lateral_force", "axle_wear_number"):
+        mean = 0.7 * rows[0][name] + 0.3 * rows[1][name]
+        assert rows[2][name][1] == pytest.approx(mean[1], rel=1e-9)
+    assert rows[2]["share_beyond_jump"].tolist() == pytest.approx([0.0, 0.3, 0.0])
+    assert rows[2]["lateral_position"][1] == pytest.approx(running.shift[1] + 0.06e-3)
+    patches = [summarise(each.passage, each.wear, 3) for each in (one, both)]
+    assert patches[1]["n_patch"][1] > patches[0]["n_patch"][1]
+    assert patches[1]["wear_index_mean"][1, 0] == pytest.approx(patches[0]["wear_index_mean"][1, 0])
+
+
+def test_a_stored_state_keeps_both_sides_of_a_jump(steps):
+    state = steps[1][-1][0]
+    past = BeyondJump(np.array([1]), np.array([6e-3]), np.array([[9e4, 7e4]]), np.array([0.25]))
+    for beyond in (past, None):
+        running = replace(state.running, beyond=beyond)
+        stored = rebuilt(State, flattened(replace(state, running=running))).running
+        assert flattened(stored).keys() == flattened(running).keys()
+        assert all((value == flattened(running)[name]).all() for name, value in flattened(stored).items())
+
+
+@pytest.mark.slow
+def test_a_campaign_by_force_wears_on_where_the_force_jumps_on_the_worn_flank():
+    """Shipped scene to 700 km; before the shift followed in stages, steps were of 0.3 km from 540 km on."""
+    evolution = WheelsetEvolution(build(load_scene(shipped_path("workflows", "rig_by_force.toml"))))
+    state, taken = evolution.start()
+    rows = []
+    while state.distance < 700e3:
+        evaluation = evolution.evaluate(state, taken)
+        rows.append(evolution.row(state, evaluation, taken))
+        state, taken = evolution.advance(state, evaluation)
+    shares = np.array([row["share_beyond_jump"] for row in rows])
+    assert ((shares > 0.0) & (shares < 1.0)).any(axis=0).tolist()[3]
+    assert len(rows) < 40
+    force = np.array([row["lateral_force"][3] for row in rows if row["active_weight"][3] > 0.0])
+    np.testing.assert_allclose(force, 20e3, atol=2.0 * TOLERANCE * 160e3)
+    positions = np.array([row["lateral_position"][3] for row in rows])
+    assert (np.diff(positions) > -2e-6).all()  # outwards, as the flank wears
+
+
+def test_check_marks_a_block_that_runs_on_both_sides_of_a_jump(steps):
+    setup, running = steps[0].setup, steps[1][0][0].running
+    past = BeyondJump(np.array([1]), running.shift[[1]] + 1e-6, running.load[[1]], np.array([0.5]))
+    marked = states_of(replace(setup, points=where_it_runs(setup.points, replace(running, beyond=past))))
+    jumps = [any("both sides of the jump" in mark for mark in one["marks"]) for one in marked]
+    assert jumps == [False, True]

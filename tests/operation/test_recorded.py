@@ -7,7 +7,15 @@ import pytest
 from law_settings import wear_settings
 
 from wearsim.contact.solve import ContactModels
-from wearsim.operation.recorded import Reducer, Samples, bisected, merged, reduce_samples, samples_of
+from wearsim.operation.recorded import (
+    Reducer,
+    Samples,
+    binning_error,
+    bisected,
+    merged,
+    reduce_samples,
+    samples_of,
+)
 
 # set-points of a collective: shift [m], yaw [rad], load of the right and left wheel [N], share
 KNOWN = np.array([
@@ -54,7 +62,7 @@ def test_a_record_of_a_known_collective_gives_its_wear(reducer, rows):
     twice = reduce_samples(samples_of(record(np.repeat(rows[::-1], 2, axis=0))), reducer, 1e-6)
     increments = [one.reducer.increment(one.points) for one in (twice, found)]
     np.testing.assert_allclose(*increments, atol=1e-9 * increments[0].max())
-    assert found.error_on(reducer.wheelset) == found.error
+    assert binning_error(found.increments_on(reducer.wheelset)) == found.error
 
 
 def test_scattered_samples_keep_the_tolerance_by_nested_points(reducer, rows):

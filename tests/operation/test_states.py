@@ -12,7 +12,7 @@ import pytest
 from wearsim.contact.solve import ContactConditions, solve
 from wearsim.errors import ContactError
 from wearsim.operation import states
-from wearsim.operation.resultants import patch_forces, resultants
+from wearsim.operation.resultants import Resultants, patch_forces, resultants
 from wearsim.operation.states import Controlled, Running, StateError, settle
 
 AXLE = 160e3
@@ -167,3 +167,86 @@ def test_conditions_take_loads_of_each_wheel_and_torques_of_each_point(bodies, m
     np.testing.assert_allclose(forces.longitudinal.sum(axis=1), [2e3 / 0.46, 0.0], atol=0.01 * 2e3 / 0.46)
     with pytest.raises(ContactError, match=r"wheel_load \(2, 3\)"):
         ContactConditions.of(0.0, wheel_load=np.ones((2, 3)))
+
+
+JUMP = 4e3
+
+
+@pytest.fixture
+def jumping(monkeypatch):
+    """A lateral force of 5e8 N/m over the shift that jumps by 4 kN at `at`; points with it and solutions."""
+    place, count = {"at": 6.2e-3}, {"solutions": 0}
+
+    def force(shift):
+        return 5e8 * (shift - 6.2e-3) + np.where(shift > place["at"], JUMP, 0.0)
+
+    def solve_rows(search, rows, shift, load, coarse=False, yaw=None):
+        count["solutions"] += rows.size
+        sides, nothing = np.zeros((rows.size, 2)), np.zeros(rows.size)
+        forces = Resultants(np.stack([-force(shift), nothing], 1), load, sides, sides, *[nothing] * 3, sides)
+        return forces, np.ones(rows.size, bool)
+
+    monkeypatch.setattr(states.Search, "solve", solve_rows)
+
+    def settled(wanted, start=None):
+        count["solutions"] = 0
+        given = ContactConditions.of(np.zeros(len(wanted)), speed=20.0, free_roll=True)
+        controlled = Controlled(np.array(wanted, float), np.full(len(wanted), np.nan), np.zeros(len(wanted)))
+        return settle(given, controlled, None, None, None, start)
+
+    return place, count, force, settled
+
+
+def test_a_force_within_a_jump_is_the_mean_of_both_of_its_sides(jumping):
+    """Shares are linear in the force: (H - H_below) / (H_above - H_below)."""
+    place, _, force, settled = jumping
+    wanted = np.array([-500.0, 500.0, 2000.0, 3500.0, 4500.0])
+    running = settled(wanted)
+    beyond = running.beyond
+    assert beyond.point.tolist() == [1, 2, 3]
+    below, above = running.shift[beyond.point], beyond.shift
+    assert ((below <= place["at"]) & (above > place["at"]) & (above - below <= 1e-6)).all()
+    mean = (1.0 - beyond.share) * force(below) + beyond.share * force(above)
+    np.testing.assert_allclose(mean, wanted[beyond.point], rtol=1e-9)
+    # 1 um of the slopes at its sides
+    np.testing.assert_allclose(beyond.share, wanted[beyond.point] / JUMP, atol=5e8 * 1e-6 / JUMP)
+    alone = [0, 4]
+    np.testing.assert_allclose(force(running.shift[alone]), wanted[alone], atol=2.0 * states.TOLERANCE * AXLE)
+
+
+@pytest.mark.parametrize("moved", [0.0, 0.4e-6, -1.5e-6, 3e-6])
+def test_both_sides_of_a_jump_are_followed_as_wear_moves_it(jumping, moved):
+    place, count, force, settled = jumping
+    before = settled([2000.0])
+    place["at"] += moved
+    after = settled([2000.0], before)
+    assert count["solutions"] <= 7 if moved else count["solutions"] == 2
+    assert after.shift[0] <= place["at"] < after.beyond.shift[0]
+    share = after.beyond.share[0]
+    mean = (1.0 - share) * force(after.shift[0]) + share * force(after.beyond.shift[0])
+    assert mean == pytest.approx(2000.0, rel=1e-9)
+
+
+def test_a_wheelset_leaves_a_jump_when_its_force_no_longer_lies_within(jumping):
+    _, _, force, settled = jumping
+    for wanted in (-800.0, 4800.0):
+        after = settled([wanted], settled([2000.0]))
+        assert after.beyond is None
+        assert force(after.shift[0]) == pytest.approx(wanted, abs=2.0 * states.TOLERANCE * AXLE)
+
+
+def test_a_stage_moves_acting_points_alone_and_a_start_goes_on_as_before(jumping):
+    _, count, force, settled = jumping
+    start = replace(settled([-900.0, -900.0]), rate=np.array([1e-9, 0.0]), distance=1e3)
+    ahead = start.at(3e3)
+    np.testing.assert_allclose(ahead.shift - start.shift, [2e-6, 0.0], atol=1e-15)
+    given = ContactConditions.of(np.zeros(2), speed=20.0, free_roll=True)
+    controlled = Controlled(np.full(2, -900.0), np.full(2, np.nan), np.zeros(2))
+    acts = np.array([True, False])
+    count["solutions"] = 0
+    after = settle(
+        given, controlled, None, None, None, replace(start, shift=start.shift + 0.3e-6), stage=acts
+    )
+    assert count["solutions"] == 1  # 150 N off: one more step, which is not looked at
+    assert force(after.shift[0]) == pytest.approx(-900.0, abs=1e-3 * AXLE)
+    assert after.shift[1] == start.shift[1] + 0.3e-6

@@ -8,6 +8,7 @@ import pytest
 
 from wearsim.campaign.run import run_scene
 from wearsim.errors import SceneError
+from wearsim.report import plates
 from wearsim.report.html import write_report
 from wearsim.results import open_results
 from wearsim.scene import build, load_scene
@@ -60,12 +61,26 @@ def test_a_record_becomes_points_with_the_stated_signs_and_constants(run):
 
 
 def test_the_binning_error_is_taken_again_on_the_worn_wheels(run, changed):
-    Path("scene.toml").write_text(changed(FIELD, ("[campaign]", "[contact]\nstrips = 10\n[campaign]")))
+    Path("run.csv").write_text("t,v,y,psi\n" + "".join(f"{k},20,{0.4 * k - 2:g},0\n" for k in range(12)))
+    loose = ("[recorded]", "[recorded]\nbinning_tolerance = 0.5")
+    Path("scene.toml").write_text(changed(FIELD, ("[campaign]", "[contact]\nstrips = 10\n[campaign]"), loose))
     run_scene("scene.toml", "out")
     with open_results("out/field.nc") as result:
         new, worn = result.attrs["binning_error"], result.attrs["binning_error_worn"]
-    assert 0.0 <= new <= 0.02
-    assert 0.0 <= worn < 0.1
+        for end, error in (
+            ("", new),
+            ("_worn", worn),
+        ):  # the increments that are drawn are those of the error
+            samples, points = (result[f"binning_depth_{name}{end}"].values for name in ("samples", "points"))
+            assert samples.shape == (2, result.sizes["binning_point"])
+            assert np.abs(samples - points).max() / samples.max() == pytest.approx(error, rel=1e-12)
+        figure = plates.binning([result])
+        titles = [ax.get_title("left").partition(", ")[2] for ax in figure.axes]
+        assert titles == ["new right wheel", "new left wheel", "worn right wheel", "worn left wheel"]
+        shares = [ax.texts[0].get_text() for ax in figure.axes]
+        assert f"{100.0 * worn:.2g} % of the largest depth" in shares[2:]
+    assert 1e-3 < new <= 0.5
+    assert 1e-3 < worn < 0.5
     assert "12 samples" in html.unescape(write_report("out").read_text())
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import wearsim
+from wearsim.campaign.row import header_of
 from wearsim.errors import SceneError
 from wearsim.profile.standard import shipped_path
 from wearsim.scene import build, load_scene
@@ -139,3 +140,37 @@ def test_a_force_beyond_the_flange_is_a_fault_of_its_block(folder, changed, forc
     Path("scene.toml").write_text(changed(RIG, *pairs))
     with pytest.raises(SceneError, match=rf"scene.toml:15: a: .*{reason}"):
         build(load_scene("scene.toml"))
+
+
+def test_radii_of_both_rollers_and_the_speeds_of_one_shaft(folder):
+    rig = shipped_path("profiles", "rigs", "full_scale.toml").read_text()
+    Path("own.toml").write_text(rig.replace("gauge_mm =", "roller_radius_left_mm = 998\ngauge_mm ="))
+    own = RIG.replace('"full_scale"', '"own"').replace("lateral_force_kN = 10", "shift_mm = 1")
+    monitor = "[operation.monitor]\nshifts_mm = [0]\nload_kN = 80\nspeed_km_h = 72\nfriction = 0.35\n"
+    for drive, difference in (("coupled", -2.0 / 999.0), ("independent", None)):
+        Path("scene.toml").write_text(own.replace('"own"', f'"own"\ndrive = "{drive}"') + monitor)
+        setup = build(load_scene("scene.toml"))
+        assert setup.counterface.curvatures == (1.0, 1e3 / 998.0)
+        found = setup.points.conditions.speed_difference
+        assert found is None if difference is None else found.tolist() == pytest.approx([difference] * 2)
+        assert header_of(setup, "").attributes["counterface_curvature_left"] == 1e3 / 998.0
+    # a radius of the scene is that of both
+    Path("scene.toml").write_text(own.replace('"own"', '"own"\nroller_radius_mm = 500'))
+    setup = build(load_scene("scene.toml"))
+    assert setup.counterface.curvatures == (2.0, 2.0)
+    assert "counterface_curvature_left" not in header_of(setup, "").attributes
+
+
+@pytest.mark.parametrize(
+    ("new", "reason"),
+    [
+        ("roller_radius_left_mm = 10", "roller_radius_left_mm = 10 must be at least 50"),
+        (
+            "roller_radius_left_mm = 900\n[counterface.wear]\nfactor = 1",
+            "one pair of alike rails or rollers; delete it, or rails and roller_radius_left_mm",
+        ),
+    ],
+)
+def test_faults_of_the_radius_of_the_left_roller(folder, changed, faults_of, new, reason):
+    faults = faults_of(changed(RIG, ('rig = "full_scale"', f'rig = "full_scale"\n{new}')))
+    assert any(reason in fault for fault in faults), faults

@@ -60,6 +60,7 @@ FIELD = (DATA / "scene_field.toml").read_text()
         (FIELD, "share = 0.75", "positions = 9", "positions = 9 must be at least 10 and at most 200"),
         (FIELD, "share = 0.75", "positions = 15.0", "positions = 15.0 must be a whole number"),
         (FIELD, "gauge_mm = 1435", "roller_radius_mm = 1000", "a rail has no radius"),
+        (FIELD, "gauge_mm = 1435", "roller_radius_left_mm = 1000", "a rail has no radius"),
         (FIELD, "max_step_km = 20", "stability = 110", "stability = 110 must be above 0 and at most 100"),
         (FIELD, "max_step_km = 20", "error_tolerance_um = 0", "error_tolerance_um = 0 must be"),
         (

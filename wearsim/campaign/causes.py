@@ -92,6 +92,8 @@ def world_of(setup: CampaignSetup, result: xr.Dataset | None = None, row: int = 
         raise NoSplitError("rotation speeds or creepages were given")
     if setup.brake is not None or points.conditions.rail is not None:
         raise NoSplitError("brake blocks wear the wheels, or classes run on several rails")
+    if setup.counterface.left_curvature is not None:
+        raise NoSplitError("the radii of the rollers differ by side")
     if result is not None:
         y, z = (result[f"profile_{axis}"].values[row] for axis in "yz")
         right, left = worn_wheels(wheelset, y, z)

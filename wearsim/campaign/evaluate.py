@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from wearsim.campaign.comparison import ComparisonLaws, ComparisonPassage, comparison_laws, comparison_passage
 from wearsim.campaign.counterface import with_counterface, worn_counterface
-from wearsim.campaign.faint import faded
+from wearsim.campaign.faint import faded, shared
 from wearsim.campaign.left_out import Failed, judged
 from wearsim.campaign.state import Correction, PatchWear, PointHistory, State, WearRate, worn_wheels
 from wearsim.campaign.vertices import lengths_of_sides, only_worn, sample, share_out, stretches, strip_heights
@@ -79,6 +79,7 @@ class Passage:
     weight: FloatArray  # (m,) with which each patch acts: below 1 where it is faint [-]
     lost: FloatArray  # (m, 3) share of load, power and wear that faint patches of its wheel lost [-]
     model: IntArray  # (m,) in `Setup.chain` of each patch
+    share: FloatArray  # (m,) of the distance of its point that each acts in; forces and wear are means [-]
     failed: Mapping[int, ContactError] = field(default_factory=dict)  # points without contact solution
 
 
@@ -94,6 +95,7 @@ def passage_of(solution: ContactSolution, setup: Setup) -> Passage:
         weight=np.ones(solution.point.size),
         lost=np.zeros((solution.point.size, 3)),
         model=np.zeros(solution.point.size, dtype=np.int64),
+        share=np.ones(solution.point.size),
     )
     return faded(whole)
 
@@ -120,37 +122,42 @@ def solve_passage(
     """
     bodies, parts, last = worn_bodies(state, setup), [], len(setup.chain) - 1
     failed: Failed = {}
+    conditions, of, share = points.runs
     nowhere = np.zeros(len(points.label), dtype=np.int64)
     before = nowhere > 0 if state.points is None else state.points.left_out
     place = nowhere if state.correction is None else state.correction.model.copy()
     if among is not None:
         place[~among] = -1
+    place, before = place[of], before[of]
     for number, one in enumerate(setup.chain):
         for index in (np.flatnonzero((place == number) & (before == out)) for out in (False, True)):
             if not index.size:
                 continue
             own: Failed | None = None if state.points is None and number == last else {}
-            evaluated = partial(_passage_at, index, number, setup)
-            conditions = points.conditions.at(index)
+            evaluated = partial(_passage_at, of[index], share[index], number, setup)
+            here = conditions.at(index)
             try:
-                chunks = solve_each(conditions, *bodies, one, evaluated, threads=setup.threads, failed=own)
+                chunks = solve_each(here, *bodies, one, evaluated, threads=setup.threads, failed=own)
             except ContactError as error:
-                raise _numbered(error, index) from None
+                raise _numbered(error, of[index]) from None
             parts.append(chunks)
-            errors = {int(index[row]): _numbered(error, index) for row, error in (own or {}).items()}
+            errors = {int(of[index[row]]): _numbered(error, of[index]) for row, error in (own or {}).items()}
             if number == last:
                 failed |= errors
             else:
-                place[list(errors)] = number + 1
+                place[index[list(own or {})]] = number + 1
     every = [chunk for chunks in parts for chunk in chunks]
-    order = np.argsort(np.concatenate([part.contact.point for part in every]), kind="stable")
-    whole: Passage = joined(every, order if len(parts) > 1 else None)
+    place = np.concatenate([2 * part.contact.point + part.contact.side for part in every])
+    order = np.argsort(place, kind="stable")
+    whole: Passage = joined(every, order if len(parts) > 1 or points.beyond is not None else None)
     return replace(whole, failed=failed)
 
 
-def _passage_at(index: IntArray, model: int, setup: Setup, solution: ContactSolution) -> Passage:
+def _passage_at(
+    index: IntArray, share: FloatArray, model: int, setup: Setup, solution: ContactSolution,
+) -> Passage:  # fmt: skip
     """Passage of the points at `index` by a model of the chain, with their numbers in the batch."""
-    passage = passage_of(solution, setup)
+    passage = shared(passage_of(solution, setup), share)
     contact = passage.contact
     point = index[contact.point]
     placed = replace(contact, point=point, patch=replace(contact.patch, row=point))

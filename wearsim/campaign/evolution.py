@@ -24,6 +24,7 @@ from wearsim.contact.patch import FloatArray
 from wearsim.damage.wear import WEAR_LAWS
 from wearsim.errors import ContactError, NumericalError
 from wearsim.operation.points import OperatingPoints, where_it_runs
+from wearsim.operation.recorded import binning_error
 from wearsim.profile.shape import arc_length
 from wearsim.results import Header
 from wearsim.results.schema import CHANGES
@@ -145,13 +146,15 @@ class WheelsetEvolution:
         """Return the row of the result file for a state."""
         return build_row(state, evaluation, taken, self._where(state))
 
-    def closing(self, row: Mapping[str, np.ndarray]) -> dict[str, float]:
-        """Return the attributes of a result that its last row decides."""
+    def closing(self, row: Mapping[str, np.ndarray]) -> Header:
+        """Return what the last row decides of the static part of a result."""
         reduction, wheelset = self.setup.reduction, self.setup.wheelset
         if reduction is None:
-            return {}
+            return Header({}, {})
         right, left = worn_wheels(wheelset, row["profile_y"], row["profile_z"])
-        return {"binning_error_worn": reduction.error_on(replace(wheelset, right=right, left=left))}
+        worn = reduction.increments_on(replace(wheelset, right=right, left=left))
+        names = ("binning_depth_samples_worn", "binning_depth_points_worn")
+        return Header(dict(zip(names, worn, strict=True)), {"binning_error_worn": binning_error(worn)})
 
     def advance(self, state: State, evaluation: Evaluation) -> tuple[State, StepTaken]:
         """Take the next wear step, or reprofile the wheels where that is due."""
@@ -296,9 +299,14 @@ class WheelsetEvolution:
         points, weight, limit = self._where(state).points, choice.weight, choice.limit
         length, wave = limit.step_length, rule.smoothing_wavelength
         failed: Failed = {}
+        running = state.running
 
         def rate_at(ahead: State) -> WearRate:
-            stage = solved(ahead, points, weight, self._contact)
+            nonlocal running
+            ahead = replace(ahead, running=running)
+            ahead = settled_state(ahead, self.setup.points, self._contact, weight > 0.0)
+            running = ahead.running
+            stage = solved(ahead, self._where(ahead).points, weight, self._contact)
             failed.update(stage.passage.failed)
             return stage.collective
 
@@ -307,7 +315,7 @@ class WheelsetEvolution:
         if after.points is not None:
             after = replace(after, points=with_failed(after.points, points, failed))
         # where the wheelset runs after the step: what the shift changed in it is part of the error
-        tried = tried._replace(state=self._settled(after))
+        tried = tried._replace(state=self._settled(replace(after, running=running)))
         # with the history that is stored: a resumed campaign solves the same batches, to the last bit
         end = self._solved(tried.state, self._where(tried.state).points, weight)
         error = step.error_of(state, tried.state, now, end.collective, wave)

@@ -105,21 +105,35 @@ def faded(passage: Passage) -> Passage:
         own = np.maximum(weight, weight_of(np.stack([*share[:2], *_shares(of, worn[None])])))
         depths.append(tuple(_factor(of, own, amount[0])[:, None] * depth for depth in law))
         kept |= own > 0.0
-    across = factor[:, None]
+    smaller = _times(factor, passage)
     smaller = replace(
-        passage,
-        contact=replace(contact, **{name: factor * getattr(contact, name) for name in _FORCES}),
-        strip_work=across * passage.strip_work,
+        smaller,
         work_density_max=factor * passage.work_density_max,
-        depth=tuple(across * depth for depth in passage.depth),
-        comparison=replace(
-            comparison, depth=tuple(depths), damage=tuple(across * damage for damage in comparison.damage)
-        ),
+        comparison=replace(smaller.comparison, depth=tuple(depths)),
         weight=weight,
         lost=_summed(of, (1.0 - weight) * share).T[of],
     )
     left: Passage = joined([smaller], np.flatnonzero(kept))
     return left
+
+
+def shared(passage: Passage, share: FloatArray) -> Passage:
+    """Passage of patches that act in shares of the distance of their points, those of its runs (n,)."""
+    factor = share[passage.contact.point]
+    return passage if (factor == 1.0).all() else replace(_times(factor, passage), share=factor)
+
+
+def _times(factor: FloatArray, passage: Passage) -> Passage:
+    """Passage with factors (m,) on forces, work, depths and damage of its patches."""
+
+    def of(values: tuple[FloatArray, ...]) -> tuple[FloatArray, ...]:
+        return tuple(factor[:, None] * value for value in values)
+
+    contact, comparison = passage.contact, passage.comparison
+    forces = {name: factor * getattr(contact, name) for name in _FORCES}
+    laws = replace(comparison, depth=tuple(map(of, comparison.depth)), damage=of(comparison.damage))
+    (work,), depth = of((passage.strip_work,)), of(passage.depth)
+    return replace(passage, contact=replace(contact, **forces), strip_work=work, depth=depth, comparison=laws)
 
 
 def lost_row(passage: Passage, points: OperatingPoints, weight: FloatArray) -> Mapping[str, FloatArray]:

@@ -300,10 +300,10 @@ class Writer:
         """Name the limit met by a row that ends the campaign, None if there is none."""
         return first_met(row, ending_limits(self.header.attributes), self._laws)
 
-    def finish(self, closing: Callable[[Mapping[str, np.ndarray]], dict[str, float]]) -> str:
+    def finish(self, closing: Callable[[Mapping[str, np.ndarray]], Header]) -> str:
         """Write and verify the complete file, mark it finished, remove the records; return why it ended.
 
-        `closing` gives attributes by the last row.
+        `closing` gives static variables and attributes by the last row.
         """
         count, given = len(self._sources), self.header.attributes
         last = self.records.row(count - 1)
@@ -312,7 +312,9 @@ class Writer:
         known = met_attributes((read() for read in self._readers()), limits_of(given), self._laws)
         used = {"source": _in_order_of_use(self._sources), "finished": ended}
         # written anew: smaller, and independent of readers of the appended file
-        self._rebuild(replace(self.header, attributes={**given, **closing(last), **known, **used}))
+        closed = closing(last)
+        static, own = {**self.header.static, **closed.static}, {**given, **closed.attributes}
+        self._rebuild(replace(self.header, static=static, attributes={**own, **known, **used}))
         if verify(self.path, self._readers()) != count:
             raise ResultError(
                 f"{self.path} does not read back as it was written; its steps are safe, "

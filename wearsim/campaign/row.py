@@ -120,10 +120,10 @@ def summarise(passage: Passage, wear: PatchWear, count: int) -> dict[str, np.nda
         (count, PATCH_SLOTS, ...), fill values without patch; `n_patch` (count,) counts all patches, of which
         the most loaded are kept.
     """
-    contact = passage.contact
+    contact, width = passage.contact, passage.contact.patch.width
     values = {
         **{name: getattr(contact, name) for name in _PATCH_VALUES},
-        "wear_index_mean": passage.strip_work.sum(axis=1) * contact.patch.width / contact.area,
+        "wear_index_mean": passage.strip_work.sum(axis=1) * width / (contact.area * passage.share),
         "wear_index_max": passage.work_density_max,
         "wear_area_rate": wear.area_rate,
         "wear_depth_rate_max": wear.depth_rate_max,
@@ -222,12 +222,15 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         **static_comparison(comparison_laws(setup)),
         **static_counterface(setup),
         **({} if setup.templates is None else {"wheel_template": [one.name for one in setup.templates]}),
+        **_static_binning(setup),
     }
     wear, models, limits, rules = setup.wear, setup.models, setup.control, setup.control.reprofiling
     auto, rotation = setup.tolerance is not None, conditions.rotation
     given: dict[str, str | int | float] = {}
     if setup.reduction is not None:
         given = {"recorded_samples": float(setup.reduction.samples), "binning_error": setup.reduction.error}
+    if setup.counterface.left_curvature is not None:
+        given["counterface_curvature_left"] = setup.counterface.left_curvature
     if setup.vehicle:
         given["vehicle"] = setup.vehicle
     if rules is not None:
@@ -276,6 +279,19 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         "warnings": "; ".join(str(warning) for warning in setup.warnings),
     }
     return Header(static, attributes)
+
+
+def _static_binning(setup: CampaignSetup) -> dict[str, np.ndarray]:
+    """Wear of the samples of a record and of the points in their place; on worn wheels at the end."""
+    if setup.reduction is None:
+        return {}
+    samples, points = setup.reduction.increments
+    later = np.full_like(samples, FILL_FLOAT)
+    return {
+        "binning_y": setup.reduction.reducer.grid,
+        "binning_depth_samples": samples, "binning_depth_points": points,
+        "binning_depth_samples_worn": later, "binning_depth_points_worn": later,
+    }  # fmt: skip
 
 
 def _wear_attributes(wear: WearSettings) -> dict[str, str]:

@@ -27,7 +27,11 @@ _ROUNDS = 3
 
 
 def settled_state(
-    state: State, points: OperatingPoints, setup: Setup, by_reference: NDArray[np.bool_] | None = None
+    state: State,
+    points: OperatingPoints,
+    setup: Setup,
+    by_reference: NDArray[np.bool_] | None = None,
+    stage: NDArray[np.bool_] | None = None,
 ) -> State:
     """Return the state with the shifts and loads at which its profiles balance what is controlled.
 
@@ -42,6 +46,7 @@ def settled_state(
     if state.running is None or points.controlled is None:
         return state
     known, bodies, last = state.correction, worn_bodies(state, setup), len(setup.chain) - 1
+    before = state.running
     count, bogies = len(points.label), points.controlled.bogies
     fast = Corrected(setup.chain, np.zeros(count, dtype=np.int64), Differences.none(count))
     if known is not None:
@@ -53,9 +58,10 @@ def settled_state(
         models = Corrected(setup.chain, np.where(true, last, fast.model), fast.differences.of(~true))
         try:
             after = settle(
-                points.conditions, points.controlled, *bodies, models, state.running, threads=setup.threads
-            )
-            return replace(state, running=after)
+                points.conditions, points.controlled, *bodies, models, before.at(state.distance), stage=stage,
+                threads=setup.threads,
+            )  # fmt: skip
+            break
         except StateError as error:
             text = "; ".join(f"{points.label[k]}: {text}" for k, text in error.messages.items())
             failed = np.isin(np.arange(count), list(error.messages))
@@ -63,6 +69,10 @@ def settled_state(
                 fix = "lower the force" if bogies is None else "reprofile earlier, or end there"
                 raise NumericalError(f"after {state.distance / 1e3:.6g} km {text}; {fix}") from error
         true |= failed
+    gone, rate = state.distance - before.distance, before.rate
+    if gone > 0.0:
+        rate = np.where(np.isfinite(points.controlled.lateral_force), after.shift - before.shift, 0.0) / gone
+    return replace(state, running=replace(after, rate=rate, distance=state.distance))
 
 
 def refreshed_where_it_runs(
@@ -114,13 +124,16 @@ def row_running(
     known = forces.vertical.min(axis=1) > 0.0
     count = weight.size
     stiffness = np.zeros(count) if state.running is None else state.running.stiffness
+    runs, of, share = points.runs
+    shift, *loads = (np.bincount(of, share * value, count) for value in (runs.shift, *runs.loads.T))
     area = np.bincount(contact.point, wear.area_rate, count) * weight * points.environment
     total = area.sum()
     with np.errstate(divide="ignore", invalid="ignore"):
         quotient = forces.derailment_quotient
     return {
-        "lateral_position": conditions.shift,
-        "wheel_loads": conditions.loads,
+        "lateral_position": shift,
+        "wheel_loads": np.stack(loads, axis=1),
+        "share_beyond_jump": 1.0 - share[:count],
         "wheelset_yaw": conditions.yaw,
         "lateral_stiffness": stiffness,
         "lateral_force": np.where(known, -forces.force, FILL_FLOAT),

@@ -177,7 +177,7 @@ def advance(
     )
     rates, depths = [smoothed(state, rate, wave)], [state.wear_depth]
     for shares in tableau.shares[1:-1]:
-        ahead = _moved(state, _sum(rates, shares * step_length))
+        ahead = _moved(state, _sum(rates, shares * step_length), float(shares.sum()) * step_length)
         depths.append(ahead.wear_depth)
         rates.append(_scaled(state, ahead, smoothed(ahead, rate_at(ahead), wave)))
     increment = _sum(rates, tableau.shares[-1] * step_length)
@@ -301,13 +301,16 @@ def _scaled(before: State, after: State, rate: Increment) -> Increment:
     )
 
 
-def _moved(state: State, increment: Increment) -> State:
-    """State of a stage: profiles and depth alone."""
+def _moved(state: State, increment: Increment, length: float) -> State:
+    """State of a stage: profiles, depth and distance alone."""
     total, counterface = increment.regime_depth.sum(axis=1), state.counterface
     y, z = worn_off(state.y, state.z, total, "wheel")
     if counterface is not None and increment.counterface is not None:
         counterface = moved_counterface(counterface, increment.counterface)
-    return replace(state, y=y, z=z, wear_depth=state.wear_depth + total, counterface=counterface)
+    return replace(
+        state, y=y, z=z, wear_depth=state.wear_depth + total, counterface=counterface,
+        distance=state.distance + length,
+    )  # fmt: skip
 
 
 def _without_negative(state: State, increment: Increment) -> tuple[Increment, float]:

@@ -137,6 +137,7 @@ def rollers(
     profile: str | Path | Profile,
     *,
     radius: float,
+    radius_left: float | None = None,
     left: str | Path | Profile | None = None,
     inclination: float | None = None,
     gauge: float | None = None,
@@ -149,8 +150,9 @@ def rollers(
     ----------
     profile, left, inclination, gauge, back_to_back, gauge_height
         As of `rails`.
-    radius : float
-        At the profile's top [m].
+    radius, radius_left : float
+        At the profile's top, and that of the left roller if it differs [m]. On one shaft they run at unlike
+        speeds: `speed_difference` of the conditions is then the `coupled_difference` of the counterface.
 
     Returns
     -------
@@ -172,7 +174,9 @@ def rollers(
         profile, left=left, inclination=inclination, gauge=gauge, back_to_back=back_to_back,
         gauge_height=gauge_height,
     )  # fmt: skip
-    return Counterface(track.profile, 1.0 / _radius(radius, "roller_radius"), track.left)
+    left_curvature = None if radius_left is None else 1.0 / _radius(radius_left, "roller_radius")
+    own = 1.0 / _radius(radius, "roller_radius")
+    return Counterface(track.profile, own, track.left, left_curvature=left_curvature)
 
 
 def solve_contact(

@@ -281,18 +281,21 @@ def gap(
     pose = WheelsetPose(plain(pose.shift), plain(pose.yaw), plain(pose.roll))
     bodies = Bodies(wheel, pose, float(half_span), float(nominal_radius))
     count = pose.shift.size
-    curves = np.empty((5, count, counterface.y.size)) if before is None else list(vars(before).values())[2:7]
-    nearest = _Nearest(*curves)
+    nearest = _Nearest(
+        *np.empty((5, count, counterface.y.size))
+        if before is None
+        else (getattr(before, name) for name in _Nearest._fields)
+    )
     # Circles that cannot lie above the grid are left out: shift, yaw and roll move their points by so much.
     shift, yaw, roll = (np.abs(angle).max(initial=0.0) for angle in pose)
-    aside = shift + (yaw + roll) * wheel.radius.max() + (yaw**2 + roll**2) * (half_span + np.abs(wheel.y).max())
+    aside = shift + (yaw + roll) * wheel.radius.max()
+    aside += (yaw**2 + roll**2) * (half_span + np.abs(wheel.y).max())
     first, last = np.searchsorted(wheel.y, (counterface.y[0] - aside, counterface.y[-1] + aside))
     circles = WheelSurface(*(one[max(first - 1, 0) : last + 1] for one in wheel))
     line = _ContactLine(*np.empty((4, circles.y.size)))
-    _search(
-        bodies._replace(wheel=circles), counterface, curvature, np.arange(count) if rows is None else rows, line,
-        np.empty(counterface.y.size, dtype=np.int64), nearest,
-    )  # fmt: skip
+    rows = np.arange(count) if rows is None else rows
+    lowest = np.empty(counterface.y.size, dtype=np.int64)
+    _search(bodies._replace(wheel=circles), counterface, curvature, rows, line, lowest, nearest)
     nearest.gap[:, curvature * counterface.z > _NEAREST_AXIS] = NO_WHEEL
     return Gap(counterface, curvature, *nearest, bodies)
 

@@ -271,6 +271,8 @@ class Counterface:
         than the gap is; by default `curvature` [1/m].
     further : tuple of Counterface
         Other pairs of rails, on which points with a `rail` of 1 and more run.
+    left_curvature : float, optional
+        Of the left side, if it differs [1/m].
     """
 
     profile: Profile
@@ -278,6 +280,7 @@ class Counterface:
     left: Profile | None = None
     rolling_curvature: float | None = None
     further: tuple[Counterface, ...] = ()
+    left_curvature: float | None = None
 
     @property
     def profiles(self) -> tuple[Profile, Profile]:
@@ -285,9 +288,24 @@ class Counterface:
         return self.profile, self.profile if self.left is None else self.left
 
     @property
-    def seen_in_motion(self) -> float:
-        """Curvature as the motion of the surfaces sees it [1/m]."""
-        return self.curvature if self.rolling_curvature is None else self.rolling_curvature
+    def curvatures(self) -> tuple[float, float]:
+        """Of the right and the left side [1/m]."""
+        return self.curvature, self.curvature if self.left_curvature is None else self.left_curvature
+
+    @property
+    def seen_in_motion(self) -> tuple[float, float]:
+        """Curvature of the right and the left side as the motion of the surfaces sees it [1/m]."""
+        own = self.rolling_curvature
+        return self.curvatures if own is None else (own, own)
+
+    @property
+    def coupled_difference(self) -> float:
+        r"""Difference of speed of rollers on one shaft, left less right, over their mean [-].
+
+        :math:`2 (s_L - s_R) / (s_L + s_R)`; 0 for rails.
+        """
+        right, left = self.curvatures
+        return 2.0 * (right - left) / (right + left) if right != left else 0.0
 
     @cached_property
     def surfaces(self) -> tuple[CounterfaceProfile, CounterfaceProfile]:

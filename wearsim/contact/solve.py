@@ -142,7 +142,7 @@ def solve_each(
     rails = (counterface, *counterface.further)
     tasks = {
         k: Task(
-            wheelset.surfaces, rails[k].surfaces, wheelset, rails[k].curvature, rails[k].seen_in_motion,
+            wheelset.surfaces, rails[k].surfaces, wheelset, rails[k].curvatures, rails[k].seen_in_motion,
             models, sides, vertical,
         )
         for k in np.unique(rail).tolist() or [0]
@@ -309,7 +309,7 @@ def _near_rest(task: Task, chunk: ContactConditions) -> tuple[FloatArray, FloatA
         for number in (0, 1):
             before = sides.get(number)
             try:
-                side = side_of(task, number, tilted, rows, before and before.gap)
+                side = side_of(task, number, tilted, rows, None if before is None else before.gap)
                 normal = normal_of(task, side, rows, chunk.loads[rows, number], rough=True)
             except ContactError as error:
                 error.side = number

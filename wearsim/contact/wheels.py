@@ -36,8 +36,8 @@ class Task:
     wheels: tuple[WheelSurface, ...]
     counterfaces: tuple[CounterfaceProfile, ...]
     wheelset: Wheelset
-    curvature: float
-    rolling_curvature: float
+    curvature: tuple[float, ...]
+    rolling_curvature: tuple[float, ...]
     models: ContactModels
     sides: tuple[int, ...]
     vertical: bool
@@ -105,7 +105,7 @@ def side_of(
         pose,
         half_span=task.wheelset.half_span,
         nominal_radius=task.wheelset.radius,
-        curvature=task.curvature,
+        curvature=task.curvature[number],
         rows=rows,
         before=before,
     )
@@ -170,7 +170,8 @@ def wheels_of(
     centre = normal.centre_y if reference is None else reference.y
     counterface_z, apart = np.interp(centre, profile.y, profile.z), at(here.gap, centre)
     # The wheel goes straight down, the gap is measured along the roller's radius there.
-    slope = task.curvature * at(here.x, centre) / (1.0 - task.curvature * (counterface_z - apart))
+    kappa = here.curvature
+    slope = kappa * at(here.x, centre) / (1.0 - kappa * (counterface_z - apart))
     motion = kinematics(
         ContactPoint(
             wheel_y=at(here.wheel_y, centre),
@@ -186,7 +187,7 @@ def wheels_of(
         track_curvature=sign * chunk.track_curvature[row],
         half_span=task.wheelset.half_span,
         nominal_radius=task.wheelset.radius,
-        curvature=task.rolling_curvature,
+        curvature=task.rolling_curvature[side.number],
     )
     if chunk.speed_difference is not None:  # a curved track has no rollers: all of it at rest is rolling
         faster = 1.0 - 0.5 * sign * chunk.speed_difference[row]

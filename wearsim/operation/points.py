@@ -10,7 +10,7 @@ import numpy as np
 
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.solve import ContactConditions
-from wearsim.operation.states import Controlled, Running
+from wearsim.operation.states import BeyondJump, Controlled, Running
 
 REACH = 3.0
 """Standard deviations from the mean to the outermost positions."""
@@ -40,6 +40,8 @@ class OperatingPoints:
         Forces from which shifts and wheel loads of points follow; None: all of them are given.
     of_track : tuple of int
         Number of the class of a vehicle's track of each point.
+    beyond : BeyondJump, optional
+        Where some points run for a share of their distance.
     """
 
     conditions: ContactConditions
@@ -50,6 +52,19 @@ class OperatingPoints:
     class_name: tuple[str, ...] = ()
     controlled: Controlled | None = None
     of_track: tuple[int, ...] = ()
+    beyond: BeyondJump | None = None
+
+    @property
+    def runs(self) -> tuple[ContactConditions, IntArray, FloatArray]:
+        """Conditions of all positions (n + k), the operating point of each, and its share of the distance."""
+        count, two = len(self.label), self.beyond
+        point, share = np.arange(count), np.ones(count)
+        if two is None:
+            return self.conditions, point, share
+        point, share[two.point] = np.append(point, two.point), 1.0 - two.share
+        runs, load = self.conditions.at(point), np.append(self.conditions.loads, two.load, 0)
+        runs = replace(runs, shift=np.append(self.conditions.shift, two.shift), wheel_load=load)
+        return runs, point, np.append(share, two.share)
 
     @property
     def of_class(self) -> IntArray:
@@ -84,7 +99,7 @@ def where_it_runs(points: OperatingPoints, running: Running | None) -> Operating
     """Operating points with the shifts and wheel loads found from what is controlled."""
     if running is None:
         return points
-    return replace(points, conditions=running.conditions(points.conditions))
+    return replace(points, conditions=running.conditions(points.conditions), beyond=running.beyond)
 
 
 def with_monitors(

@@ -169,16 +169,20 @@ class Reduction:
 
     points: Samples
     group: tuple[str, ...]  # of each point: tread, right or left flange
-    error: float  # binning error [-]
+    increments: FloatArray  # (2, 2, g) by all samples and by the points, see `Reducer.increment` [m]
     samples: int  # of the record
     kept: Samples  # of them, that stand for all
     reducer: Reducer
 
-    def error_on(self, wheelset: Wheelset) -> float:
-        """Binning error of the same points with other wheels, such as worn ones [-]."""
-        reducer = replace(self.reducer, wheelset=wheelset)
-        whole, part = (reducer.increment(one) for one in (self.kept, self.points))
-        return _binning_error(part, whole)
+    @property
+    def error(self) -> float:
+        """Binning error [-]."""
+        return binning_error(self.increments)
+
+    def increments_on(self, wheelset: Wheelset) -> FloatArray:
+        """Increments (2, 2, g) with other wheels, such as worn ones [m]."""
+        reducer = replace(self.reducer, wheelset=wheelset, across=self.reducer.grid)
+        return np.stack([reducer.increment(one) for one in (self.kept, self.points)])
 
 
 @dataclass(frozen=True)
@@ -194,6 +198,16 @@ class Reducer:
     wear: WearSettings
     wavelength: float  # of the smoothing of wear increments [m]
     threads: int = 1
+    across: FloatArray | None = None  # grid of the increments, by default over the width of the wheels [m]
+
+    @property
+    def grid(self) -> FloatArray:
+        """Lateral positions (g,) on the wheels of their increments [m]."""
+        if self.across is not None:
+            return self.across
+        width = np.concatenate([one.y for one in (self.wheelset.right, self.wheelset.left)])
+        grid: FloatArray = width.min() + _GRID * np.arange(int(np.ceil(np.ptp(width) / _GRID)) + 1)
+        return grid
 
     def conditions(self, samples: Samples) -> ContactConditions:
         """Contact conditions of samples, free to roll."""
@@ -208,7 +222,7 @@ class Reducer:
         return ContactConditions(wheel_load=load, free_roll=True, **given)
 
     def increment(self, samples: Samples) -> FloatArray:
-        """Smoothed wear increment (2, g) of both wheels by all samples."""
+        """Smoothed wear depth (2, g) of both wheels in one passage, the mean of all samples [m]."""
         return _mean_of(samples, self.worn(self.conditions(samples))[0])
 
     def worn(self, conditions: ContactConditions) -> tuple[FloatArray, IntArray]:
@@ -217,13 +231,11 @@ class Reducer:
         Returns
         -------
         depth : (n, 2, g) array
-            Worn area over a grid across the wheel, smoothed, without the length of the circumference.
+            In one passage, over the grid across the wheel, smoothed [m].
         flange : (n,) int array
             0 tread, 1 right flange, 2 left flange.
         """
-        width = [one.y for one in (self.wheelset.right, self.wheelset.left)]
-        low, high = min(map(np.min, width)), max(map(np.max, width))
-        size = int(np.ceil((high - low) / _GRID)) + 1
+        low, size = self.grid[0], self.grid.size
         count = conditions.shift.size
         depth, flange = np.zeros((count, 2, size)), np.zeros(count, dtype=np.int64)
         kernel = _half(self.wavelength)
@@ -233,16 +245,16 @@ class Reducer:
             edges = solution.strip_edges_wheel_y
             middle = 0.5 * (edges[:, 1:] + edges[:, :-1])
             place = np.clip(((middle - low) / _GRID).round().astype(np.int64), 0, size - 1)
-            area = strips * solution.patch.width[:, None]
-            return solution.point, solution.side, place, area, solution.contact_angle
+            spread = strips * (solution.patch.width[:, None] / _GRID)
+            return solution.point, solution.side, place, spread, solution.contact_angle
 
         failed: dict[int, ContactError] = {}
         chunks = solve_each(
             conditions, self.wheelset, self.counterface, self.models, keep,
             threads=self.threads, failed=failed,
         )  # fmt: skip
-        for point, side, place, area, angle in chunks:
-            np.add.at(depth, (point[:, None], side[:, None], place), area)
+        for point, side, place, spread, angle in chunks:
+            np.add.at(depth, (point[:, None], side[:, None], place), spread)
             steep = np.abs(angle) > TREAD_ANGLE
             flange[point[steep]] = 1 + side[steep]
         for wheel in (0, 1):
@@ -250,8 +262,9 @@ class Reducer:
         return depth, flange
 
 
-def _binning_error(part: FloatArray, whole: FloatArray) -> float:
-    """Largest difference of increments over the largest depth of the whole [-]."""
+def binning_error(increments: FloatArray) -> float:
+    """Largest difference of increments (2, ...) of samples and of points over the deepest of samples [-]."""
+    whole, part = increments
     return float(np.abs(part - whole).max() / max(float(whole.max()), 1e-300))
 
 
@@ -296,9 +309,9 @@ def reduce_samples(samples: Samples, reducer: Reducer, tolerance: float) -> Redu
         group = bisected(features, work, count, flange)
         points = merged(samples, group)
         names = tuple(_GROUPS[k] for k in flange[np.unique(group, return_index=True)[1]])
-        error = _binning_error(reducer.increment(points), whole)
-        found = Reduction(points, names, error, total, samples, reducer)
-        if error <= tolerance or points.distance.size < count:  # nothing is left to divide
+        both = np.stack([whole, reducer.increment(points)])
+        found = Reduction(points, names, both, total, samples, reducer)
+        if found.error <= tolerance or points.distance.size < count:  # nothing is left to divide
             break
     return found
 

@@ -127,7 +127,7 @@ class Differences:
 
 
 def patch_forces(
-    patches: ContactPatches, shift: FloatArray, half_span: float, curvature: float
+    patches: ContactPatches, shift: FloatArray, half_span: float, curvature: float | FloatArray
 ) -> PatchForces:
     """Return the forces T_p, Q_p, X_p of patches (m,) and their lateral position.
 
@@ -139,7 +139,7 @@ def patch_forces(
         Lateral shift of the wheelset of each [m].
     half_span : float
         From the middle of the track to the origin of the rail profiles [m].
-    curvature : float
+    curvature : float or (m,) array
         Of the counterface [1/m].
     """
     sine, cosine = np.sin(patches.contact_angle), np.cos(patches.contact_angle)
@@ -168,7 +168,8 @@ def resultants(
         The bodies the patches are of.
     """
     point, count = patches.point, conditions.shift.size
-    force = patch_forces(patches, conditions.shift[point], wheelset.half_span, counterface.curvature)
+    curvature = np.array(counterface.curvatures)[patches.side]
+    force = patch_forces(patches, conditions.shift[point], wheelset.half_span, curvature)
     place = 2 * point + patches.side
 
     def by_wheel(value: FloatArray) -> FloatArray:

@@ -10,11 +10,21 @@ With the lateral force H at axle height and the axle load W, of which the boxes 
 to five shifts belong to one force: the branch is part of the state. The wheelset moves from where it was, at
 first from the middle of the track, in the direction of the force that is missing, and stays at the first
 shift that balances it with dH/dy > 0.
+
+Where the contact moves on a worn flank, or a second patch closes, the force may jump past the one wanted
+within a micrometre, so that no shift balances it. The wheelset then runs at both sides of the jump in turn,
+in shares of the distance whose mean force is the one wanted. So does its limit under ever shorter steps of
+wear: each side wears towards the other (a sliding mode, [1]_).
+
+References
+----------
+.. [1] A. F. Filippov, Differential Equations with Discontinuous Righthand Sides, Kluwer 1988,
+   doi:10.1007/978-94-015-7793-9.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -41,6 +51,8 @@ _STIFFEST = 1e9  # dH/dy that a correction takes [N/m]
 _MOST_TRIALS = 24
 _NOISE = 1e-8  # difference of shifts below which the roll's tolerance decides that of the forces [m]
 _JUMP = 1e-6  # widest bracket in which the force jumps: it changes by more than `_STIFFEST` explains [m]
+_PROMISING = 2e-3  # force and loads missing over the axle load, from which in a stage one more step
+_SMALL_STEP = 10e-6  # [m] is enough
 _LEAST_LOAD = 0.02  # of a wheel, over the axle load: below it is unloaded
 _GENTLE = 1e4  # dH/dy of a start without a known one [N/m]
 
@@ -74,6 +86,16 @@ class Corrected(NamedTuple):
 
 
 @dataclass(frozen=True)
+class BeyondJump:
+    """Where `k` points run for a share of their distance: past a jump of the lateral force, further right."""
+
+    point: IntArray  # (k,)
+    shift: FloatArray  # (k,) [m]
+    load: FloatArray  # (k, 2) [N]
+    share: FloatArray  # (k,) of the distance of the point, between 0 and 1 [-]
+
+
+@dataclass(frozen=True)
 class Running:
     """Where the wheelset runs at `n` operating points: the state that the next one starts from."""
 
@@ -81,6 +103,18 @@ class Running:
     load: FloatArray  # (n, 2) of the right and the left wheel [N]
     stiffness: FloatArray  # (n,) dH/dy where it runs; 0 where the shift is given [N/m]
     yaw: FloatArray  # (n,) [rad]
+    beyond: BeyondJump | None = None  # of points that run at two shifts
+    rate: FloatArray = field(default_factory=lambda: np.zeros(0))  # (n,) of the shift over the distance [-]
+    distance: float = 0.0  # at which it ran there [m]
+
+    def at(self, distance: float) -> Running:
+        """Where the wheelset is expected to run at another distance."""
+        if not self.rate.size:
+            return self
+        moved, beyond = np.clip(self.rate * (distance - self.distance), -_LONGEST, _LONGEST), self.beyond
+        if beyond is not None:
+            beyond = replace(beyond, shift=beyond.shift + moved[beyond.point])
+        return replace(self, shift=self.shift + moved, beyond=beyond)
 
     def conditions(self, conditions: ContactConditions) -> ContactConditions:
         """Contact conditions of the `n` points where the wheelset runs."""
@@ -111,6 +145,7 @@ class Search:
     yaw: FloatArray
     load: FloatArray
     stiffness: FloatArray
+    beyond: FloatArray  # shift, both loads and share past a jump (n, 4); NaN: there is none
 
     def solve(
         self,
@@ -167,6 +202,7 @@ def settle(
     models: ContactModels | Corrected,
     start: Running | None = None,
     *,
+    stage: NDArray[np.bool_] | None = None,
     threads: int = 1,
 ) -> Running:
     """Shift and wheel loads at which the controlled forces are balanced.
@@ -182,6 +218,9 @@ def settle(
         As in `wearsim.contact.solve.solve`; models may be those of each point, with differences.
     start : Running, optional
         Where the wheelset ran before; by default in the middle of the track.
+    stage : (n,) bool array, optional
+        Points that act in a stage of a wear step: only they move, but for bogies, and within 1e-3 of the axle
+        load.
     threads : int
         Of the contact solver; their number does not change the bits.
 
@@ -208,14 +247,20 @@ def settle(
         conditions, controlled, wheelset, counterface, models, threads,
         np.where(forced, start.shift, conditions.shift), conditions.yaw.copy(),
         np.where(loaded[:, None], start.load, load), np.where(forced, start.stiffness, 0.0),
+        np.full((count, 4), np.nan),
     )  # fmt: skip
+    if (two := start.beyond) is not None:
+        search.beyond[two.point] = np.column_stack([two.shift, two.load, two.share])
     alone = controlled.any
     if controlled.bogies is not None:
-        alone = alone & ~np.isin(np.arange(count), controlled.bogies.points)
-        _curved(search, controlled.bogies, start)
-    rows = np.flatnonzero(alone)
+        axles = controlled.bogies.points
+        alone = alone & ~np.isin(np.arange(count), axles)
+        search.shift[axles], search.yaw[axles] = start.shift[axles], start.yaw[axles]
+        if stage is None:
+            _curved(search, controlled.bogies, start)
+    rows = np.flatnonzero(alone if stage is None else alone & stage)
     known = ~forced[rows] | (search.stiffness[rows] > 0.0)
-    rest = np.concatenate([_corrected(search, rows[known], MOST_WARM), rows[~known]])
+    rest = np.append(_corrected(search, rows[known], MOST_WARM, stage is not None), rows[~known])
     if rest.size:
         _walked(search, np.sort(rest[forced[rest]]))
         rest = _corrected(search, np.sort(rest), 20)
@@ -223,7 +268,10 @@ def settle(
         raise StateError(
             {int(k): "shift and wheel loads do not settle; smooth measured profiles" for k in rest}
         )
-    return Running(search.shift, search.load, search.stiffness, search.yaw)
+    at = np.flatnonzero(np.isfinite(search.beyond[:, 0]))
+    past = search.beyond[at]
+    beyond = BeyondJump(at, past[:, 0], past[:, 1:3], past[:, 3]) if at.size else None
+    return Running(search.shift, search.load, search.stiffness, search.yaw, beyond)
 
 
 def _curved(search: Search, bogies: Bogies, start: Running) -> None:
@@ -236,7 +284,6 @@ def _curved(search: Search, bogies: Bogies, start: Running) -> None:
     """
     rows = bogies.points
     warm = bool((start.stiffness[rows] > 0.0).all())
-    search.shift[rows], search.yaw[rows] = start.shift[rows], start.yaw[rows]
     left = curved(search, bogies, warm, TOLERANCE)
     if left.size and warm:
         left = left[curved(search, bogies.at(left), False, TOLERANCE)]
@@ -250,20 +297,23 @@ def _curved(search: Search, bogies: Bogies, start: Running) -> None:
     search.stiffness[rows] = 1.0  # found before: the next search starts here
 
 
-def _corrected(search: Search, rows: IntArray, most: int) -> IntArray:
+def _corrected(search: Search, rows: IntArray, most: int, stage: bool = False) -> IntArray:
     """Correct shifts and loads, in place; the rows that are not balanced then.
 
-    Loads by their levers; shifts by secants, and by regula falsi (Illinois) once the force wanted lies
-    between those of two shifts: such rows go on after `most` solutions. Where the force jumps past the one
-    wanted, as that of a model whose patches merge, one side of the jump is taken.
+    Loads by their levers; shifts by secants, and within brackets once the force wanted lies between those of
+    two shifts: such rows go on after `most` solutions. Where the force jumps past the one wanted, both sides
+    of the jump are taken. A row of a `stage` is done, too, once one more step is enough.
     """
     count = search.shift.size
     before, moved = np.zeros(count), np.zeros(count)
-    ends, off_ends = np.tile([-np.inf, np.inf], (count, 1)), np.zeros((count, 2))
-    lost = rows[:0]
+    # shifts on both sides of the one sought, and the force missing there
+    ends = np.tile([[-np.inf, np.nan], [np.inf, np.nan]], (count, 1, 1))
+    third, end_loads = np.full((count, 2), np.nan), np.zeros((count, 2, 2))
+    beyond, lost = search.beyond.copy(), rows[:0]
+    search.beyond[rows] = np.nan
     for trial in range(_MOST_TRIALS):
         if trial >= most:
-            found = np.isfinite(ends[rows]).all(axis=1)
+            found = np.isfinite(ends[rows, :, 0]).all(axis=1)
             lost, rows = np.append(lost, rows[~found]), rows[found]
         if not rows.size:
             break
@@ -274,33 +324,65 @@ def _corrected(search: Search, rows: IntArray, most: int) -> IntArray:
         off = np.where(forced, -forces.force - np.where(forced, wanted, 0.0), 0.0)
         after = search.loads(rows, forces, load)
         total = after.sum(axis=1)
+        after = np.where(solved[:, None], np.maximum(after, _LEAST_LOAD * total[:, None]), load)
         for side in (0, 1):
             here = forced & solved & ((off > 0.0) if side else (off < 0.0))
-            again = here & (ends[rows, side] == shift - moved[rows])  # the other end did not move: halve it
-            off_ends[rows, 1 - side] *= np.where(again, 0.5, 1.0)
-            ends[rows, side] = np.where(here, shift, ends[rows, side])
-            off_ends[rows, side] = np.where(here, off, off_ends[rows, side])
-        low, high = ends[rows].T
+            own = rows[here]
+            third[own] = ends[own, side]
+            ends[own, side] = np.column_stack([shift, off])[here]
+            end_loads[own, side] = load[here]
+        (low, low_off), (high, high_off) = np.moveaxis(ends[rows], 0, 2)
         between = np.isfinite(low) & np.isfinite(high) & (low < high)
         width = np.where(between, high, 1.0) - np.where(between, low, 0.0)
-        jumps = between & (width <= _JUMP) & (np.abs(off) > _STIFFEST * width)
-        still = np.abs(after - load).max(axis=1) <= TOLERANCE * total
-        still &= ((np.abs(off) <= TOLERANCE * total) | jumps) & solved
+        moves = np.abs(after - load).max(axis=1) / total
+        jumps = between & (width <= _JUMP) & (high_off - low_off > _STIFFEST * width) & (moves <= _PROMISING)
+        balanced = (np.abs(off) <= TOLERANCE * total) & (moves <= TOLERANCE)
+        still = solved & (balanced | jumps)
         known, tried = search.stiffness[rows], np.abs(moved[rows]) > _NOISE
         secant = (off - before[rows]) / np.where(tried, moved[rows], 1.0)
         usable = forced & tried & ~still & (secant > _GENTLE) & (secant < _STIFFEST)
         search.stiffness[rows] = np.where(usable, secant, np.minimum(known, _STIFFEST))
-        step = np.clip(-off / np.maximum(search.stiffness[rows], _GENTLE), -_LONGEST, _LONGEST)
-        low_off, high_off = off_ends[rows].T
-        share = low_off / np.where(between, low_off - high_off, 1.0)
-        step = np.where(between, np.where(between, low, 0.0) + share * width - shift, step)
+        step = -off / np.maximum(search.stiffness[rows], _GENTLE)
+        jumped = np.isfinite(beyond[rows, 0])  # off by the jump, too: near it at first
+        most_step = np.where(jumped, _JUMP * 2.0 * 4.0 ** max(trial - 1, 0), _LONGEST)
+        step = np.clip(step, -most_step, most_step)
+        step = np.where(between, _within(shift, off, ends[rows], third[rows]), step)
+        two = jumped & (trial == 0) & (off < 0.0)  # next the other side of the jump
+        step = np.where(two, beyond[rows, 0] - shift, step)
         step = np.where(forced & solved & ~still, step, 0.0)
-        least = _LEAST_LOAD * total[:, None]
+        quick = stage & solved & ~between & ~two & (np.abs(step) <= _SMALL_STEP)
+        quick &= np.maximum(np.abs(off) / total, moves) <= _PROMISING
         search.shift[rows] = shift + step
-        search.load[rows] = np.where((solved & ~still)[:, None], np.maximum(after, least), load)
+        search.load[rows] = np.where((still & balanced)[:, None], load, after)
+        search.load[rows[two]] = beyond[rows[two], 1:3]
         before[rows], moved[rows] = off, step
-        rows = rows[~still]
+        own = rows[still & ~balanced]
+        if own.size:
+            gap = ends[own, 1, 1] - ends[own, 0, 1]
+            search.shift[own], search.load[own] = ends[own, 0, 0], end_loads[own, 0]
+            search.beyond[own] = np.column_stack([ends[own, 1, 0], end_loads[own, 1], -ends[own, 0, 1] / gap])
+        rows = rows[~(still | quick)]
     return np.append(lost, rows)
+
+
+def _within(at: FloatArray, off: FloatArray, ends: FloatArray, third: FloatArray) -> FloatArray:
+    """Step (k,) from the newer end of brackets `ends` (k, 2, 2), shifts and values, by Chandrupatla's rule.
+
+    Inverse quadratic interpolation with the `third` (k, 2) point, the end before, where that is safe, else
+    bisection; linear interpolation as long as there is none.
+    """
+    rising = off < 0.0
+    other, other_off = np.where(rising, ends[:, 1].T, ends[:, 0].T)
+    before, before_off = third.T
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        place, value = (at - other) / (before - other), (off - other_off) / (before_off - other_off)
+        safe = (value**2 < place) & ((1.0 - value) ** 2 < 1.0 - place)
+        quadratic = off / (other_off - off) * before_off / (other_off - before_off)
+        third_off = off / (before_off - off) * other_off / (before_off - other_off)
+        quadratic += (before - at) / (other - at) * third_off
+        share = np.where(safe, quadratic, np.where(np.isfinite(before), 0.5, off / (off - other_off)))
+        step: FloatArray = share * (other - at)
+    return step
 
 
 def _walked(search: Search, rows: IntArray) -> None:

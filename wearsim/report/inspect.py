@@ -30,8 +30,8 @@ _ALONG = {
 _CONTACT = ("area", "max_pressure", "power", "spin")
 _SETTINGS = (
     "wear_law", "wear_coefficients", "wear_form", "contact_normal", "contact_tangential",
-    "counterface_curvature", "counterface_wear_factor", "redress_distance", "redress_depth",
-    "counterface_area_rate", "wheel_radius", "source", "history",
+    "counterface_curvature", "counterface_curvature_left", "counterface_wear_factor", "redress_distance",
+    "redress_depth", "counterface_area_rate", "wheel_radius", "source", "history",
 )  # fmt: skip
 
 

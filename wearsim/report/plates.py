@@ -220,6 +220,20 @@ def positions(datasets: Datasets) -> Figure | None:
     return panels(len(moved), 1, draw, height=2.2) if moved else None
 
 
+def binning(datasets: Datasets) -> Figure | None:
+    """Wear of the samples of records and of the operating points in their place, new and worn wheels."""
+    recorded = [data for data in datasets if "binning_y" in data]
+    ended = ("binning_error_worn" in data.attrs for data in recorded)
+    rows = [(data, worn) for data, end in zip(recorded, ended, strict=True) for worn in range(1 + end)]
+
+    def draw(ax: Axes, row: int, wheel: int) -> None:
+        data, worn = rows[row]
+        campaign.plot_binning(data, ax, wheel=wheel, worn=bool(worn))
+        ax.set_title(f"{role_title(data)}, {'worn' if worn else 'new'} {WHEELS[wheel]} wheel")
+
+    return panels(len(rows), 2, draw, height=2.0, gap=0.3, sharey="row") if rows else None
+
+
 def wear_over_distance(datasets: Datasets) -> Figure:
     """Largest depth and worn area over the distance."""
     return _by_campaign(datasets, campaign.plot_over_distance, ("max_wear_depth", "worn_area"))

@@ -83,7 +83,7 @@ def _settings(c: Campaigns) -> Content:
 
 def _running(c: Campaigns) -> Content:
     yield from c.each(tables.wear_by_class)
-    yield from figures(c, plates.positions)
+    yield from figures(c, plates.positions, plates.binning)
     yield from c.each(tables.running)
     yield Block("say", lines("about_running"))
 

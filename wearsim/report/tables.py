@@ -152,8 +152,10 @@ def running(dataset: xr.Dataset) -> list[Table]:
 
 def settings(datasets: list[xr.Dataset]) -> Table:
     """Show what was computed, a column per campaign; rows that differ are shaded."""
-    roller = [float(data.attrs.get("counterface_curvature", 0.0)) for data in datasets]
-    rows = [["Counterface", *(f"roller, radius {1e3 / k:.4g} mm" if k else "rail" for k in roller)]]
+    names = ("counterface_curvature", "counterface_curvature_left")
+    own = ([1e3 / one.attrs[name] for name in names if one.attrs.get(name)] for one in datasets)
+    radii = [" and ".join(f"{radius:.4g}" for radius in each) for each in own]
+    rows = [["Counterface", *(f"roller, radius {radius} mm" if radius else "rail" for radius in radii)]]
     for name in ("shift", "yaw", "wheel_load", "speed", "friction", "track_curvature"):
         ranges = (_range(name, data[name].values[data["weight"].values > 0.0]) for data in datasets)
         rows.append([label(datasets[0], name), *ranges])

@@ -66,10 +66,12 @@ def cross_faults(scene: Campaign) -> list[Fault]:
         text = f'[counterface.wear] wears where the law of [wear] does, and law = "{law}" wears nowhere'
         messages.append((("counterface", "wear"), f"{text}; write another law, or delete the table"))
     places = [*rails_of(scene)[0].values()]
-    if scene.counterface.wear is not None and (scene.counterface.profile_left or places[1:]):
-        path = places[1] if places[1:] else ("counterface", "profile_left")
-        text = "[counterface.wear] wears one pair of alike rails; delete it, or rails and profile_left"
-        messages.append((path, text))
+    of_sides = ("profile_left", "roller_radius_left_mm")
+    own = [key for key in of_sides if getattr(scene.counterface, key, None) is not None]
+    if scene.counterface.wear is not None and (own or places[1:]):
+        path = places[1] if places[1:] else ("counterface", own[0])
+        text = "[counterface.wear] wears one pair of alike rails or rollers; delete it, or rails and"
+        messages.append((path, f"{text} {' and '.join(own) or 'profile_left'}"))
     return [scene.fault(*message) for message in messages]
 
 

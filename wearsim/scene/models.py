@@ -109,7 +109,8 @@ class RailSection(CounterfaceSection):
     """[counterface] in the field: rails."""
 
     not_here: ClassVar[dict[str, str]] = {
-        "roller_radius_mm": 'a rail has no radius; delete the key, or write kind = "rig" in [scene]'
+        key: 'a rail has no radius; delete the key, or write kind = "rig" in [scene]'
+        for key in ("roller_radius_mm", "roller_radius_left_mm")
     }
     wear: RailWearSection | None = None
     curvature: ClassVar[float] = 0.0
@@ -122,8 +123,13 @@ class RollerSection(CounterfaceSection):
     roller_radius_mm: float | None = number(
         "roller_radius", "the radius of the rollers at the profile's top, by default that of the rig", None
     )
+    roller_radius_left_mm: float | None = number(
+        "roller_radius", "the radius of the left roller, if it differs", None
+    )
     drive: Literal["coupled", "independent"] | None = Field(
-        None, description="whether both rollers turn alike, by default as those of the rig do"
+        None,
+        description="whether both rollers turn alike, by default as those of the rig do, else coupled; of "
+        "unlike radii they then run at unlike speeds, the mean of which is that of the block",
     )
     wear: RollerWearSection | None = None
 
@@ -131,6 +137,11 @@ class RollerSection(CounterfaceSection):
     def curvature(self) -> float:
         """Curvature of the rollers at the profile's top [1/m]."""
         return 1e3 / self.roller_radius_mm if self.roller_radius_mm else 0.0
+
+    @property
+    def left_curvature(self) -> float | None:
+        """Curvature of the left roller, if it differs [1/m]."""
+        return 1e3 / self.roller_radius_left_mm if self.roller_radius_left_mm else None
 
 
 NormalName = Annotated[str, Registered(lambda: NORMAL_MODELS)]

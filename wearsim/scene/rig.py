@@ -38,6 +38,9 @@ class RigFile(Section):
     name: Text = words("the name of the rig")
     source: Text = words("where its data are from")
     roller_radius_mm: float = number("roller_radius", "the radius of the rollers at the profile's top")
+    roller_radius_left_mm: float | None = number(
+        "roller_radius", "the radius of the left roller, if it differs", None
+    )
     gauge_mm: float = number("gauge", "the track gauge", 1435.0)
     gauge_height_mm: float = number("gauge_height", "the depth below the top at which it is measured", 14.0)
     drive: Literal["coupled", "independent"] = Field(description="whether both rollers turn alike")
@@ -67,9 +70,8 @@ def with_rig(scene: RigScene, place: Place) -> tuple[RigScene, Path | None]:
     if rig is None:
         raise SceneError(faults)
     given = section.model_fields_set
-    names = [
-        name for name in ("roller_radius_mm", "gauge_mm", "gauge_height_mm", "drive") if name not in given
-    ]
+    radii = () if "roller_radius_mm" in given else ("roller_radius_mm", "roller_radius_left_mm")
+    names = [name for name in (*radii, "gauge_mm", "gauge_height_mm", "drive") if name not in given]
     update = {name: getattr(rig, name) for name in names}
     scene = scene.model_copy(update={"counterface": section.model_copy(update=update)})
     faults = [fault for k in range(len(scene.operation.blocks)) for fault in _beyond(scene, rig, k)]

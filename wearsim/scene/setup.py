@@ -108,13 +108,14 @@ def build(scene: RigScene | FieldScene) -> CampaignSetup:
         inputs.right, inputs.left, 1e-3 * scene.wheelset.radius_mm, inputs.half_span,
         1e-3 * scene.wheelset.wheel_diameter_difference_mm,
     )  # fmt: skip
-    first, *further = (Counterface(right, scene.counterface.curvature, left) for right, left in inputs.rails)
+    kappa, other = scene.counterface.curvature, getattr(scene.counterface, "left_curvature", None)
+    first, *further = (Counterface(right, kappa, left, left_curvature=other) for right, left in inputs.rails)
     bodies = wheelset, replace(first, further=tuple(further))
     if scene.recorded is not None and scene._reduction is None:
         tolerance = scene.recorded.binning_tolerance
         scene._reduction = reduce_samples(scene._samples, _reducer(scene, bodies, wear), tolerance)
     points = _points(scene) if section is None else _on_route(scene, section, bodies, wear)
-    points = _monitored(scene, points)
+    points = _coupled(scene, _monitored(scene, points), bodies[1])
     running = _settled(scene, points, bodies)
     points = where_it_runs(points, running)
     if section is not None and section.positions == "frozen":
@@ -321,6 +322,14 @@ def _monitored(scene: RigScene | FieldScene, points: OperatingPoints) -> Operati
     values = monitor.si()
     values["wheel_load"] = values.pop("load")
     return with_monitors(points, 1e-3 * np.array(monitor.shifts_mm, dtype=np.float64), **values)
+
+
+def _coupled(scene: RigScene | FieldScene, points: OperatingPoints, below: Counterface) -> OperatingPoints:
+    """Operating points on rollers that turn alike: those of unlike radii run at unlike speeds."""
+    if below.coupled_difference == 0.0 or getattr(scene.counterface, "drive", None) == "independent":
+        return points
+    apart = np.full(points.weight.size, below.coupled_difference)
+    return replace(points, conditions=replace(points.conditions, speed_difference=apart))
 
 
 def _run(scene: RigScene | FieldScene, section: Section) -> dict[str, Any]:

@@ -43,6 +43,8 @@ FLAGS = (
     Flag("smooth-mm", None, "take waves shorter than this out of profiles from files", _BODIES,
          "noise_wavelength"),
     Flag("roller-radius-mm", None, "roller radius at its top; without it: rail", _BODIES, "roller_radius"),
+    Flag("roller-radius-left-mm", None, "that of the left roller, if it differs; both turn alike", _BODIES,
+         "roller_radius"),
     Flag("curve-radius-m", None, "curve radius, positive to the right; without it: tangent", _BODIES,
          "curve_radius"),
     Flag("shift-mm", "0", "lateral shift of the wheelset, positive to the right", MOTION, "shift"),

@@ -102,6 +102,8 @@ class Request(SimpleNamespace):
             return "creepages are given for the single patch of one wheel; choose the right or the left side"
         if (self.wheel_load_right is None) != (self.wheel_load_left is None):
             return "the load of one wheel is given; give those of both, right and left"
+        if self.roller_radius is None and self.roller_radius_left is not None:
+            return "the radius of the left roller is given; give that of the right one, roller radius, too"
         if self.balanced and self.roll not in (None, "free"):
             return "forces are balanced by a wheelset that is free to roll; leave out the roll"
         return None
@@ -120,7 +122,9 @@ class Request(SimpleNamespace):
         right, left, rail = (profile_of(*self.source(name)) for name in ("wheel", "left_wheel", "rail"))
         wheelset = Wheelset(right, left, self.wheel_radius, half_span(self.back_to_back))
         models = {flag.field: getattr(self, flag.field) for flag in FLAGS if flag.group == MODELS}
-        return wheelset, Counterface(rail, self.counterface_curvature), ContactModels(**models)
+        other = None if self.roller_radius_left is None else 1.0 / float(self.roller_radius_left)
+        below = Counterface(rail, self.counterface_curvature, left_curvature=other)
+        return wheelset, below, ContactModels(**models)
 
 
 @lru_cache(maxsize=256)
@@ -249,6 +253,7 @@ def conditions(points: Sequence[Request]) -> ContactConditions:
         return np.array([getattr(point, name) for point in points], dtype=np.float64)
 
     loads, friction, flange = column("loads"), column("friction"), column("friction_flange")
+    apart = first.problem[1].coupled_difference
     given = ContactConditions(
         shift=column("shift"),
         yaw=column("yaw"),
@@ -261,6 +266,7 @@ def conditions(points: Sequence[Request]) -> ContactConditions:
         free_roll=first.free_roll,
         creepage=None if first.creepage is None else column("creepage"),
         friction_flange=None if np.isnan(flange).all() else np.where(np.isnan(flange), friction, flange),
+        speed_difference=np.full(len(points), apart) if apart else None,
     )
     if not first.balanced:
         return given

@@ -63,7 +63,7 @@ def contact_state(
     if rows.size == 0:
         raise ContactError(f"point {point} is not in the solution")
     own = contact.isel(patch=rows, operating_point=point).drop_vars("point")
-    cells, kappa = own.sizes["cell"], counterface.curvature
+    cells, kappas = own.sizes["cell"], dict.fromkeys(counterface.curvatures)
     along = xr.Variable("cell", (np.arange(cells) + 0.5) / cells)
     place = own["cells_lead"] - along * (own["cells_lead"] - own["cells_trail"])
     edges = own["strip_wheel_y_edges"].values
@@ -74,13 +74,14 @@ def contact_state(
         "strip_wheel_y": (strip, 0.5 * (edges[:, 1:] + edges[:, :-1])),
         "longitudinal": (cell, place.transpose(*cell).values),
         "slipping": (cell, (slip > 0.0).astype(np.int8)),
-        "counterface_curvature": ((), kappa),
+        "counterface_curvature": ((), counterface.curvature),
     }
     state = own.reset_coords("side").assign({name: variable(name, *one) for name, one in data.items()})
-    against = "rail" if kappa == 0.0 else f"roller {1e3 / kappa:.6g} mm"
+    radii = " and ".join(f"{1e3 / kappa:.6g}" for kappa in kappas if kappa)
+    against = f"roller {radii} mm" if radii else "rail"
     return state.assign(_sections(wheelset, counterface, state)).assign_attrs(
         label=label or against,
-        counterface="rail" if kappa == 0.0 else "roller",
+        counterface="roller" if radii else "rail",
         creepage_given=int(conditions.creepage is not None),
         free_roll=int(conditions.free_roll),
     )
@@ -90,9 +91,9 @@ def _sections(wheelset: Wheelset, counterface: Counterface, state: xr.Dataset) -
     """Wheel and counterface across the track, and the gap around the patches, of each solved side."""
     sides = np.unique(state["side"])
     shift, yaw, roll = (float(state[name]) for name in ("shift", "yaw", "roll"))
-    kappa = counterface.curvature
     lines = []
     for side in sides:
+        kappa = counterface.curvatures[side]
         sign = -1.0 if side else 1.0
         profile, rail = (wheelset.right, wheelset.left)[side], counterface.profiles[side]
         surface, pose = counterface.surfaces[side], sign * np.array([[shift], [yaw], [roll]])

@@ -208,7 +208,8 @@ def as_text(request: Request, result: Result) -> str:
             column, factor = _column(name)
             lines.append(f"{column:28} {value * factor:.5g}")
     who = "both wheels" if request.side == "both" else f"{request.side} wheel"
-    against = "rail" if request.roller_radius is None else f"roller of {1e3 * request.roller_radius:g} mm"
+    radii = " and ".join(f"{1e3 * s0:g}" for s0 in (request.roller_radius, request.roller_radius_left) if s0)
+    against = f"roller of {radii} mm" if radii else "rail"
     rotation = f"rotation {request.rotation}" if request.creepage is None else "creepages given"
     roll = "free" if request.free_roll else "given"
     models = f"{request.normal}, {request.tangential}"

@@ -59,6 +59,8 @@ def states(setup: CampaignSetup) -> list[dict[str, Any]]:
             continue
         load, angle = forces.vertical[k], forces.angle[k]
         marks = [f"{side} flange" for side, one in zip(_SIDES, angle, strict=True) if one > TREAD_ANGLE]
+        if points.beyond is not None and k in points.beyond.point:
+            marks.append("its force jumps past the one wanted: it runs on both sides of the jump in turn")
         few = zip(_SIDES, load < _UNLOADED * load.mean(), strict=True)
         marks += [f"{side} wheel unloaded" for side, unloaded in few if unloaded]
         force = 0.5 * float(np.ptp(forces.longitudinal[k]))

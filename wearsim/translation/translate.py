@@ -349,7 +349,7 @@ def _attributes(comparison: compare.Comparison) -> dict[str, Any]:
     }
     for role, data in zip(CAMPAIGN, comparison.pair, strict=True):
         attrs[f"{role}_sha256"] = content_hash(data)
-        for key in ("title", "counterface_curvature", *factors.COMPARED_KEYS):
+        for key in ("title", "counterface_curvature", "counterface_curvature_left", *factors.COMPARED_KEYS):
             if str(data.attrs.get(key, "")) != "":
                 attrs[f"{role}_{key}"] = data.attrs[key]
     notes = [*differences(rig, field), *comparison.notes]

@@ -332,6 +332,28 @@ def plot_positions(dataset: xr.Dataset, ax: Axes | None = None, *, most: int = 6
     return label_axes(ax, label(dataset, "distance"), label(dataset, "lateral_position"))
 
 
+def plot_binning(dataset: xr.Dataset, ax: Axes | None = None, *, wheel: int = 0, worn: bool = False) -> Axes:
+    """Draw the wear of all samples of a record and of the points in their place, on new or worn wheels.
+
+    The place where they differ most is marked, with the difference over the largest depth of both wheels.
+    """
+    ax, end = own_axes(ax), "_worn" if worn else ""
+    y = values_of(dataset, "binning_y")
+    samples, points = (values_of(dataset, f"binning_depth_{name}{end}") for name in ("samples", "points"))
+    ax.plot(y, samples[wheel], color=COLOURS["new"], lw=3.0, alpha=0.5, label="all samples")
+    ax.plot(y, points[wheel], color=series_colour(1), lw=1.0, label="operating points")
+    at = int(np.argmax(np.abs(points - samples)[wheel]))
+    ends = samples[wheel, at], points[wheel, at]
+    share = abs(ends[1] - ends[0]) / max(float(samples.max()), 1e-300)
+    ax.plot([y[at]] * 2, ends, "-_", color=COLOURS["difference"], label="largest difference")
+    text = f"{100.0 * share:.2g} % of the largest depth"
+    ax.text(0.98, 0.9, text, transform=ax.transAxes, ha="right", fontsize=7.5)
+    touched = y[(samples[wheel] + points[wheel]) > 1e-3 * samples.max()]
+    if touched.size:
+        ax.set_xlim(touched.min() - 3.0, touched.max() + 3.0)
+    return label_axes(ax, "Lateral position on the wheel [mm]", "Mean wear depth of one passage [nm]", 0.0)
+
+
 def plot_wear_index(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the wear index of every patch at the end over the shift, mean to largest, and limits of regimes.
 

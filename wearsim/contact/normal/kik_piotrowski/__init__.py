@@ -144,7 +144,8 @@ def _displacement(
     displacement = np.empty(row.size)
     displacement[of] = start.vertical_displacement
     part = start.normal_force * (np.cos(start.contact_angle) if vertical else 1.0)
-    return displacement, np.bincount(of, part, row.size)
+    carried: FloatArray = np.bincount(of, part, row.size)
+    return displacement, carried
 
 
 def _bodies(gap: Gap) -> tuple[WheelSurface, Records]:
