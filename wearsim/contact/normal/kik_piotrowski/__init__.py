@@ -144,8 +144,7 @@ def _displacement(
     displacement = np.empty(row.size)
     displacement[of] = start.vertical_displacement
     part = start.normal_force * (np.cos(start.contact_angle) if vertical else 1.0)
-    carried: FloatArray = np.bincount(of, part, row.size)
-    return displacement, carried
+    return displacement, np.asarray(np.bincount(of, part, row.size), dtype=np.float64)
 
 
 def _bodies(gap: Gap) -> tuple[WheelSurface, Records]:
