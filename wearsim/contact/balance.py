@@ -75,8 +75,8 @@ _LARGEST_STEP = np.array([2.0, 0.2, 0.2])
 class Equilibrium:
     """Wheels in equilibrium, ordered by point, side and falling normal force.
 
-    `contact` has the fields of cells if wanted, `speed` (n,) is the rotation speed [rad/s], `load` (n, 2) the L
-    of both wheels [N], `slopes` those of the residuals of sides that are balanced together.
+    `contact` has the fields of cells if wanted, `speed` (n,) is the rotation speed [rad/s], `load` (n, 2) the
+    L of both wheels [N], `slopes` those of the residuals of sides that are balanced together.
     """
 
     wheels: Wheels
