@@ -44,6 +44,9 @@ MENDED = (
     "3: a fault with file and line (`tests/scene/test_rig_programmes.py`).",
     "Names of columns of a record, and keys and values of the cases of a sweep, were repeated at any "
     "length: 40 characters (`tests/test_hostile_files.py`).",
+    "A text of a result file that differs between rig and field, such as the wear law, was repeated at any "
+    "length, and with line breaks, in the warnings of `translate`: 40 characters, escaped "
+    "(`tests/translation/test_translate.py`).",
     "A command in a folder that was deleted meanwhile ended in an internal error, exit code 3: one line "
     "(`tests/cli/test_main.py`).",
 )

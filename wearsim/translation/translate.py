@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from wearsim.errors import ResultError
+from wearsim.errors import ResultError, brief
 from wearsim.quantities import QUANTITIES
 from wearsim.results.file import UNREADABLE, load_derived, load_results
 from wearsim.results.index import INDEXES
@@ -332,8 +332,9 @@ def _unlike(rig: xr.Dataset, field: xr.Dataset, mine: str, theirs: str) -> tuple
 
 
 def _text(value: Any, unit: str) -> str:
+    """Value of an attribute as a message repeats it; of a list of a law's numbers the first ten."""
     if isinstance(value, str):
-        return value or "unknown"
+        return ", ".join(map(brief, value.split(", ")[:10])) or "unknown"
     return f"{float(value):.10g} {unit}".rstrip()
 
 
