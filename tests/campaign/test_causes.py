@@ -18,6 +18,7 @@ from wearsim.campaign.causes import (
 from wearsim.campaign.run import run_scene
 from wearsim.contact.solve import solve
 from wearsim.report.html import write_report
+from wearsim.operation.states import BeyondJump
 from wearsim.results import open_results
 from wearsim.scene import build, load_scene
 from wearsim.scene.damage import BrakeBlockSection
@@ -163,6 +164,9 @@ def test_what_cannot_be_split_says_why(made):
     brake = BrakeBlockSection(um_per_1000_km=10.0, from_mm=-20.0, to_mm=30.0)
     with pytest.raises(NoSplitError, match="brake blocks"):
         world_of(replace(setup, brake=brake))
+    jump = BeyondJump(np.array([0]), np.array([-2e-3]), np.full((1, 2), 80e3), np.array([0.5]))
+    with pytest.raises(NoSplitError, match="both sides of a jump"):
+        world_of(replace(setup, points=replace(setup.points, beyond=jump)))
     _, nominal = made(*BLOCKS, contact='strips = 12\ncells = 12\nrotation = "nominal"')
     with pytest.raises(NoSplitError, match="different rules"):
         split(rig, nominal)

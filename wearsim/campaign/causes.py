@@ -92,12 +92,16 @@ def world_of(setup: CampaignSetup, result: xr.Dataset | None = None, row: int = 
         raise NoSplitError("rotation speeds or creepages were given")
     if setup.brake is not None or points.conditions.rail is not None:
         raise NoSplitError("brake blocks wear the wheels, or classes run on several rails")
+    if result is None and points.beyond is not None:
+        raise NoSplitError("operating points run on both sides of a jump of their lateral force")
     if setup.counterface.left_curvature is not None:
         raise NoSplitError("the radii of the rollers differ by side")
     if result is not None:
         y, z = (result[f"profile_{axis}"].values[row] for axis in "yz")
         right, left = worn_wheels(wheelset, y, z)
         wheelset = replace(wheelset, right=right, left=left)
+        if "share_beyond_jump" in result and (result["share_beyond_jump"].values[row] > 0.0).any():
+            raise NoSplitError("operating points run on both sides of a jump of their lateral force")
         if "lateral_position" in result:
             names = {"shift": "lateral_position", "yaw": "wheelset_yaw", "wheel_load": "wheel_loads"}
             there = {field: result[name].values[row] for field, name in names.items()}

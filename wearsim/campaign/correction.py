@@ -99,7 +99,8 @@ def forgotten(state: State, *, wheels: bool = False) -> State:
     if correction is None:
         return state
     unknown: dict[str, Any] = {
-        "step": np.full_like(correction.step, -1), "run": np.zeros_like(correction.run)
+        "step": np.full_like(correction.step, -1), "run": np.zeros_like(correction.run),
+        "forces": Differences.none(correction.step.size),
     }  # fmt: skip
     if wheels:  # depths count from here, and so does their error
         none = {name: np.zeros_like(getattr(correction, name)) for name in ("model", "until", "left")}
@@ -177,7 +178,7 @@ def refreshed(
     true = replace(setup, models=setup.reference, fallbacks=())
     alone = replace(state, correction=None, points=state.points or new_history(points))
     by_reference = solve_passage(alone, points, true, among)
-    solved = np.unique(by_reference.contact.point)
+    solved = np.setdiff1d(by_reference.contact.point, [*by_reference.failed, *passage.failed])
     index = solved[np.isin(solved, passage.contact.point)]
     model, step = old.model.copy(), np.where(among, state.step, old.step)
     model[passage.contact.point] = passage.model
@@ -460,6 +461,7 @@ def unchanged(before: State, tried: State, worn: State) -> bool:
     assert old is not None
     assert new is not None
     same = [np.array_equal(getattr(old, name), getattr(new, name)) for name in ("wheel", "below", "model")]
+    same += [np.array_equal(one, vars(new.forces)[name]) for name, one in vars(old.forces).items()]
     return all(same) and np.array_equal(tried.z, worn.z) and np.array_equal(tried.y, worn.y)
 
 

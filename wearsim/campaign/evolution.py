@@ -162,7 +162,7 @@ class WheelsetEvolution:
         points, wave = setup.points, setup.control.smoothing_wavelength
         state = replace(state, points=evaluation.points)
         if reprofiling_due(state, setup, evaluation.measures):
-            fresh = correction.forgotten(self._settled(reprofile(state, setup)), wheels=True)
+            fresh = self._settled(correction.forgotten(reprofile(state, setup), wheels=True))
             return self._solved_with_reference(fresh, points.weight), NO_STEP
         ahead_of = to_next_reprofiling(state, setup.control)
         known = {evaluation.weight.tobytes(): evaluation.collective}
@@ -290,7 +290,7 @@ class WheelsetEvolution:
         changed = redressed(after, setup.counterface, setup.counterface_wear)
         if changed is after:
             return after, taken
-        return correction.forgotten(self._settled(changed)), replace(taken, end=None)
+        return self._settled(correction.forgotten(changed)), replace(taken, end=None)
 
     def _try(
         self, state: State, now: WearRate, choice: control.StepChoice, rule: step.StepRule

@@ -50,6 +50,7 @@ def judged(
     """
     failed, point, count = passage.failed, passage.contact.point, len(points.label)
     found = np.bincount(point, minlength=count) > 0
+    found[list(failed)] = False  # on one side of a jump of its force
     rate = np.where(found, np.bincount(point, wear.area_rate, count), history.area_rate)
     out = history.left_out & ~found
     history = with_failed(replace(history, area_rate=rate, left_out=out, share=0.0), points, failed)

@@ -93,6 +93,8 @@ def refreshed_where_it_runs(
             after = settled_state(state, points, setup)
             among = among & (new.model < len(setup.fallbacks)) & moved(after)
             not_yet = among.any() and number == _ROUNDS - 1
+            if not_yet and (bogies := points.controlled and points.controlled.bogies):
+                among[bogies.points] |= np.roll(among[bogies.points], bogies.leading.size)  # both axles
             state = settled_state(state, points, setup, among) if not_yet else after
     return state
 

@@ -51,8 +51,9 @@ _STIFFEST = 1e9  # dH/dy that a correction takes [N/m]
 _MOST_TRIALS = 24
 _NOISE = 1e-8  # difference of shifts below which the roll's tolerance decides that of the forces [m]
 _JUMP = 1e-6  # widest bracket in which the force jumps: it changes by more than `_STIFFEST` explains [m]
-_PROMISING = 2e-3  # force and loads missing over the axle load, from which in a stage one more step
-_SMALL_STEP = 10e-6  # [m] is enough
+# In a stage a last step without a solution is enough from these on:
+_PROMISING = 2e-3  # force and loads missing, over the axle load
+_SMALL_STEP = 10e-6  # length of that step [m]
 _LEAST_LOAD = 0.02  # of a wheel, over the axle load: below it is unloaded
 _GENTLE = 1e4  # dH/dy of a start without a known one [N/m]
 
@@ -219,8 +220,8 @@ def settle(
     start : Running, optional
         Where the wheelset ran before; by default in the middle of the track.
     stage : (n,) bool array, optional
-        Points that act in a stage of a wear step: only they move, but for bogies, and within 1e-3 of the axle
-        load.
+        Points that act in a stage of a wear step: only they move, but for bogies, and by a last step without
+        solution where at most 2e-3 of the axle load were missing.
     threads : int
         Of the contact solver; their number does not change the bits.
 
@@ -350,7 +351,7 @@ def _corrected(search: Search, rows: IntArray, most: int, stage: bool = False) -
         two = jumped & (trial == 0) & (off < 0.0)  # next the other side of the jump
         step = np.where(two, beyond[rows, 0] - shift, step)
         step = np.where(forced & solved & ~still, step, 0.0)
-        quick = stage & solved & ~between & ~two & (np.abs(step) <= _SMALL_STEP)
+        quick = stage & solved & ~between & ~jumped & (np.abs(step) <= _SMALL_STEP)
         quick &= np.maximum(np.abs(off) / total, moves) <= _PROMISING
         search.shift[rows] = shift + step
         search.load[rows] = np.where((still & balanced)[:, None], load, after)

@@ -358,7 +358,9 @@ def _settled(scene: RigScene | FieldScene, points: OperatingPoints, bodies: _Bod
         With one fault for each block or class whose forces no state carries.
     """
     if points.controlled is not None and scene._running is None:
-        models, *_ = contact_models(scene.contact)
+        # the first place of campaigns that look for it again; of frozen positions there is no other
+        frozen = scene.vehicle is not None and scene.vehicle.positions == "frozen"
+        models = contact_models(scene.contact)[-1 if frozen else 0]
         try:
             scene._running = settle(points.conditions, points.controlled, *bodies, models)
         except StateError as error:
