@@ -17,8 +17,8 @@ from wearsim.campaign.causes import (
 )
 from wearsim.campaign.run import run_scene
 from wearsim.contact.solve import solve
-from wearsim.report.html import write_report
 from wearsim.operation.states import BeyondJump
+from wearsim.report.html import write_report
 from wearsim.results import open_results
 from wearsim.scene import build, load_scene
 from wearsim.scene.damage import BrakeBlockSection
