@@ -51,7 +51,9 @@ def campaign(tmp_path):
         head = re.sub(r"positions = \d+", lambda _: f"positions = {next(counts)}", head)
         head, result = re.subn(r"(strips|cells) = \d+", rf"\1 = {grid}", head)
         assert result == 2
-        head = head.replace('"kik_piotrowski"', f'"{models[0]}"').replace('"fastsim"', f'"{models[1]}"')
+        given = f'normal = "{models[0]}"\ntangential = "{models[1]}"\n'
+        head, result = re.subn(r"model = .*\ntolerance = .*\n", given, head)
+        assert result == 1
         end = rest[rest.index("[campaign]") :].replace("distance_km = 35000", f"distance_km = {distance}")
         end = end.replace('"rkc"', f'"{integrator}"') + (f"\nmax_step_km = {step}\n" if step else "\n")
         number = len(list(tmp_path.glob("*.toml")))
