@@ -273,3 +273,12 @@ def test_check_marks_a_block_that_runs_on_both_sides_of_a_jump(steps):
     marked = states_of(replace(setup, points=where_it_runs(setup.points, replace(running, beyond=past))))
     jumps = [any("both sides of the jump" in mark for mark in one["marks"]) for one in marked]
     assert jumps == [False, True]
+    right = running.shift.copy()
+    right[1] += 0.2e-3
+    past = replace(past, shift=right[[1]], share=np.array([0.3]))
+    near, far, both = (
+        states_of(replace(setup, points=where_it_runs(setup.points, there)))[1]
+        for there in (running, replace(running, shift=right), replace(running, beyond=past))
+    )
+    for name in ("lateral_force", "steering_moment", "wear_number", "load_right"):
+        assert both[name] == pytest.approx(0.7 * near[name] + 0.3 * far[name], rel=1e-9)

@@ -425,6 +425,22 @@ def test_a_state_by_force_is_that_of_a_reference(capsys):
     assert forces["axle_wear_number"] == pytest.approx(173.8, rel=1e-3)
 
 
+def test_a_force_that_no_shift_balances_is_noted_with_the_share_of_the_far_side(capsys):
+    """P8 on 60E1: the force of the flange jumps from 46 to 56 kN at 8.84 mm; its mean is the one wanted."""
+    shares = []
+    for force in (49.0, 51.0, 53.0):
+        flags = ["--wheel", "P8", "--lateral-force-kN", f"{force}", "--axle-load-kN", "160", "--side", "both"]
+        assert main(["contact", *flags, "--json"]) == 0
+        output = capsys.readouterr()
+        (point,) = json.loads(output.out)["points"]
+        share, near = point["share_beyond_jump"], point["wheelset"]["lateral_force"]
+        assert 45e3 < near < 47e3
+        assert f"jumps past {force:g} kN" in output.err
+        assert f"{100 * share:.3g} % of the distance past it" in output.err
+        shares.append((1e3 * force - near * (1.0 - share)) / share)
+    assert max(shares) - min(shares) < 1.5e3  # the force past the jump, 1 kN/um on either side of it
+
+
 def test_loads_and_friction_by_side_and_zone_act(capsys):
     loads = ["--wheel-load-right-kN", "90", "--wheel-load-left-kN", "70", "--left-wheel", "EPS"]
     assert main(["contact", *loads, "--side", "both", "--friction-flange", "0.1", "--json"]) == 0

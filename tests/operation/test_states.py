@@ -227,6 +227,21 @@ def test_both_sides_of_a_jump_are_followed_as_wear_moves_it(jumping, moved):
     assert mean == pytest.approx(2000.0, rel=1e-9)
 
 
+def test_loads_of_both_sides_of_a_jump_are_those_their_own_levers_ask_for(jumping, monkeypatch):
+    """Each side's within what a jump is found with, whichever was seen last (the far one is seen early)."""
+    place, _, _, settled = jumping
+    sides = np.array([[80e3, 80e3], [95e3, 65e3]])
+
+    def levers(search, rows, forces, load, share=1.0):
+        return sides[(search.shift[rows] > place["at"]).astype(int)]
+
+    monkeypatch.setattr(states.Search, "loads", levers)
+    for wanted in (200.0, 2000.0, 3900.0):
+        running = settled([wanted])
+        found = np.stack([running.load[0], running.beyond.load[0]])
+        np.testing.assert_allclose(found, sides, atol=states._PROMISING * AXLE)
+
+
 def test_a_wheelset_leaves_a_jump_when_its_force_no_longer_lies_within(jumping):
     _, _, force, settled = jumping
     for wanted in (-800.0, 4800.0):

@@ -57,7 +57,7 @@ def _solve_point(request: Request, arguments: Namespace) -> None:
         from wearsim.report.style import write_figure
         from wearsim.studies.contact_state import contact_state
 
-        state = contact_state(conditions([request]), *request.problem[:2], contact)
+        state = contact_state(conditions([request])[0], *request.problem[:2], contact)
         write_figure(contact_figure(state), Path(arguments.plot))
 
 

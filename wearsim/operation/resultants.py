@@ -58,6 +58,14 @@ class Resultants(NamedTuple):
         parts = np.split(self.columns + columns, ends, axis=1)
         return Resultants(*(part.reshape(one.shape) for part, one in zip(parts, self, strict=True)))
 
+    def mean(self, of: IntArray, share: FloatArray) -> Resultants:
+        """Those of operating points, each where it runs in shares (n,) of its distance; steepest angles."""
+        whole = [np.zeros((int(of.max()) + 1, *one.shape[1:])) for one in self]
+        for total, one in zip(whole[:-1], self[:-1], strict=True):
+            np.add.at(total, of, share.reshape(-1, *[1] * (one.ndim - 1)) * one)
+        np.maximum.at(whole[-1], of, self.angle)
+        return Resultants(*whole)
+
     @property
     def force(self) -> FloatArray:
         """H_c (n,): lateral force of the contact on the wheelset, to the right [N]."""

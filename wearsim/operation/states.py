@@ -309,7 +309,7 @@ def _corrected(search: Search, rows: IntArray, most: int, stage: bool = False) -
     before, moved = np.zeros(count), np.zeros(count)
     # shifts on both sides of the one sought, and the force missing there
     ends = np.tile([[-np.inf, np.nan], [np.inf, np.nan]], (count, 1, 1))
-    third, end_loads = np.full((count, 2), np.nan), np.zeros((count, 2, 2))
+    third, end_loads, end_moves = np.full((count, 2), np.nan), np.zeros((count, 2, 4)), np.zeros((count, 2))
     beyond, lost = search.beyond.copy(), rows[:0]
     search.beyond[rows] = np.nan
     for trial in range(_MOST_TRIALS):
@@ -326,17 +326,20 @@ def _corrected(search: Search, rows: IntArray, most: int, stage: bool = False) -
         after = search.loads(rows, forces, load)
         total = after.sum(axis=1)
         after = np.where(solved[:, None], np.maximum(after, _LEAST_LOAD * total[:, None]), load)
+        moves = np.abs(after - load).max(axis=1) / total
         for side in (0, 1):
             here = forced & solved & ((off > 0.0) if side else (off < 0.0))
             own = rows[here]
             third[own] = ends[own, side]
             ends[own, side] = np.column_stack([shift, off])[here]
-            end_loads[own, side] = load[here]
+            end_loads[own, side], end_moves[own, side] = np.hstack([load, after])[here], moves[here]
         (low, low_off), (high, high_off) = np.moveaxis(ends[rows], 0, 2)
         between = np.isfinite(low) & np.isfinite(high) & (low < high)
         width = np.where(between, high, 1.0) - np.where(between, low, 0.0)
-        moves = np.abs(after - load).max(axis=1) / total
-        jumps = between & (width <= _JUMP) & (high_off - low_off > _STIFFEST * width) & (moves <= _PROMISING)
+        jumps = between & (width <= _JUMP) & (high_off - low_off > _STIFFEST * width)
+        worse = np.argmax(end_moves[rows], axis=1)  # of a jump the end whose loads are further off
+        again = jumps & (end_moves[rows, worse] > _PROMISING)
+        jumps &= ~again
         balanced = (np.abs(off) <= TOLERANCE * total) & (moves <= TOLERANCE)
         still = solved & (balanced | jumps)
         known, tried = search.stiffness[rows], np.abs(moved[rows]) > _NOISE
@@ -350,18 +353,20 @@ def _corrected(search: Search, rows: IntArray, most: int, stage: bool = False) -
         step = np.where(between, _within(shift, off, ends[rows], third[rows]), step)
         two = jumped & (trial == 0) & (off < 0.0)  # next the other side of the jump
         step = np.where(two, beyond[rows, 0] - shift, step)
+        step = np.where(again, ends[rows, worse, 0] - shift, step)
         step = np.where(forced & solved & ~still, step, 0.0)
         quick = stage & solved & ~between & ~jumped & (np.abs(step) <= _SMALL_STEP)
         quick &= np.maximum(np.abs(off) / total, moves) <= _PROMISING
         search.shift[rows] = shift + step
         search.load[rows] = np.where((still & balanced)[:, None], load, after)
         search.load[rows[two]] = beyond[rows[two], 1:3]
+        search.load[rows[again]] = end_loads[rows, worse, 2:][again]
         before[rows], moved[rows] = off, step
         own = rows[still & ~balanced]
         if own.size:
             gap = ends[own, 1, 1] - ends[own, 0, 1]
-            search.shift[own], search.load[own] = ends[own, 0, 0], end_loads[own, 0]
-            search.beyond[own] = np.column_stack([ends[own, 1, 0], end_loads[own, 1], -ends[own, 0, 1] / gap])
+            search.shift[own], search.load[own] = ends[own, 0, 0], end_loads[own, 0, :2]
+            search.beyond[own] = np.column_stack([ends[own, 1, 0], end_loads[own, 1, :2], -ends[own, 0, 1] / gap])
         rows = rows[~(still | quick)]
     return np.append(lost, rows)
 

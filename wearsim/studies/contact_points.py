@@ -245,8 +245,11 @@ def _faults(source: tuple[Any, ...]) -> list[str]:
     return []
 
 
-def conditions(points: Sequence[Request]) -> ContactConditions:
-    """Operating conditions of points of a batch, with the shifts and loads that follow from forces."""
+def conditions(points: Sequence[Request]) -> tuple[ContactConditions, float]:
+    """Operating conditions of points of a batch, with the shifts and loads that follow from forces.
+
+    And the share of the distance that a wheelset by force runs past a jump of its force, 0 without one.
+    """
     first = points[0]
 
     def column(name: str) -> Any:
@@ -269,12 +272,13 @@ def conditions(points: Sequence[Request]) -> ContactConditions:
         speed_difference=np.full(len(points), apart) if apart else None,
     )
     if not first.balanced:
-        return given
+        return given, 0.0
     controlled = Controlled(column("lateral_force"), column("axle_load"), np.zeros(len(points)))
     try:
-        return settle(given, controlled, *first.problem).conditions(given)
+        running = settle(given, controlled, *first.problem)
     except StateError as error:
         raise ContactError("; ".join(error.messages.values()), row=0) from None
+    return running.conditions(given), 0.0 if running.beyond is None else float(running.beyond.share[0])
 
 
 def solve_batch(points: Sequence[Request], *, fields: bool = False) -> tuple[xr.Dataset, list[Result]]:
@@ -287,7 +291,7 @@ def solve_batch(points: Sequence[Request], *, fields: bool = False) -> tuple[xr.
     results : list of dict
         SI units and names of each point as `--json` prints them.
     """
-    first, found = points[0], conditions(points)
+    first, (found, past) = points[0], conditions(points)
     wheelset, counterface, models = first.problem
     load = "wheel" if first.normal_force is None else "normal_force"
     options: Any = {"sides": _SIDES[first.side], "load": load, "threads": available_cores()}
@@ -310,6 +314,7 @@ def solve_batch(points: Sequence[Request], *, fields: bool = False) -> tuple[xr.
             "rotation_speed": None if point.creepage is not None else float(speed[k]),
             "patches": [],
         }
+        | ({} if point.lateral_force is None else {"share_beyond_jump": past})
         for k, point in enumerate(points)
     ]
     if first.side == "both":

@@ -220,8 +220,8 @@ def as_text(request: Request, result: Result) -> str:
 def notes(request: Request, result: Result) -> dict[str, str]:
     """Warnings on one solved point, by kind.
 
-    On a measured rail, a wheel that climbs its flange, pressures no steel carries, and a roller that runs in
-    a curve.
+    On a measured rail, a wheel that climbs its flange, a force that no shift balances, pressures no steel
+    carries, and a roller that runs in a curve.
     """
     lines, shift = {}, result["shift"]
     if line := _stand(request.rail, request.inclination):
@@ -233,6 +233,12 @@ def notes(request: Request, result: Result) -> dict[str, str]:
         lines["flange clearance"] = (
             f"shift {1e3 * shift:.6g} mm is beyond the flange clearance of {1e3 * free:.3g} mm: the "
             f"{climbing[0]} wheel climbs its flange, which a wheelset in service does only while it derails"
+        )
+    if past := result.get("share_beyond_jump"):
+        lines["jump"] = (
+            f"the lateral force jumps past {1e-3 * request.lateral_force:.6g} kN within a micrometre of this "
+            f"shift: the wheelset runs on both sides of the jump in turn, {100.0 * past:.3g} % of the distance "
+            f"past it; shown is the side before it"
         )
     highest = max(patch["max_pressure"] for patch in result["patches"])
     if highest > _PLASTIC:

@@ -45,10 +45,11 @@ def states(setup: CampaignSetup) -> list[dict[str, Any]]:
     list of dict
         SI units, with `marks` on what deserves a second look; points without contact solution are not in it.
     """
-    points, failed = setup.points, dict[int, ContactError]()
-    conditions, bodies = points.conditions, (setup.wheelset, setup.counterface)
-    parts = solve_each(conditions, *bodies, setup.models, ContactSolution.patches, failed=failed)
-    forces = resultants(joined(parts), conditions, *bodies)
+    points, failed, bodies = setup.points, dict[int, ContactError](), (setup.wheelset, setup.counterface)
+    conditions, (runs, of, share) = points.conditions, points.runs
+    parts = solve_each(runs, *bodies, setup.models, ContactSolution.patches, failed=failed)
+    forces = resultants(joined(parts), runs, *bodies).mean(of, share)
+    forces.vertical[of[list(failed)]] = 0.0  # of two sides of a jump one alone says nothing
     wear = np.where(forces.vertical.min(axis=1) > 0.0, forces.power / conditions.speed, -1.0)
     on_bogie = points.controlled is not None and points.controlled.bogies is not None
     found = []
