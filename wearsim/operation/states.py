@@ -366,7 +366,8 @@ def _corrected(search: Search, rows: IntArray, most: int, stage: bool = False) -
         if own.size:
             gap = ends[own, 1, 1] - ends[own, 0, 1]
             search.shift[own], search.load[own] = ends[own, 0, 0], end_loads[own, 0, :2]
-            search.beyond[own] = np.column_stack([ends[own, 1, 0], end_loads[own, 1, :2], -ends[own, 0, 1] / gap])
+            share = -ends[own, 0, 1] / gap
+            search.beyond[own] = np.column_stack([ends[own, 1, 0], end_loads[own, 1, :2], share])
         rows = rows[~(still | quick)]
     return np.append(lost, rows)
 

@@ -237,8 +237,8 @@ def notes(request: Request, result: Result) -> dict[str, str]:
     if past := result.get("share_beyond_jump"):
         lines["jump"] = (
             f"the lateral force jumps past {1e-3 * request.lateral_force:.6g} kN within a micrometre of this "
-            f"shift: the wheelset runs on both sides of the jump in turn, {100.0 * past:.3g} % of the distance "
-            f"past it; shown is the side before it"
+            f"shift: the wheelset runs on both sides of the jump in turn, {100.0 * past:.3g} % of the "
+            "distance past it; shown is the side before it"
         )
     highest = max(patch["max_pressure"] for patch in result["patches"])
     if highest > _PLASTIC:
