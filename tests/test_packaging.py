@@ -218,7 +218,7 @@ def test_an_installed_wheel_runs_in_a_fresh_environment_from_any_directory(tmp_p
     rig, field, study, *rest = done(environment / "bin" / "python", "-c", READ_AND_CHECK)
     for line in (rig, field, study):
         assert line.startswith(f"{environment}/")  # the shipped copy, not the checkout's
-    assert rig.endswith("/rig.toml: S1002")
+    assert rig.endswith("/rig_given.toml: S1002")
     assert field.endswith("/field_given.toml: S1002")
     assert study.endswith("no faults (sweep)")
     assert "6 cases" in "".join(rest)  # of a base scene read from a file

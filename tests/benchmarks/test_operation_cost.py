@@ -13,7 +13,7 @@ pytestmark = pytest.mark.benchmark
 STEPS = 3
 
 
-@pytest.mark.parametrize("name", ["field.toml", "rig_by_force.toml"])
+@pytest.mark.parametrize("name", ["field.toml", "rig.toml"])
 def test_share_of_operation(name, show, monkeypatch):
     spent, settle = [0.0], module.settled_state
 

@@ -251,7 +251,7 @@ def test_a_stored_state_keeps_both_sides_of_a_jump(steps):
 @pytest.mark.slow
 def test_a_campaign_by_force_wears_on_where_the_force_jumps_on_the_worn_flank():
     """Shipped scene to 700 km; before the shift followed in stages, steps were of 0.3 km from 540 km on."""
-    evolution = WheelsetEvolution(build(load_scene(shipped_path("workflows", "rig_by_force.toml"))))
+    evolution = WheelsetEvolution(build(load_scene(shipped_path("workflows", "rig.toml"))))
     state, taken = evolution.start()
     rows = []
     while state.distance < 700e3:

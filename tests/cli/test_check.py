@@ -22,7 +22,7 @@ def untried(monkeypatch):
 @pytest.fixture
 def bad_rig(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    text = shipped_path("workflows", "rig.toml").read_text()
+    text = shipped_path("workflows", "rig_given.toml").read_text()
     Path("rig.toml").write_text(text.replace("load_kN = 80", "load_kN = 0").replace("strips", "stripes"))
     return tmp_path
 
@@ -77,7 +77,7 @@ def test_check_tells_all_faults_and_returns_2(bad_rig, capsys):
 def climbing_rig(tmp_path, monkeypatch):
     """A short rig scene whose last block lies 0.4 mm beyond the flange clearance."""
     monkeypatch.chdir(tmp_path)
-    text = shipped_path("workflows", "rig.toml").read_text()
+    text = shipped_path("workflows", "rig_given.toml").read_text()
     text = text.replace("shift_mm = 5", "shift_mm = 7").replace("distance_km = 1260", "distance_km = 0.01")
     Path("rig.toml").write_text(
         text.replace("cells = 30", "cells = 10").replace("strips = 30", "strips = 10")
@@ -146,7 +146,7 @@ def test_a_line_of_status_holds_distance_depth_and_time_left():
 
 def test_check_tells_the_limits_and_which_the_new_wheel_meets(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    text = shipped_path("workflows", "rig.toml").read_text()
+    text = shipped_path("workflows", "rig_given.toml").read_text()
     Path("rig.toml").write_text(f"{text}\n[campaign.limits]\nhollowing_mm = 2\nconicity = 0.1\n")
     assert cli.main(["check", "rig.toml"]) == 0
     output = capsys.readouterr().out
@@ -165,7 +165,7 @@ def test_check_tells_that_a_step_fails(monkeypatch, capsys):
         raise ContactError("no contact")
 
     monkeypatch.setattr("wearsim.studies.plan.estimate", fail)
-    assert cli.main(["check", "workflows/rig.toml"]) == 0
+    assert cli.main(["check", "workflows/rig_given.toml"]) == 0
     output = capsys.readouterr().out
     assert "one of the first fails: no contact" in output
     assert "slowest" not in output

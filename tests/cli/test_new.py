@@ -34,7 +34,9 @@ def test_the_commands_in_the_scene_name_the_file(folder):
     (folder / "my study").mkdir()
     assert main(["new", "compare", "--out", "my study/first.toml"]) == 0
     assert "wearsim run 'my study/first.toml' --out" in (folder / "my study" / "first.toml").read_text()
-    assert "wearsim run 'my study/rig.toml' --out" in (folder / "my study" / "rig.toml").read_text()
+    assert (
+        "wearsim run 'my study/rig_given.toml' --out" in (folder / "my study" / "rig_given.toml").read_text()
+    )
 
 
 def test_scenes_that_exist_are_taken_and_nothing_is_replaced_unasked(folder, capsys):
@@ -43,8 +45,10 @@ def test_scenes_that_exist_are_taken_and_nothing_is_replaced_unasked(folder, cap
     assert capsys.readouterr().err == (
         "--out = 'rig.toml' exists already; choose another name or add --force\n"
     )
+    (folder / "rig_given.toml").write_text("mine")
     assert main(["new", "sweep"]) == 0
-    assert "takes rig.toml, which exists" in capsys.readouterr().out
+    assert "takes rig_given.toml, which exists" in capsys.readouterr().out
+    assert (folder / "rig_given.toml").read_text() == "mine"
     assert (folder / "rig.toml").read_text() == "mine"
     assert main(["new", "rig", "--force"]) == 0
     assert 'kind = "rig"' in (folder / "rig.toml").read_text()
@@ -53,7 +57,7 @@ def test_scenes_that_exist_are_taken_and_nothing_is_replaced_unasked(folder, cap
 @pytest.mark.parametrize(
     ("words", "fault"),
     [
-        (["compare", "--out", "rig.toml"], "is the name of a scene that it takes; choose another name"),
+        (["compare", "--out", "rig_given.toml"], "is the name of a scene that it takes; choose another name"),
         (["rig", "--out", "."], "must be the name of a file"),
         (["rig", "--out", "kept"], "is a folder; give the name of a file in it"),
         (["rig", "--out", "none/rig.toml"], "its folder does not exist; make it first"),
@@ -78,4 +82,4 @@ def test_an_unknown_kind_lists_the_known_ones(capsys):
 def test_what_is_named_is_what_the_shipped_scenes_name():
     for name, *named in SHIPPED.values():
         text = shipped_path("workflows", name).read_text(encoding="utf-8")
-        assert re.findall(r'^(?:rig|field|base) = "(.*)"', text, flags=re.MULTILINE) == named
+        assert re.findall(r'^(?:rig|field|base) = "(.*\.toml)"', text, flags=re.MULTILINE) == named

@@ -23,7 +23,7 @@ def untried(monkeypatch):
 @pytest.fixture
 def scene(tmp_path):
     """The shipped rig, cut short and coarse."""
-    text = shipped_path("workflows", "rig.toml").read_text()
+    text = shipped_path("workflows", "rig_given.toml").read_text()
     text = text.replace("strips = 30", "strips = 12").replace("cells = 30", "cells = 12")
     head, tail = text.split("[campaign]")
     path = tmp_path / "rig.toml"

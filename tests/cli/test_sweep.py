@@ -24,16 +24,15 @@ DATA = Path(__file__).parents[1] / "data"
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     """Working directory with the shipped sweep, coarser and shorter."""
-    for name in ("rig.toml", "sweep_rig.toml"):
-        shipped = "rig.toml" if name == "rig.toml" else name
-        text = shipped_path("workflows", shipped).read_text()
+    for name in ("rig_given.toml", "sweep_rig.toml"):
+        text = shipped_path("workflows", name).read_text()
         for old, new in (
             ("[500, 1000, 5000]", "[500, 1000]"),
             ("distance_km = [90]", "distance_km = [6]\ncampaign.max_step_km = [2]"),
             ("strips = [20]", "strips = [8]"),
             ("cells = [20]", "cells = [8]"),
         ):
-            assert name == "rig.toml" or old in text
+            assert name == "rig_given.toml" or old in text
             text = text.replace(old, new)
         (tmp_path / name).write_text(text)
     monkeypatch.chdir(tmp_path)
@@ -49,7 +48,10 @@ def test_the_shipped_sweep_is_right(capsys):
     assert cli.main(["check", "workflows/sweep_rig.toml"]) == 0
     message = capsys.readouterr().out
     assert "6 cases" in message
-    assert "case 6: rig.toml, counterface.roller_radius_mm = 5000, operation.block.friction = 0.35" in message
+    assert (
+        "case 6: rig_given.toml, counterface.roller_radius_mm = 5000, operation.block.friction = 0.35"
+        in message
+    )
 
 
 def test_a_sweep_runs_tells_its_table_and_its_status(folder, capsys):
@@ -107,11 +109,11 @@ def test_a_case_that_cannot_run_gives_the_exit_code_at_the_end(folder, capsys):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["rig.toml"], "rig.toml: say what to vary"),
+        (["rig_given.toml"], "rig_given.toml: say what to vary"),
         (["sweep_rig.toml", "--vary", "wear.law=usfd"], "leave --vary and --table out"),
         (["sweep_rig.toml", "--case", "5"], "there is no case 5; give --case 1 to 4"),
-        (["rig.toml", "--vary", "wear.law=usfd,nothing"], 'case 2: law = "nothing" is not'),
-        (["rig.toml", "--table", "no.csv"], "no.csv: cannot be read"),
+        (["rig_given.toml", "--vary", "wear.law=usfd,nothing"], 'case 2: law = "nothing" is not'),
+        (["rig_given.toml", "--table", "no.csv"], "no.csv: cannot be read"),
         (["no.toml"], "no.toml: the scene file does not exist"),
     ],
 )
@@ -137,7 +139,7 @@ def test_the_example_of_the_help_can_run_as_it_stands(folder, capsys):
 
 
 def test_list_tells_impossible_cases(folder, capsys):
-    words = ["sweep", "rig.toml", "--vary", "wear.law=usfd,energy", "--out", "out", "--list"]
+    words = ["sweep", "rig_given.toml", "--vary", "wear.law=usfd,energy", "--out", "out", "--list"]
     assert cli.main(words) == 2
     good, bad = capsys.readouterr().out.splitlines()
     assert good.endswith("wear.law = usfd: not started")

@@ -16,7 +16,7 @@ SCENES = {
 }
 DEFINITIONS = {
     "vehicle": (ROOT / "profiles/vehicles/regional_multiple_unit.toml", "field", "file ="),
-    "rig": (ROOT / "profiles/rigs/full_scale.toml", "rig_by_force", "rig ="),
+    "rig": (ROOT / "profiles/rigs/full_scale.toml", "rig", "rig ="),
     "limits": (ROOT / "profiles/limits/TSI.toml", "limits", "file ="),
 }
 SHIPPED = str(ROOT / "profiles")

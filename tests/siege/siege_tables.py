@@ -64,11 +64,15 @@ def attack(way, random, folder):
     if way == "points of contact":
         return judged(*command("contact", "--table", "table.csv", "--json"), "table.csv")
     if way == "table of a sweep":
-        shutil.copy(ROOT / "workflows/rig.toml", folder)
-        code, out, printed = command("sweep", "rig.toml", "--table", "table.csv", "--list")
+        shutil.copy(ROOT / "workflows/rig_given.toml", folder)
+        code, out, printed = command("sweep", "rig_given.toml", "--table", "table.csv", "--list")
         # the list has a line for each case, a possible one or not
         return judged(
-            code, out if code == 0 else "", printed if code == 0 else out + printed, "rig.toml", "table.csv"
+            code,
+            out if code == 0 else "",
+            printed if code == 0 else out + printed,
+            "rig_given.toml",
+            "table.csv",
         )
     if way == "record":
         scene = SCENES["recorded"].replace("recorded.csv", "table.csv")

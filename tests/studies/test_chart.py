@@ -54,12 +54,12 @@ def test_auto_is_nearer_than_the_fast_models_alone(table):
 
 def test_json_table_and_page_of_the_command(capsys, table, monkeypatch, tmp_path):
     monkeypatch.setattr(chart, "speed_and_accuracy", lambda *_, **__: table)
-    assert main(["chart", "workflows/rig.toml", "--json"]) == 0
+    assert main(["chart", "workflows/rig_given.toml", "--json"]) == 0
     message = json.loads(capsys.readouterr().out)
     assert [one["time"] is None for one in message["models"]] == table["time"].isna().tolist()
-    assert main(["chart", "workflows/rig.toml"]) == 0
+    assert main(["chart", "workflows/rig_given.toml"]) == 0
     assert capsys.readouterr().out.count("yes") == table["pareto"].sum()
-    assert main(["chart", "workflows/rig.toml", "--report", str(tmp_path / "chart.html")]) == 0
+    assert main(["chart", "workflows/rig_given.toml", "--report", str(tmp_path / "chart.html")]) == 0
     page = (tmp_path / "chart.html").read_text()
     assert page.count(">yes</td>") == table["pareto"].sum()
     assert 'id="figure-chart"' in page

@@ -9,10 +9,11 @@ EXAMPLES = "wearsim new rig\nwearsim new compare --out study.toml"
 
 SHIPPED = {
     "rig": ("rig.toml",),
+    "rig_given": ("rig_given.toml",),
     "field": ("field.toml",),
     "field_given": ("field_given.toml",),
-    "compare": ("rig_vs_field.toml", "rig.toml", "field_given.toml"),
-    "sweep": ("sweep_rig.toml", "rig.toml"),
+    "compare": ("rig_vs_field.toml", "rig_given.toml", "field_given.toml"),
+    "sweep": ("sweep_rig.toml", "rig_given.toml"),
 }
 """Shipped scene of each kind, and the scenes it names."""
 
@@ -20,7 +21,7 @@ SHIPPED = {
 def add_flags(parser: argparse.ArgumentParser) -> None:
     """Add the flags."""
     parser.add_argument(
-        "kind", choices=SHIPPED, help="field: a vehicle on a route; field_given: given positions"
+        "kind", choices=SHIPPED, help="rig: lateral forces, field: a vehicle on a route; _given: given positions"
     )
     parser.add_argument(
         "--out", metavar="FILE",

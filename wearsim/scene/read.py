@@ -121,7 +121,7 @@ def load_scene(
     Parameters
     ----------
     path : str, Path or dict
-        Scene file: as given, or below the shipped files, such as "workflows/rig.toml"; or its tables as
+        Scene file: as given, or below the shipped files, such as "workflows/rig_given.toml"; or its tables as
         dicts, which name files relative to the current folder.
     copied : bool
         Whether the file stands in a folder written from `files_to_copy`; the files it names are then
