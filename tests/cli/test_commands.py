@@ -13,14 +13,14 @@ from wearsim.cli.report import print_warnings
 from wearsim.profile.standard import shipped_path
 from wearsim.report import sections
 
-DISTANCE = {"rig": 5.0, "field_given": 100.0}  # a few steps at most [km]
+DISTANCE = {"rig_given": 5.0, "field_given": 100.0}  # a few steps at most [km]
 
 
 @pytest.fixture(scope="module")
 def compared(tmp_path_factory):
     """Run directory of the shipped workflows, cut short and coarse."""
     folder = tmp_path_factory.mktemp("compared")
-    for name in ("rig", "field_given", "rig_vs_field"):
+    for name in ("rig_given", "field_given", "rig_vs_field"):
         text = shipped_path("workflows", f"{name}.toml").read_text()
         if name in DISTANCE:
             head, _ = text.split("[campaign]")
@@ -50,7 +50,7 @@ def test_the_history_of_the_results_is_the_command_line(out, compared):
 
 def test_check_foretells_steps_and_their_size(out, compared, capsys):
     """Steps about, the size of a row exactly."""
-    assert cli.main(["check", str(compared / "rig.toml"), "--json"]) == 0
+    assert cli.main(["check", str(compared / "rig_given.toml"), "--json"]) == 0
     rig = json.loads(capsys.readouterr().out)["campaigns"][0]
     output = rig["bytes_per_step"]
     with netCDF4.Dataset(out / "rig.nc") as file:
@@ -146,7 +146,7 @@ def test_a_finished_campaign_is_resumed_with_success_and_left_as_it_is(out, caps
 
 def test_another_campaign_is_kept_out_of_the_directory(out, compared, capsys):
     before = (out / "rig.nc").read_bytes()
-    assert cli.main(["run", str(compared / "rig.toml"), "--out", str(out)]) == 2
+    assert cli.main(["run", str(compared / "rig_given.toml"), "--out", str(out)]) == 2
     warning, output = capsys.readouterr().err.splitlines()
     assert "less than one loop of the programme" in warning
     assert "belongs to another campaign" in output
