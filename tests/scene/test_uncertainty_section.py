@@ -8,7 +8,13 @@ from wearsim.profile.standard import shipped_path
 from wearsim.scene import load_scene
 from wearsim.scene.uncertainty import dimensions_of, draws_of, overrides_of
 
-COMPARE = '[scene]\nkind = "compare"\n[compare]\nrig = "workflows/rig_given.toml"\nfield = "workflows/field_given.toml"\n'
+COMPARE = """\
+[scene]
+kind = "compare"
+[compare]
+rig = "workflows/rig_given.toml"
+field = "workflows/field_given.toml"
+"""
 
 
 @pytest.fixture

@@ -261,16 +261,15 @@ def of_route(folder):
 
 def test_a_route_by_segments_becomes_classes(of_route):
     Path("scene.toml").write_text(of_route)
+    Path("scene.toml").write_text(of_route.replace("distance_km = 500", "distance_km = 20"))
     scene = load_scene("scene.toml")
-    points = build(scene).points
+    run_scene(scene, "out")
     assert [one.name for one in scene._track][-2:] == ["R 600 left 90 km/h", "straight 120 km/h"]
     assert sum(one.share for one in scene._track) == pytest.approx(4.7)
-    assert set(points.environment) == {0.5}
-    assert set(points.conditions.friction) == {0.3, 0.35}
-    Path("scene.toml").write_text(of_route.replace("distance_km = 500", "distance_km = 20"))
-    run_scene("scene.toml", "out")
     assert list(Path("out").rglob("line.csv"))  # the run directory has what the run needs
     with open_results("out/field.nc") as result:
+        assert set(result["environment"].values) == {0.5}
+        assert set(result["friction"].values) == {0.3, 0.35}
         assert "line.csv" in str(result.attrs)
 
 
