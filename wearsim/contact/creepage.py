@@ -165,7 +165,7 @@ def _fill(
         length = np.sqrt(u * u + w * w)
         u, w = u / length, w / length
         si, co = np.sin(point.contact_angle[m]), np.cos(point.contact_angle[m])
-        down[m] = w, si * u, co * u
+        down[m, 0], down[m, 1], down[m, 2] = w, si * u, co * u
         v, turn = speed[m], track_curvature[m]
         # Counterface: rolling, and the turn of the track.
         c_x, c_y = turn * (pose.shift[m] + y), -turn * x

@@ -428,6 +428,6 @@ def _scale_work(
         for i in range(cells):
             for j in range(strips):
                 work[m, i, j] *= scale
-        if sign[m] < 0.0:
-            shear_y[m] *= -1.0
-            slip_y[m] *= -1.0
+                if sign[m] < 0.0:
+                    shear_y[m, i, j] *= -1.0
+                    slip_y[m, i, j] *= -1.0
