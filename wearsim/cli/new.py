@@ -21,7 +21,7 @@ SHIPPED = {
 def add_flags(parser: argparse.ArgumentParser) -> None:
     """Add the flags."""
     parser.add_argument(
-        "kind", choices=SHIPPED, help="rig: lateral forces, field: a vehicle on a route; _given: given positions"
+        "kind", choices=SHIPPED, help="rig: by force; field: a vehicle on a route; _given: at given positions"
     )
     parser.add_argument(
         "--out", metavar="FILE",
