@@ -1,6 +1,7 @@
 """A campaign by force: each row holds the balance on its worn wheels, and the next step starts from it."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -91,12 +92,16 @@ def corrected(model, cell_mm=1.0, **tables):
     return WheelsetEvolution(build(load_scene({**SCENE, **tables, "contact": contact})))
 
 
-def ended(evolution):
+@cache
+def course(scene, model):
+    """Evolution of a scene by a contact model, and its states to the end."""
+    evolution = corrected(MODELS[model], **SCENES[scene])
     state, taken = evolution.start()
+    found = [state]
     while not reached(state.distance, evolution.target):
-        evaluation = evolution.evaluate(state, taken)
-        state, taken = evolution.advance(state, evaluation)
-    return state
+        state, taken = evolution.advance(state, evolution.evaluate(state, taken))
+        found.append(state)
+    return evolution, found
 
 
 FORCES = [
@@ -118,15 +123,17 @@ VEHICLE = {
     "campaign": {"distance_km": 30, "point_spacing_mm": 0.5},
     "cell_mm": 0.5,  # with coarser cells the half-space itself finds no balance
 }
-AUTO, ACCURATE = {"model": "auto", "tolerance": 0.03}, {"model": "accurate"}
-FAST = {"normal": "kik_piotrowski", "tangential": "fastsim"}
+SCENES = {"rig": RIG, "vehicle": VEHICLE}
+MODELS = {
+    "auto": {"model": "auto", "tolerance": 0.03},
+    "accurate": {"model": "accurate"},
+    "fast": {"model": "fast"},
+}
 
 
-@pytest.mark.parametrize(
-    "tables", [pytest.param(RIG, id="rig"), pytest.param(VEHICLE, id="vehicle", marks=pytest.mark.slow)]
-)
-def test_where_it_runs_and_wears_follows_the_half_space(tables):
-    ours, theirs, fast = (ended(corrected(model, **tables)) for model in (AUTO, ACCURATE, FAST))
+@pytest.mark.parametrize("scene", ["rig", pytest.param("vehicle", marks=pytest.mark.slow)])
+def test_where_it_runs_and_wears_follows_the_half_space(scene):
+    ours, theirs, fast = (course(scene, model)[1][-1] for model in MODELS)
     acts, deepest = theirs.running.stiffness > 0.0, theirs.wear_depth.max()
     assert np.abs(ours.wear_depth - theirs.wear_depth).max() < 0.03 * deepest
     assert np.abs(fast.wear_depth - theirs.wear_depth).max() > 0.1 * deepest
@@ -139,10 +146,8 @@ def test_where_it_runs_and_wears_follows_the_half_space(tables):
 @pytest.fixture(scope="module")
 def by_force():
     """Evolution with auto, its state after two steps, and that with its points solved again there."""
-    evolution = corrected(AUTO, **RIG)
-    state, taken = evolution.start()
-    for _ in range(2):
-        state, taken = evolution.advance(state, evolution.evaluate(state, taken))
+    evolution, found = course("rig", "auto")
+    state = found[2]
     setup, again = setup_of(evolution.setup), state
     for _ in range(3):
         again = refreshed_where_it_runs(again, evolution.setup.points, setup, state.active_weight > 0.0)
