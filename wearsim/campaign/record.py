@@ -143,12 +143,12 @@ class Records:
             raise ResultError(
                 f"{self.path(index)} was changed while the campaign ran; run the same command again"
             )
-        arrays, size = {}, _size_of(found[0]["layout"])
+        arrays, size, first = {}, _size_of(found[0]["layout"]), 0
         values = zlib.decompressobj().decompress(found[1], max(size, 1))
         for name, (kind, shape) in found[0]["layout"].items():
             dtype, count = np.dtype(kind), math.prod(shape)
-            arrays[name] = np.frombuffer(values, dtype, count).reshape(shape)
-            values = values[dtype.itemsize * count :]
+            arrays[name] = np.frombuffer(values, dtype, count, first).reshape(shape)
+            first += dtype.itemsize * count
         return arrays
 
     def _load(self, index: int) -> tuple[dict[str, Any], bytes] | None:
