@@ -14,19 +14,19 @@ from wearsim.scene.initial_contact import check_contact
 RIG = (Path(__file__).parents[1] / "data/scene_rig.toml").read_text()
 
 
-def test_the_grid_of_the_scene_is_the_one_that_is_tried(folder, changed):
-    """The half-space needs 8 cells along a strip: a fault before the run, as with 7 strips."""
-    for key in ("cells", "strips"):
-        for count in (7, 8):
-            grid = {"cells": 10, "strips": 10, key: count}
-            keys = "".join(f"{name} = {value}\n" for name, value in grid.items())
-            Path("scene.toml").write_text(RIG + f'[contact]\nnormal = "half_space"\n{keys}')
-            scene = load_scene("scene.toml")
-            if count == 8:
-                assert check_contact(scene) == ()
-            else:
-                with pytest.raises(SceneError, match="at least 8 strips and cells"):
-                    check_contact(scene)
+@pytest.mark.parametrize("key", ["cells", "strips"])
+@pytest.mark.parametrize("models", ['normal = "half_space"', 'tangential = "half_space"', 'model = "auto"'])
+def test_a_grid_too_coarse_for_any_model_of_the_scene_is_a_fault_of_the_key(folder, changed, key, models):
+    """The half-space needs 8 strips and cells, also where it only corrects: a fault before the run."""
+    for count in (7, 8):
+        grid = {"cells": 10, "strips": 10, key: count}
+        keys = "".join(f"{name} = {value}\n" for name, value in grid.items())
+        Path("scene.toml").write_text(RIG + f"[contact]\n{models}\n{keys}")
+        if count == 8:
+            assert check_contact(load_scene("scene.toml")) == ()
+        else:
+            with pytest.raises(SceneError, match=rf"toml:\d+: {key} = 7 must be at least 8 with half_space;"):
+                load_scene("scene.toml")
 
 
 def rig(changed, *changes):

@@ -14,7 +14,8 @@ _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 # Error model "numpy": a check for division by zero in the loop would keep it from using vector
 # instructions; kernels guard the places where it can happen.
-_OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
+# No wrapper for calls from C, which nothing here makes and which would be compiled as well.
+_OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
 # Only flags that keep NaN and infinity meaningful: a NaN must stay visible (architecture section 4).
 _REASSOCIATED: dict[str, Any] = {**_OPTIONS, "fastmath": {"reassoc", "contract", "arcp", "nsz"}}
 

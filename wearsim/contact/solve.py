@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from wearsim.contact.balance import Equilibrium, equilibrium
 from wearsim.contact.equilibrium import QUICK_ROLLS, resting_roll, rotation_without_creepage
 from wearsim.contact.kernel import leaf_kernel, plain
+from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.patch import FloatArray, IntArray, SurfaceFields
 from wearsim.contact.problem import ContactConditions, ContactModels, ContactSolution, Counterface, Wheelset
 from wearsim.contact.tangential import TANGENTIAL_MODELS, TangentialSolution
@@ -46,7 +47,7 @@ __all__ = [
     "solve_each",
 ]
 
-CHUNK = 256  # operating points per task, whatever the number of threads: same bits for any number of them
+CHUNK = 256  # operating points per task at most, whatever the number of threads: same bits for any number
 
 
 Result = TypeVar("Result")
@@ -148,7 +149,9 @@ def solve_each(
         for k in np.unique(rail).tolist() or [0]
     }  # fmt: skip
     # chunks of points on the same rails
-    starts = sorted({*range(0, max(count, 1), CHUNK), *(np.flatnonzero(np.diff(rail)) + 1).tolist()})
+    of_models = NORMAL_MODELS[models.normal].chunk, TANGENTIAL_MODELS[models.tangential].chunk
+    size = min(CHUNK, *of_models)
+    starts = sorted({*range(0, max(count, 1), size), *(np.flatnonzero(np.diff(rail)) + 1).tolist()})
     ends = dict(zip(starts, [*starts[1:], count], strict=True))
 
     def part(start: int) -> Result:

@@ -8,6 +8,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 import numpy as np
 
 from wearsim.contact.normal import NORMAL_MODELS
+from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.damage.fatigue import FATIGUE_LAWS, counts_cycles
 from wearsim.damage.wear import WEAR_LAWS
 from wearsim.errors import Fault, ProfileError
@@ -170,6 +171,12 @@ def _contact_faults(scene: Campaign) -> _Messages:
     if contact.model is None and "tolerance" in contact.model_fields_set:
         text = f'tolerance = {contact.tolerance:g} is for model = "auto"; write that, too, or delete it'
         yield ("contact", "tolerance"), text
+    limits = [(NORMAL_MODELS[one], TANGENTIAL_MODELS[other]) for one, other in contact.pairs]
+    coarse = max((one for pair in limits for one in pair), key=lambda one: one.fewest)
+    for key in ("strips", "cells"):
+        if getattr(contact, key) < coarse.fewest:
+            text = f"{key} = {getattr(contact, key)} must be at least {coarse.fewest} with {coarse.name}"
+            yield ("contact", key), f"{text}; write more, or choose another model"
     if not model.can_update_profile:
         fit = (f"normal = {shown(name)}" for name, one in NORMAL_MODELS.items() if one.can_update_profile)
         text = f"normal = {shown(contact.normal)} cannot update the profile in a campaign: {model.reason}"

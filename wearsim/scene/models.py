@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
@@ -144,6 +145,14 @@ class RollerSection(CounterfaceSection):
         return 1e3 / self.roller_radius_left_mm if self.roller_radius_left_mm else None
 
 
+CHAINS: Mapping[str, tuple[tuple[str, str], ...]] = {
+    "auto": (("kik_piotrowski", "fastsim"), ("knothe_le_the", "fastsim"), ("half_space", "half_space")),
+    "accurate": (("half_space", "half_space"),),
+    "fast": (("kik_piotrowski", "fastsim"),),
+}
+"""Normal and tangential models of each `model` of [contact], in the order in which they are tried; all but
+the last are corrected by the last."""
+
 NormalName = Annotated[str, Registered(lambda: NORMAL_MODELS)]
 TangentialName = Annotated[str, Registered(lambda: TANGENTIAL_MODELS)]
 
@@ -191,6 +200,11 @@ class ContactSection(Section):
     )
     torque_Nm: float = number("axle_torque", "the torque on the axle, driving forward", 0.0)
     virtual_penetration_factor: float = number("virtual_penetration_factor", default=0.55)
+
+    @property
+    def pairs(self) -> tuple[tuple[str, str], ...]:
+        """Normal and tangential models, in the order in which they are tried."""
+        return CHAINS[self.model] if self.model else ((self.normal, self.tangential),)
 
 
 class Running(SetPoints):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, Literal
 
@@ -55,15 +55,6 @@ from wearsim.toml_faults import shown
 
 OF_BOGIES = "raise curve_radius_m, lower cant_deficiency_mm or friction, or give another vehicle"
 """What to do where a bogie has no balance."""
-
-CHAINS: Mapping[str, tuple[tuple[str, str], ...]] = {
-    "auto": (("kik_piotrowski", "fastsim"), ("knothe_le_the", "fastsim"), ("half_space", "half_space")),
-    "accurate": (("half_space", "half_space"),),
-    "fast": (("kik_piotrowski", "fastsim"),),
-}
-"""Normal and tangential models of each `model` of [contact], in the order in which they are tried; all but
-the last are corrected by the last."""
-
 
 _Bodies = tuple[Wheelset, Counterface]
 
@@ -196,8 +187,7 @@ def contact_models(contact: ContactSection) -> list[ContactModels]:
         poisson_ratio=values["poisson"],
         parameters=(("virtual_penetration_factor", contact.virtual_penetration_factor),),
     )
-    pairs = CHAINS[contact.model] if contact.model else ((contact.normal, contact.tangential),)
-    return [replace(given, normal=normal, tangential=tangential) for normal, tangential in pairs]
+    return [replace(given, normal=normal, tangential=tangential) for normal, tangential in contact.pairs]
 
 
 def _control_settings(campaign: CampaignSection) -> ControlSettings:

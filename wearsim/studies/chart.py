@@ -24,7 +24,7 @@ from wearsim.errors import WearsimError
 from wearsim.operation.points import select
 from wearsim.results.checks import percent
 from wearsim.scene import CampaignSetup
-from wearsim.scene.setup import CHAINS
+from wearsim.scene.models import CHAINS
 
 TOLERANCES = (0.1, 0.05, 0.03, 0.02)
 """Tolerances of `auto` [-]."""

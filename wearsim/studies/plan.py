@@ -13,7 +13,7 @@ from wearsim.errors import Fault, WearsimError
 from wearsim.quantities import QUANTITIES, duration
 from wearsim.results.checks import percent
 from wearsim.scene import CampaignSetup, FieldScene, RigScene, build
-from wearsim.scene.setup import CHAINS
+from wearsim.scene.models import CHAINS
 from wearsim.studies.estimate import estimate
 from wearsim.studies.states import states, states_text
 

@@ -183,6 +183,9 @@ class NormalModel:
         Strips across a patch, and cells along each, at least.
     most_strips : int, optional
         Strips at most.
+    chunk : int
+        Operating points that are solved together, at most: few where one takes milliseconds, so that all
+        threads have some.
     """
 
     name: str
@@ -192,6 +195,7 @@ class NormalModel:
     parameters: Mapping[str, float] = field(default_factory=dict)
     fewest: int = FEWEST
     most_strips: int | None = None
+    chunk: int = 256
 
     def __call__(self, gap: Gap, row: IntArray, load: FloatArray, **options: Any) -> NormalSolution:
         """Solve with input and solution validated; parameters and errors as of `NormalSolver`.

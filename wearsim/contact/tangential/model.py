@@ -102,6 +102,9 @@ class TangentialModel:
         Strips across a patch, and cells along each, at least.
     most_strips : int, optional
         Strips at most.
+    chunk : int
+        Operating points that are solved together, at most: few where one takes milliseconds, so that all
+        threads have some.
     """
 
     name: str
@@ -110,6 +113,7 @@ class TangentialModel:
     warm: bool = False
     fewest: int = 2
     most_strips: int | None = None
+    chunk: int = 256
 
     def __call__(
         self, patch: Patch, creepage: FloatArray, friction: FloatArray, **options: Any

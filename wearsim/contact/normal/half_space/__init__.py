@@ -397,4 +397,4 @@ def _line(gap: Gap, region: Region, pressure: FloatArray, displacement: float) -
     }
 
 
-MODEL = NormalModel(name="half_space", solve=solve, parameters=DEFAULTS, fewest=8)
+MODEL = NormalModel(name="half_space", solve=solve, parameters=DEFAULTS, fewest=8, chunk=2)

@@ -200,4 +200,4 @@ def _centred(rolling: RollingSolution) -> FloatArray:
     return centred
 
 
-MODEL = TangentialModel(name="half_space", solve=solve, tolerance=1e-5, warm=True, fewest=8)
+MODEL = TangentialModel(name="half_space", solve=solve, tolerance=1e-5, warm=True, fewest=8, chunk=2)

@@ -20,6 +20,7 @@ References
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -118,9 +119,13 @@ def slip_operator(
     SlipOperator
         Of :math:`(u(x) - u(x + \Delta x)) / \Delta x`: material flows from the leading end downstream.
     """
-    nx, ny = shape
-    table = tangential_influence(cell_length, cell_width, (nx + 1, ny), shear_modulus, poisson_ratio)
-    table /= cell_length
+    return _of_ratio(*shape, float(f"{cell_width / cell_length:.12g}"), shear_modulus, poisson_ratio)
+
+
+@lru_cache(maxsize=64)
+def _of_ratio(nx: int, ny: int, ratio: float, shear_modulus: float, poisson_ratio: float) -> SlipOperator:
+    """Operator of cells of a width over length, which patches stretched in search of a balance share."""
+    table = tangential_influence(1.0, ratio, (nx + 1, ny), shear_modulus, poisson_ratio)
     ahead = np.concatenate((table[:, 1:2], table[:, :-2]), axis=1)
     ahead[2, 0] *= -1.0
     # Difference from cell to cell, its halves of both signs of the index: second and first differences.
