@@ -42,6 +42,7 @@ from wearsim.operation.resultants import Differences
 if TYPE_CHECKING:
     from wearsim.operation.points import OperatingPoints
     from wearsim.scene import CampaignSetup
+    from wearsim.scene.campaign import ControlSettings
 
 LONG = 5e-3
 """Wavelength of which half is added for the time of waiting [m]."""
@@ -51,7 +52,10 @@ _SHORT = 0.2
 
 _OF_STEP = 1.0 / 6.0
 """What one step may add to the estimated error, and points may leave out by waiting for another one, over the
-depth so far, in tolerances."""
+depth so far, in tolerances; also what the rule of integration may err in it."""
+
+_AT_LEAST = 10e-6
+"""Depth so far as which less counts for the error of the rule [m]: campaigns end deeper."""
 
 _MUCH = 2.0
 """Excess of that from which a step is too long even if not all points were solved after it."""
@@ -128,6 +132,16 @@ def stale(state: State, weight: FloatArray) -> NDArray[np.bool_]:
     followed |= correction.until > 0.0  # solved by the reference anyway
     result: NDArray[np.bool_] = (weight > 0.0) & ~followed
     return result
+
+
+def control_at(state: State, setup: CampaignSetup) -> ControlSettings:
+    """Settings of the step from a state: the error of its rule, too, keeps to a share of the tolerance."""
+    settings = setup.control
+    if setup.tolerance is None:
+        return settings
+    depth = max(float(state.wear_depth.max()), _AT_LEAST)
+    error = min(settings.error_tolerance, _OF_STEP * setup.tolerance * depth)
+    return replace(settings, error_tolerance=error)
 
 
 class Refreshed(NamedTuple):

@@ -159,6 +159,7 @@ class WheelsetEvolution:
     def advance(self, state: State, evaluation: Evaluation) -> tuple[State, StepTaken]:
         """Take the next wear step, or reprofile the wheels where that is due."""
         setup, here = self._where(state), self._contact
+        setup = replace(setup, control=correction.control_at(state, setup))
         points, wave = setup.points, setup.control.smoothing_wavelength
         state = replace(state, points=evaluation.points)
         if reprofiling_due(state, setup, evaluation.measures):
@@ -273,10 +274,12 @@ class WheelsetEvolution:
             else:
                 limit = max(_SHORTER, factor) * length, "correction"
         else:
+            own = setup.control.error_tolerance < self._in_force(state).control.error_tolerance
+            key = "tolerance in [contact]" if own else "error_tolerance_um in [campaign]"
             raise NumericalError(
                 f"after {state.distance / 1e3:.6g} km no wear step keeps the tolerance of "
                 f"{1e6 * setup.control.error_tolerance:.4g} um: a step of {length:.4g} m, limited by "
-                f"{limit[1]}, has an error of {1e6 * error:.4g} um; raise error_tolerance_um in [campaign]"
+                f"{limit[1]}, has an error of {1e6 * error:.4g} um; raise {key}"
             )
         stiffest = np.maximum(stiffness, _REMEMBERED * state.point_stiffness)
         acted: dict[str, Any] = {"length": weight * length, "error": error, "stiffness": stiffest}
