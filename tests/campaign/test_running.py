@@ -6,6 +6,8 @@ from functools import cache
 import numpy as np
 import pytest
 
+from wearsim.campaign import correction, evaluate
+from wearsim.campaign import evolution as evolution_of_wheels
 from wearsim.campaign.control import reached
 from wearsim.campaign.evaluate import forces_of, setup_of, solve_passage, solved
 from wearsim.campaign.evolution import WheelsetEvolution
@@ -241,6 +243,70 @@ def test_wear_and_forces_at_both_sides_of_a_jump_are_means_with_their_shares(ste
     patches = [summarise(each.passage, each.wear, 3) for each in (one, both)]
     assert patches[1]["n_patch"][1] > patches[0]["n_patch"][1]
     assert patches[1]["wear_index_mean"][1, 0] == pytest.approx(patches[0]["wear_index_mean"][1, 0])
+
+
+def with_a_jump(running, share):
+    """Return where the wheelset runs, the first point at two shifts."""
+    shift, load = running.shift[:1] + 0.2e-3, running.load[:1] + np.array([1e3, -1e3])
+    return replace(running, beyond=BeyondJump(np.array([0]), shift, load, np.array([share])))
+
+
+def test_both_sides_of_a_jump_are_solved_by_the_same_model(by_force, monkeypatch):
+    """The far side alone has no solution by the first model: the near one is solved by the second, too."""
+    evolution, state, _ = by_force
+    setup = setup_of(evolution.setup)
+    state = replace(state, correction=None)
+    there = where_it_runs(evolution.setup.points, with_a_jump(state.running, 0.3))
+    between = float(there.beyond.shift[0]) - 0.1e-3
+    solve, asked = evaluate.solve_each, []
+
+    def refuse(conditions, wheelset, counterface, models, each, *, failed=None, **rest):
+        asked.append((models.normal, conditions.shift.size))
+        bad = np.flatnonzero((conditions.shift > between) & (models.normal == "kik_piotrowski"))
+        failed = {} if failed is None else failed
+        failed.update({int(row): ContactError(f"point {row}, refused", int(row)) for row in bad})
+        kept = np.setdiff1d(np.arange(conditions.shift.size), bad)
+        return solve(conditions.at(kept), wheelset, counterface, models, each, failed={}, **rest)
+
+    acts = state.active_weight > 0.0
+    assert acts[0]
+    monkeypatch.setattr(evaluate, "solve_each", refuse)
+    ours = solve_passage(state, there, setup, acts)
+    assert asked == [("kik_piotrowski", 2), ("knothe_le_the", 2)]
+    monkeypatch.setattr(evaluate, "solve_each", solve)
+    theirs = solve_passage(state, there, replace(setup, models=setup.fallbacks[0]), acts)
+    assert not ours.failed
+    assert (ours.model == 1).all()
+    np.testing.assert_array_equal(ours.contact.power, theirs.contact.power)
+    np.testing.assert_array_equal(ours.share, theirs.share)
+
+
+def test_a_point_that_runs_in_other_shares_past_a_jump_is_solved_again(by_force, monkeypatch):
+    evolution, _, state = by_force
+    setup, acts = setup_of(evolution.setup), state.active_weight > 0.0
+    jumped = replace(state, running=with_a_jump(state.running, 0.3))
+    assert not correction.moved(state).any()
+    assert correction.moved(jumped)[0]
+    there = where_it_runs(evolution.setup.points, jumped.running)
+    known = correction.refreshed(jumped, there, acts, setup).correction
+    assert known.beyond[0] == 0.3
+    solved_there = replace(jumped, correction=known)
+    assert not correction.moved(solved_there).any()
+    for other in (with_a_jump(state.running, 0.33), state.running):  # another share, a side that is lost
+        assert correction.moved(replace(solved_there, running=other))[0]
+    # also after a step, whatever its drift says
+    asked, due = [], correction._due
+    monkeypatch.setattr(correction, "_due", lambda *given: asked.append(given[4]) or due(*given))
+    for share, again in ((0.3, False), (0.6, True)):
+        held = with_a_jump(state.running, share)
+        monkeypatch.setattr(
+            evolution_of_wheels, "settled_state", lambda at, *_, held=held, **__: replace(at, running=held)
+        )
+        drifts = replace(known, drift=np.where(acts, 0.0, known.drift))
+        start = replace(solved_there, correction=drifts)
+        evolution.advance(start, evolution.evaluate(start))
+        assert asked[0][0] == again
+        asked.clear()
 
 
 def test_a_stored_state_keeps_both_sides_of_a_jump(steps):

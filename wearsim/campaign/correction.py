@@ -41,6 +41,7 @@ from wearsim.operation.resultants import Differences
 
 if TYPE_CHECKING:
     from wearsim.operation.points import OperatingPoints
+    from wearsim.operation.states import Running
     from wearsim.scene import CampaignSetup
     from wearsim.scene.campaign import ControlSettings
 
@@ -76,6 +77,9 @@ _BALANCED = 1e-3
 """Change of the lateral force, over the axle load, from where the reference solved a point to where it runs,
 beyond which it is solved there again."""
 
+_SHARES = 0.02
+"""Change of the share past a jump of the lateral force, beyond which it is solved again, too."""
+
 _STIFF = 3e6
 """Least stiffness of that [N/m], and that of axles of a vehicle."""
 
@@ -93,7 +97,7 @@ def new_correction(state: State, points: OperatingPoints) -> Correction:
         np.zeros((count, 2, rows, n)), np.zeros((count, 2, 1, below)), Differences.none(count), never,
         np.zeros(count, dtype=np.int64), np.zeros(count), np.full(count, math.inf),
         np.full(count, math.inf), nothing, nothing,
-        until=np.zeros(count), left=np.zeros_like(state.y),
+        until=np.zeros(count), beyond=np.zeros(count), left=np.zeros_like(state.y),
     )  # fmt: skip
 
 
@@ -119,8 +123,22 @@ def moved(state: State) -> NDArray[np.bool_]:
     assert running is not None
     away = np.abs(np.stack([running.shift, running.yaw], axis=1) - known.forces.place).max(axis=1)
     change = away * np.maximum(running.stiffness, _STIFF)
-    far: NDArray[np.bool_] = (known.step == state.step) & (change > _BALANCED * running.load.sum(axis=1))
-    return far
+    far = (change > _BALANCED * running.load.sum(axis=1)) | _shared_otherwise(known, running)
+    return np.asarray((known.step == state.step) & far)
+
+
+def _shares(place: OperatingPoints | Running, count: int) -> FloatArray:
+    """Share (n,) of the distance that each point runs past a jump of the lateral force."""
+    share = np.zeros(count)
+    if place.beyond is not None:
+        share[place.beyond.point] = place.beyond.share
+    return share
+
+
+def _shared_otherwise(known: Correction, place: OperatingPoints | Running) -> NDArray[np.bool_]:
+    """Points (n,) that run in other shares at both sides of a jump than where the reference solved them."""
+    other: NDArray[np.bool_] = np.abs(_shares(place, known.step.size) - known.beyond) > _SHARES
+    return other
 
 
 def stale(state: State, weight: FloatArray) -> NDArray[np.bool_]:
@@ -135,7 +153,7 @@ def stale(state: State, weight: FloatArray) -> NDArray[np.bool_]:
 
 
 def control_at(state: State, setup: CampaignSetup) -> ControlSettings:
-    """Settings of the step from a state: the error of its rule, too, keeps to a share of the tolerance."""
+    """Return the settings of a step, whose rule may err by a share of the tolerance of the correction."""
     settings = setup.control
     if setup.tolerance is None:
         return settings
@@ -183,6 +201,8 @@ def refreshed(
     assert old is not None
     assert setup.reference is not None
     passage = solve_passage(state, points, setup, among) if passage is None else passage
+    as_before = ~_shared_otherwise(old, points)
+    old = replace(old, beyond=np.where(among, _shares(points, among.size), old.beyond))
     own = among & solved_by_reference(passage, setup, among.size)
     if own.any():
         old = _taken_over(old, own, passage, state.step)
@@ -213,7 +233,7 @@ def refreshed(
         difference[name][index] += taken
     more = forces_of(by_reference, points, setup).columns - forces_of(passage, points, setup).columns
     place = np.stack([points.conditions.shift, points.conditions.yaw], axis=1)
-    same = (old.step == state.step) & (old.run == 0.0) & ~other
+    same = (old.step == state.step) & (old.run == 0.0) & ~other & as_before
     forces = old.forces.of(~other).renewed(
         np.isin(np.arange(other.size), index), old.forces.of(~other).seen(more, place, same)
     )
@@ -358,7 +378,8 @@ def corrected_step(
     run, acts = old.run + weight * length, weight > 0.0
     allowed = _OF_STEP * tolerance * float(after.wear_depth.max())
     own = solved_by_reference(passage, setup, acts.size)
-    unknown = (np.isinf(old.drift) | mismatched(passage, old) | (old.step < 0)) & ~own
+    other = mismatched(passage, old) | _shared_otherwise(old, points)
+    unknown = (np.isinf(old.drift) | other | (old.step < 0)) & ~own
     due = ~own & _due(old, run, weight * length, points.environment, unknown, allowed)
     first_order = INTEGRATORS[rule.integrator][0].order == 1
     stability = max(choice.limit.stiffness * length, 1e-9)

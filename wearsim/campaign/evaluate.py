@@ -118,7 +118,7 @@ def solve_passage(
     of the chunks being solved. With a history of the points those without contact solution are left out;
     those that failed before are solved by themselves, so that the others are not solved twice. Each point
     begins at the first model of the chain, or that of its correction, and goes on to the next where that has
-    no solution.
+    no solution, on both sides of a jump alike.
     """
     bodies, parts, last = worn_bodies(state, setup), [], len(setup.chain) - 1
     failed: Failed = {}
@@ -145,11 +145,15 @@ def solve_passage(
             if number == last:
                 failed |= errors
             else:
-                place[index[list(own or {})]] = number + 1
+                place[np.isin(of, of[index[list(own or {})]])] = number + 1
     every = [chunk for chunks in parts for chunk in chunks]
-    place = np.concatenate([2 * part.contact.point + part.contact.side for part in every])
-    order = np.argsort(place, kind="stable")
-    whole: Passage = joined(every, order if len(parts) > 1 or points.beyond is not None else None)
+    wheel = np.concatenate([2 * part.contact.point + part.contact.side for part in every])
+    order = np.argsort(wheel, kind="stable")
+    # one side of a jump that a model solved is solved again by the next one if the other side is
+    kept = np.concatenate([part.model for part in every]) == place[wheel // 2]
+    whole: Passage = joined(
+        every, order[kept[order]] if len(parts) > 1 or points.beyond is not None else None
+    )
     return replace(whole, failed=failed)
 
 
