@@ -152,10 +152,13 @@ def stale(state: State, weight: FloatArray) -> NDArray[np.bool_]:
     return result
 
 
-def control_at(state: State, setup: CampaignSetup) -> ControlSettings:
-    """Return the settings of a step, whose rule may err by a share of the tolerance of the correction."""
-    settings = setup.control
-    if setup.tolerance is None:
+def control_at(state: State, setup: CampaignSetup, settings: ControlSettings) -> ControlSettings:
+    """Return the settings of a step, whose rule may err by a share of the tolerance of the correction.
+
+    Steps in which the reference solves all points are as with it alone.
+    """
+    known = state.correction
+    if known is None or setup.tolerance is None or (known.until[setup.points.weight > 0.0] > 0.0).all():
         return settings
     depth = max(float(state.wear_depth.max()), _AT_LEAST)
     error = min(settings.error_tolerance, _OF_STEP * setup.tolerance * depth)

@@ -159,7 +159,6 @@ class WheelsetEvolution:
     def advance(self, state: State, evaluation: Evaluation) -> tuple[State, StepTaken]:
         """Take the next wear step, or reprofile the wheels where that is due."""
         setup, here = self._where(state), self._contact
-        setup = replace(setup, control=correction.control_at(state, setup))
         points, wave = setup.points, setup.control.smoothing_wavelength
         state = replace(state, points=evaluation.points)
         if reprofiling_due(state, setup, evaluation.measures):
@@ -223,8 +222,9 @@ class WheelsetEvolution:
         )  # fmt: skip
         limit, error, length, stiffness = (math.inf, "error"), 0.0, 0.0, 0.0
         for rejected in range(_ATTEMPTS):
+            settings = correction.control_at(state, setup, ahead_of)
             choice = control.choose(
-                state, points, rate_for, ahead_of, depth_limit=depth_limit, length_limit=limit,
+                state, points, rate_for, settings, depth_limit=depth_limit, length_limit=limit,
                 stiffness=stiffness, counterface_wear=setup.counterface_wear,
             )  # fmt: skip
             weight, length = choice.weight, choice.limit.step_length
@@ -238,8 +238,8 @@ class WheelsetEvolution:
                 limit = _SHORTER * length, "no contact"
                 continue
             clipped = tried.clipped > _CLIPPED and not shallow
-            if error > setup.control.error_tolerance or clipped:
-                limit = control.error_limit(length, error, setup.control), "error"
+            if error > settings.error_tolerance or clipped:
+                limit = control.error_limit(length, error, settings), "error"
                 if clipped:
                     limit = min(limit, (_SHORTER * length, "clipping"))
                 continue
@@ -274,11 +274,11 @@ class WheelsetEvolution:
             else:
                 limit = max(_SHORTER, factor) * length, "correction"
         else:
-            own = setup.control.error_tolerance < self._in_force(state).control.error_tolerance
+            own = settings.error_tolerance < setup.control.error_tolerance
             key = "tolerance in [contact]" if own else "error_tolerance_um in [campaign]"
             raise NumericalError(
                 f"after {state.distance / 1e3:.6g} km no wear step keeps the tolerance of "
-                f"{1e6 * setup.control.error_tolerance:.4g} um: a step of {length:.4g} m, limited by "
+                f"{1e6 * settings.error_tolerance:.4g} um: a step of {length:.4g} m, limited by "
                 f"{limit[1]}, has an error of {1e6 * error:.4g} um; raise {key}"
             )
         stiffest = np.maximum(stiffness, _REMEMBERED * state.point_stiffness)
