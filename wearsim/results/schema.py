@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Container, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import netCDF4
@@ -65,7 +66,7 @@ class Header:
     static: Mapping[str, Any]  # variables without the dimension `step`: arrays [SI], or sequences of str
     attributes: Mapping[str, str | int | float]  # global ones; empty ones are not written
 
-    @property
+    @cached_property
     def sizes(self) -> dict[str, int]:
         """Lengths of all fixed dimensions."""
         static = {n: q.dimensions for n, q in layout_of(self.static).items() if "step" not in q.dimensions}
