@@ -237,20 +237,19 @@ def joined(parts: Sequence[Any], order: IntArray | None = None, *, name: str = "
     kind: Any = type(first)
     if kind is np.ndarray:
         whole = _stacked(name, parts) if len(parts) > 1 else first
-        return whole if order is None else whole[order]
+        return whole if order is None else whole.take(order, 0)
     if first is None or (order is None and len(parts) == 1):
         return first
     if isinstance(first, tuple):
         return tuple(joined(each, order, name=name) for each in zip(*parts, strict=True))
-    columns = zip(*(part.values() if kind is dict else vars(part).values() for part in parts), strict=True)
-    named = zip(first if kind is dict else vars(first), columns, strict=True)
-    values = {key: joined(each, order, name=key) for key, each in named}
+    every = parts if kind is dict else [vars(part) for part in parts]
+    values = {key: joined([each[key] for each in every], order, name=key) for key in every[0]}
     return values if kind is dict else kind(**values)
 
 
 def _stacked(name: str, parts: Sequence[FloatArray]) -> FloatArray:
     """Arrays behind one another, padded to equal shape but for the first axis."""
-    if len({part.shape[1:] for part in parts}) == 1:
+    if parts[0].ndim == 1 or len({part.shape[1:] for part in parts}) == 1:
         return np.concatenate(parts)
     sizes = np.array([part.shape for part in parts])
     whole = np.zeros((sizes[:, 0].sum(), *sizes[:, 1:].max(axis=0)), dtype=parts[0].dtype)

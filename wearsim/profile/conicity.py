@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -50,13 +50,13 @@ def _beyond(y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 @lru_cache(maxsize=4)  # a wheel wears on the same rails
-def _rail_heights(of_y: bytes, of_z: bytes) -> tuple[FloatArray, FloatArray, Any]:
-    """Grid along a rail, heights on it, and their spline."""
+def _rail_heights(of_y: bytes, of_z: bytes) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Grid along a rail, heights on it, and those closely around each of its points."""
     from scipy.interpolate import CubicSpline  # 0.5 s to import, only spent where it is needed
 
     rail_y, rail_z = _facing(Profile("", "rail", np.frombuffer(of_y), np.frombuffer(of_z)))
     grid, spline = np.arange(rail_y[0], rail_y[-1], _GRID), CubicSpline(rail_y, rail_z)
-    return grid, spline(grid), spline
+    return grid, spline(grid), spline(grid[:, None] + _GRID * _CLOSE)
 
 
 def _touching_heights(wheel: Profile, rail: Profile) -> Callable[[FloatArray], FloatArray]:
@@ -64,7 +64,7 @@ def _touching_heights(wheel: Profile, rail: Profile) -> Callable[[FloatArray], F
     # shifts that differ by whole grid steps share one evaluation of the wheel, all calls share the splines
     from scipy.interpolate import CubicSpline  # 0.5 s to import, only spent where it is needed
 
-    grid, rail_height, rail_spline = _rail_heights(rail.y.tobytes(), rail.z.tobytes())
+    grid, rail_height, rail_close = _rail_heights(rail.y.tobytes(), rail.z.tobytes())
     wheel_y, wheel_z = _facing(wheel)
     wheel_height = CubicSpline(wheel_y, wheel_z)
 
@@ -97,7 +97,7 @@ def _touching_heights(wheel: Profile, rail: Profile) -> Callable[[FloatArray], F
         good = np.flatnonzero((safe == least) & np.isfinite(ends[0]) & np.isfinite(ends[1]))
         # edges and jumps of curvature hold the contact, where a parabola over whole steps would miss it
         near = grid[least[good], None] + _GRID * _CLOSE
-        close = rail_spline(near) - wheel_height(near - shift[good, None])
+        close = rail_close[least[good]] - wheel_height(near - shift[good, None])
         result[good] = wheel_height(_least(near, close) - shift[good])
         return result
 
