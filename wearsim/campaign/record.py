@@ -30,10 +30,8 @@ from wearsim.results import (
     append,
     attribute_of,
     create,
-    layout_of,
     open_results,
     row_count,
-    row_names,
     verify,
 )
 from wearsim.results.checks import step_limits
@@ -193,12 +191,7 @@ class Writer:
     def __init__(self, header: Header, directory: Path, name: str, digest: str) -> None:
         self.header = header
         self.path = directory / f"{name}.nc"
-        layout, sizes = layout_of(header.static), header.sizes
-        shapes = {
-            name: tuple(sizes[each] for each in layout[name].dimensions if each != "step")
-            for name in row_names(header.static)
-        }
-        self.records = Records(directory / f".{name}.records", digest, shapes)
+        self.records = Records(directory / f".{name}.records", digest, header.row_shapes)
         self.rebuilt = False
         self._mark = directory / f".{name}.finished.json"
         self._laws = header.static.get("fatigue_name", ())

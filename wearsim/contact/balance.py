@@ -52,7 +52,6 @@ from wearsim.errors import ContactError, NumericalError
 
 SIMILAR = 1e-3
 """Change of the logarithm of a load up to which patches are stretched instead of solved anew."""
-_CHEAP = 1e-4  # the same where solving anew costs little: stretching is in error by some nanometres
 _SEVERAL = 2e-5  # the same for a wheel on several patches: one takes more of a load than the other
 TOLERANCE = 1e-6
 """Of vertical forces over the wheel load; of the torque over friction coefficient x load x radius, or that of
@@ -457,7 +456,7 @@ def _refined(
             wheels = _solved(task, chunk, sides, load, here, start=rough)
         here &= open_rows[:, None]
         several = np.bincount(wheels.place, minlength=2 * count).reshape(-1, 2) > 1
-        most = np.where(several, _SEVERAL, SIMILAR if model.warm else _CHEAP)
+        most = np.where(several, _SEVERAL, SIMILAR)
         again = here & (np.abs(np.log(load / _loads(wheels, count))) > most)
         if 0 < trial <= _FROZEN and again.any():
             old = wheels
