@@ -215,15 +215,15 @@ def wheels_of(
     )
 
 
-def joined(parts: Sequence[Any], order: IntArray | None = None, *, name: str = "") -> Any:
+def joined(parts: Sequence[Any], order: IntArray | slice | None = None, *, name: str = "") -> Any:
     """Put arrays behind one another along the first axis, and those in tuples, mappings and dataclasses.
 
     Parameters
     ----------
     parts : sequence
         Of one kind, such as what `solve_each` returned.
-    order : (m,) int array, optional
-        Another order of the whole.
+    order : (m,) int array or slice, optional
+        Another order of the whole, or a part of it, which a slice does not copy.
     name : str
         Of the arrays. Those of unlike strips or cells are padded with zeros: strips without length or width,
         cells without load; those with "edge" in their name with their last value.
@@ -237,7 +237,7 @@ def joined(parts: Sequence[Any], order: IntArray | None = None, *, name: str = "
     kind: Any = type(first)
     if kind is np.ndarray:
         whole = _stacked(name, parts) if len(parts) > 1 else first
-        return whole if order is None else whole.take(order, 0)
+        return whole if order is None else whole[order]
     if first is None or (order is None and len(parts) == 1):
         return first
     if isinstance(first, tuple):
