@@ -20,8 +20,9 @@ from wearsim.campaign.vertices import lengths_of_sides, only_worn, sample, share
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import ContactPatches
 from wearsim.contact.solve import ContactModels, ContactSolution, Counterface, Wheelset, solve_each
+from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.contact.wheels import joined
-from wearsim.damage.wear import WearSettings, highest_regime, passage_depth, patch_regime
+from wearsim.damage.wear import WEAR_LAWS, WearSettings, highest_regime, passage_depth, patch_regime
 from wearsim.errors import ContactError
 from wearsim.operation.left_out import mask_of, shared_weight
 from wearsim.operation.points import OperatingPoints
@@ -56,6 +57,16 @@ class Setup:
     def chain(self) -> tuple[ContactModels, ...]:
         """All contact models, in the order in which they are tried."""
         return (self.models, *self.fallbacks)
+
+
+def begins_nearby(setup: Setup) -> bool:
+    """Whether contact is solved from that of the step before.
+
+    Not where it is corrected, nor by a model to which others are compared: it would hang on the steps, within
+    the tolerance of the balance. Profiles that do not wear are the same in every step.
+    """
+    warm = TANGENTIAL_MODELS[setup.models.tangential].warm
+    return setup.reference is None and not warm and WEAR_LAWS[setup.wear.law].wears
 
 
 def setup_of(campaign: CampaignSetup, threads: int = 1) -> Setup:
@@ -123,6 +134,7 @@ def solve_passage(
     bodies, parts, last = worn_bodies(state, setup), [], len(setup.chain) - 1
     failed: Failed = {}
     conditions, of, share = points.runs
+    nearby = conditions if state.nearby.size == 0 else replace(conditions, nearby=state.nearby[of])
     nowhere = np.zeros(len(points.label), dtype=np.int64)
     before = nowhere > 0 if state.points is None else state.points.left_out
     place = nowhere if state.correction is None else state.correction.model.copy()
@@ -135,7 +147,7 @@ def solve_passage(
                 continue
             own: Failed | None = None if state.points is None and number == last else {}
             evaluated = partial(_passage_at, of[index], share[index], number, setup)
-            here = conditions.at(index)
+            here = (conditions if number else nearby).at(index)
             try:
                 chunks = solve_each(here, *bodies, one, evaluated, threads=setup.threads, failed=own)
             except ContactError as error:

@@ -14,7 +14,16 @@ import numpy as np
 from wearsim.campaign import control, correction, step
 from wearsim.campaign.comparison import comparison_laws, start_comparison
 from wearsim.campaign.counterface import new_counterface, redressed
-from wearsim.campaign.evaluate import Evaluation, Passage, Setup, accumulate, rate, setup_of, solved
+from wearsim.campaign.evaluate import (
+    Evaluation,
+    Passage,
+    Setup,
+    accumulate,
+    begins_nearby,
+    rate,
+    setup_of,
+    solved,
+)
 from wearsim.campaign.left_out import Failed, new_history, with_failed
 from wearsim.campaign.reprofiling import reprofile, reprofiling_due, to_next_reprofiling
 from wearsim.campaign.row import NO_STEP, StepTaken, build_row, header_of, recorded_measures
@@ -45,6 +54,8 @@ _REPEATED = 3  # times at most that a step is repeated because the correction as
 
 # depth of a step from which both are no matter of its length: a patch vanishes, a point has no solution [m]
 _SHALLOW = 1e-7
+
+_NOWHERE = np.zeros((0, 5))  # to begin with on new profiles
 
 _REMEMBERED = 0.8  # share of the stiffness of the step before that stays known
 
@@ -162,8 +173,14 @@ class WheelsetEvolution:
         points, wave = setup.points, setup.control.smoothing_wavelength
         state = replace(state, points=evaluation.points)
         if reprofiling_due(state, setup, evaluation.measures):
+            state = replace(state, nearby=_NOWHERE)
             fresh = self._settled(correction.forgotten(reprofile(state, setup), wheels=True))
             return self._solved_with_reference(fresh, points.weight), NO_STEP
+        if begins_nearby(here):
+            contact, unknown = evaluation.passage.contact, np.full((len(points.label), 5), np.nan)
+            nearby = state.nearby.copy() if state.nearby.size > 0 else unknown
+            nearby[contact.point[::-1]] = contact.nearby[::-1]
+            state = replace(state, nearby=nearby)
         ahead_of = to_next_reprofiling(state, setup.control)
         known = {evaluation.weight.tobytes(): evaluation.collective}
         passage: Passage | None = evaluation.passage
@@ -293,6 +310,7 @@ class WheelsetEvolution:
         changed = redressed(after, setup.counterface, setup.counterface_wear)
         if changed is after:
             return after, taken
+        changed = replace(changed, nearby=_NOWHERE)
         return self._settled(correction.forgotten(changed)), replace(taken, end=None)
 
     def _try(

@@ -30,10 +30,8 @@ from wearsim.results import (
     append,
     attribute_of,
     create,
-    layout_of,
     open_results,
     row_count,
-    row_names,
     verify,
 )
 from wearsim.results.checks import step_limits
@@ -73,9 +71,14 @@ class Records:
 
     def write(self, state: State, row: Mapping[str, np.ndarray], source: str) -> None:
         """Write the record of a step: its row, the full state, and the program versions behind them."""
-        arrays = {name: np.asarray(row[name]) for name in self.shapes} | flattened(state)
+        arrays = {name: np.asarray(row[name]) for name in self.shapes}
+        known = {_content(value): name for name, value in arrays.items()}
+        parts = {name: (value, known.get(_content(value))) for name, value in flattened(state).items()}
+        same = {name: of_row for name, (_, of_row) in parts.items() if of_row}  # is stored once
+        arrays |= {name: value for name, (value, _) in parts.items() if name not in same}
         layout = {name: (value.dtype.str, value.shape) for name, value in arrays.items()}
-        label = {"campaign": self.campaign, "index": state.step, "source": source, "layout": layout}
+        own = {"campaign": self.campaign, "index": state.step, "source": source}
+        label = {**own, "layout": layout, "same": same}
         values = zlib.compress(b"".join(value.tobytes() for value in arrays.values()), level=1)
         content = json.dumps(label).encode() + b"\n" + values
         with readable_errors(f"{self.folder} cannot be made"):
@@ -143,13 +146,13 @@ class Records:
             raise ResultError(
                 f"{self.path(index)} was changed while the campaign ran; run the same command again"
             )
-        arrays, size, first = {}, _size_of(found[0]["layout"]), 0
-        values = zlib.decompressobj().decompress(found[1], max(size, 1))
-        for name, (kind, shape) in found[0]["layout"].items():
-            dtype, count = np.dtype(kind), math.prod(shape)
-            arrays[name] = np.frombuffer(values, dtype, count, first).reshape(shape)
-            first += dtype.itemsize * count
-        return arrays
+        layout, place = found[0]["layout"], 0
+        values = zlib.decompressobj().decompress(found[1], max(_size_of(layout), 1))
+        arrays = {}
+        for name, (kind, shape) in layout.items():
+            arrays[name] = np.frombuffer(values, kind, math.prod(shape), place).reshape(shape)
+            place += arrays[name].nbytes
+        return arrays | {name: arrays[of_row] for name, of_row in found[0].get("same", {}).items()}
 
     def _load(self, index: int) -> tuple[dict[str, Any], bytes] | None:
         """Label and values of a record with the right digest."""
@@ -163,6 +166,11 @@ class Records:
             return None
         label, values = content[32:].split(b"\n", 1)
         return json.loads(label), values
+
+
+def _content(array: np.ndarray) -> tuple[str, tuple[int, ...], bytes]:
+    """All of an array, to be looked up."""
+    return array.dtype.str, array.shape, array.tobytes()
 
 
 def _size_of(layout: Mapping[str, tuple[str, tuple[int, ...]]]) -> int:
@@ -183,12 +191,7 @@ class Writer:
     def __init__(self, header: Header, directory: Path, name: str, digest: str) -> None:
         self.header = header
         self.path = directory / f"{name}.nc"
-        layout, sizes = layout_of(header.static), header.sizes
-        shapes = {
-            name: tuple(sizes[each] for each in layout[name].dimensions if each != "step")
-            for name in row_names(header.static)
-        }
-        self.records = Records(directory / f".{name}.records", digest, shapes)
+        self.records = Records(directory / f".{name}.records", digest, header.row_shapes)
         self.rebuilt = False
         self._mark = directory / f".{name}.finished.json"
         self._laws = header.static.get("fatigue_name", ())

@@ -111,6 +111,9 @@ class State:
     reprofiled: int = 0
     points: PointHistory | None = None  # None: a point without contact solution is an error
     running: Running | None = None  # shifts and loads of the operating points; None: those of the scene
+    # (n, 5) `ContactPatches.nearby` of each operating point when it was solved last before the step; NaN if
+    # never, empty on new profiles
+    nearby: FloatArray = field(default_factory=lambda: np.zeros((0, 5)))
 
 
 @dataclass(frozen=True)

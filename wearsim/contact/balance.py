@@ -71,6 +71,10 @@ _SPEED_UNIT = 1e-3  # of the nominal rotation speed: unknowns of like size
 _LARGEST_STEP = np.array([2.0, 0.2, 0.2])
 
 
+# unknowns (n, 3), slopes of the residuals and patches, the last two made at the first trial if there are none
+_Begin = tuple[FloatArray, FloatArray | None, Wheels | None]
+
+
 @dataclass(frozen=True)
 class Equilibrium:
     """Wheels in equilibrium, ordered by point, side and falling normal force.
@@ -146,9 +150,9 @@ def equilibrium(
     if nearby is None:
         begin = [_bracketed(task, chunk, group, columns, speed) for group, columns in groups]
     else:
-        unknown = _unknowns(task, chunk, nearby.speed, nearby.load)
+        unknown = unknowns(task, chunk, nearby.speed, nearby.load)
         begin = [(unknown, slope, nearby.wheels) for slope in nearby.slopes]
-    slopes = [slope.copy() for _, slope, _ in begin]
+    slopes = [np.empty((every.size, len(columns), len(columns))) for _, columns in groups]
     wheels: list[Wheels] = []
     contacts: list[TangentialSolution] = []
 
@@ -264,8 +268,10 @@ def _bracketed(
     sides: list[Side],
     columns: list[int],
     given: FloatArray | None,
-) -> tuple[FloatArray, FloatArray, Wheels]:
+) -> _Begin:
     """Unknowns (n, 3) near equilibrium, slopes of the residuals, and the coarse patches they are of."""
+    if chunk.nearby is not None:
+        return chunk.nearby[:, 2:], None, None
     count = chunk.shift.size
     wheel_load = chunk.loads.copy()
     load = tried = wheel_load
@@ -307,12 +313,12 @@ def _bracketed(
         near = stretched(rough, tried)
         forces = forces_of(task, near, speed, fastsim.MODEL)
     slope = _slopes(task, chunk, near, forces, fastsim.MODEL, speed, columns)
-    unknown = _unknowns(task, chunk, speed, tried)
+    unknown = unknowns(task, chunk, speed, tried)
     unknown[:, columns] += _step(slope, _residual(task, chunk, forces, columns), _LARGEST_STEP[columns])
     return unknown, slope, rough
 
 
-def _unknowns(task: Task, chunk: ContactConditions, speed: FloatArray, load: FloatArray) -> FloatArray:
+def unknowns(task: Task, chunk: ContactConditions, speed: FloatArray, load: FloatArray) -> FloatArray:
     """Rotation speeds (n,) and loads (n, 2) in units of like size (n, 3)."""
     slower = speed * -task.wheelset.radius / chunk.speed - 1.0
     return np.column_stack([slower / _SPEED_UNIT, np.log(load / chunk.loads)])
@@ -420,7 +426,7 @@ def _refined(
     sides: list[Side],
     columns: list[int],
     given: FloatArray | None,
-    near: tuple[FloatArray, FloatArray, Wheels],
+    near: _Begin,
     wanted: NDArray[np.bool_],
     hasty: bool,
 ) -> tuple[list[Wheels], list[TangentialSolution], FloatArray, FloatArray, FloatArray]:
@@ -430,7 +436,7 @@ def _refined(
     `_bracketed`.
     If `hasty`, a point whose residuals are `_PROMISING` takes one more step and is not looked at again.
     """
-    unknown, slope, rough = near[0].copy(), near[1].copy(), near[2]
+    unknown, slope, rough = near[0].copy(), None if near[1] is None else near[1].copy(), near[2]
     model = TANGENTIAL_MODELS[task.models.tangential]
     count, nominal = chunk.shift.size, -chunk.speed / task.wheelset.radius
     # The torque hangs on all unknowns, a vertical force on the speed and its own load.
@@ -470,6 +476,8 @@ def _refined(
         forces = forces_of(task, similar, speed, model, fields=model.warm, start=contact)
         contact = forces.contact if model.warm else None
         residual = _residual(task, chunk, forces, columns)
+        if slope is None:
+            slope = _slopes(task, chunk, similar, forces, model, speed, columns)
         settled = open_rows & ~_missed(residual, columns, model)
         if trial > _FROZEN:
             similar, jump = _frozen(similar, wheels, count)
@@ -487,7 +495,8 @@ def _refined(
         if trial > 0 and trial % _AFRESH == 0:
             similar = stretched(wheels, load)
             still = forces_of(task, similar, speed, model)
-            slope = _slopes(task, chunk, similar, still, model, speed, columns)
+            afresh = _slopes(task, chunk, similar, still, model, speed, columns)
+            slope = np.where(open_rows[:, None, None], afresh, slope)
         elif trial > 0:
             missed = residual - before - (slope @ step[:, :, None])[:, :, 0]
             part = np.where(linked, step[:, None], 0.0)
@@ -505,6 +514,7 @@ def _refined(
             row=row,
             rows=np.flatnonzero(open_rows).tolist(),
         )
+    assert slope is not None
     return done, contacts, speed, load, slope
 
 

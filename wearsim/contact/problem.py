@@ -54,6 +54,9 @@ class ContactConditions:
         Peripheral speed of the left roller less that of the right one, over their mean V [-].
     rail : (n,) int array, optional
         Which of the pairs of rails of the counterface each point runs on, by default the first.
+    nearby : (n, 5) array, optional
+        Equilibria of like points to begin with, as solutions have them: saves work and changes nothing beyond
+        the tolerance. A point where it leads nowhere, or is not finite, begins anew.
     """
 
     shift: FloatArray
@@ -71,6 +74,7 @@ class ContactConditions:
     drift: FloatArray | None = None
     speed_difference: FloatArray | None = None
     rail: IntArray | None = None
+    nearby: FloatArray | None = None
 
     def at(self, index: IntArray) -> ContactConditions:
         """Return the conditions of the operating points at `index`, in that order."""
@@ -147,7 +151,7 @@ class ContactConditions:
                 raise ContactError(f"rotation = {rotation!r} must be a number [rad/s] or one of {known}")
         arrays = {name: np.asarray(value, dtype=float) for name, value in given.items() if value is not None}
         # Numbers of a point: three creepages, the loads of both wheels if they differ.
-        columns = {"creepage": 3} | ({"wheel_load": 2} if arrays["wheel_load"].ndim == 2 else {})
+        columns = {"creepage": 3, "nearby": 5} | ({"wheel_load": 2} if arrays["wheel_load"].ndim == 2 else {})
         rows = [array.shape[: array.ndim - (name in columns)] for name, array in arrays.items()]
         try:
             shape = np.broadcast_shapes((1,), *rows)
@@ -163,7 +167,7 @@ class ContactConditions:
             )
         others = {"rotation": "rotation_speed", "torque": "axle_torque"}
         for name, array in arrays.items():
-            if name == "creepage":
+            if name in ("creepage", "nearby"):
                 continue
             for value in (float(array.min()), float(array.max())):
                 if fault := QUANTITIES[others.get(name, name)].fault(value, name):
@@ -348,6 +352,9 @@ class ContactPatches:
     power: FloatArray
     power_balance: FloatArray
     roll: FloatArray  # of the wheelset [rad]
+    # (m, 5) of its point, to begin nearby with: roll [rad], fall of the wheels' difference of height with it
+    # over their distance [-], and the unknowns of the balance of loads and torque [-]
+    nearby: FloatArray
     rotation_speed: FloatArray  # positive when it rolls forwards; V/r0 if creepages were given [rad/s]
     strip_edges_wheel_y: FloatArray  # (m, ny + 1) strip edges on the wheel profile, rising y [m]
     strip_edges_rail_y: FloatArray  # (m, ny + 1) the same on the counterface's profile [m]

@@ -11,7 +11,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.contact.balance import Equilibrium, equilibrium
+from wearsim.contact.balance import Equilibrium, equilibrium, unknowns
 from wearsim.contact.equilibrium import QUICK_ROLLS, resting_roll, rotation_without_creepage
 from wearsim.contact.kernel import leaf_kernel, plain
 from wearsim.contact.normal import NORMAL_MODELS
@@ -186,16 +186,35 @@ def _placed(error: ContactError, chunk: ContactConditions, index: IntArray) -> C
 
 
 def _solve_chunk(task: Task, chunk: ContactConditions, index: IntArray) -> ContactSolution:
-    """All four problems for the chunk of the points at `index`."""
+    """All four problems for the chunk of the points at `index`, from equilibria nearby or else anew."""
+    if chunk.nearby is None:
+        return _solved_from(task, chunk, index)
+    near = np.isfinite(chunk.nearby).all(axis=1)
+    parts: list[ContactSolution] = []
+    while near.any() and not parts:
+        try:
+            parts.append(_solved_from(task, chunk.at(np.flatnonzero(near)), index[near]))
+        except ContactError as error:
+            near &= ~np.isin(index, error.rows) & (error.row is not None)
+    if not parts or not near.all():
+        anew = replace(chunk, nearby=None).at(np.flatnonzero(~near))
+        parts.append(_solved_from(task, anew, index[~near]))
+    place = np.concatenate([2 * part.point + part.side for part in parts])
+    whole: ContactSolution = joined(parts, np.argsort(place, kind="stable") if len(parts) > 1 else None)
+    return whole
+
+
+def _solved_from(task: Task, chunk: ContactConditions, index: IntArray) -> ContactSolution:
+    """Solve a chunk from where it begins."""
     balance = isinstance(chunk.rotation, str) and chunk.rotation == "free" and chunk.creepage is None
     numbers = (0, 1) if balance or chunk.free_roll else task.sides
     speed = None if balance else _rotation_speed(task, chunk, index)
     try:
         sides = [side_of(task, number, chunk) for number in numbers]
         if not chunk.free_roll:
-            solved = equilibrium(task, chunk, sides, speed)
+            solved, roll, fall = equilibrium(task, chunk, sides, speed), chunk.roll, np.ones_like(chunk.roll)
         else:
-            solved, chunk = _at_rest(task, chunk, speed)
+            solved, roll, fall = _at_rest(task, chunk, speed)
     except ContactError as error:
         if error.row is None:  # the grid: a fault of no point
             raise
@@ -204,7 +223,8 @@ def _solve_chunk(task: Task, chunk: ContactConditions, index: IntArray) -> Conta
     if numbers != task.sides:
         wanted = np.isin(wheels.sign < 0.0, np.array(task.sides) == 1)
         wheels, contact = patches_where(wheels, wanted), contact_where(contact, wanted)
-    return _finish(task, wheels, contact, chunk.roll, solved.speed, index)
+    nearby = np.column_stack((roll, fall, unknowns(task, chunk, solved.speed, solved.load)))
+    return _finish(task, wheels, contact, nearby, solved.speed, index)
 
 
 def _rotation_speed(task: Task, chunk: ContactConditions, index: IntArray) -> FloatArray:
@@ -214,7 +234,7 @@ def _rotation_speed(task: Task, chunk: ContactConditions, index: IntArray) -> Fl
     nominal: FloatArray = -chunk.speed / task.wheelset.radius
     if chunk.creepage is None and chunk.rotation == "centred":
         still = np.zeros_like(chunk.shift)
-        central = replace(chunk, shift=still, yaw=still, roll=still, track_curvature=still)
+        central = replace(chunk, shift=still, yaw=still, roll=still, track_curvature=still, nearby=None)
         try:
             wheels = equilibrium(task, central, [side_of(task, task.sides[0], central)], nominal).wheels
         except ContactError as error:
@@ -230,16 +250,16 @@ _NEAR_REST = 1e-6  # m, between the wheels' displacements with coarse patches an
 
 def _at_rest(
     task: Task, chunk: ContactConditions, speed: FloatArray | None
-) -> tuple[Equilibrium, ContactConditions]:
-    """Equilibrium of a wheelset that rests on both wheels, and the conditions with its roll.
+) -> tuple[Equilibrium, FloatArray, FloatArray]:
+    """Equilibrium of a wheelset that rests on both wheels, its roll (n,) and its fall, see `resting_roll`.
 
-    The search begins at the roll at which coarse patches carry the wheel loads. A row that rests is not
-    solved again.
+    Without one nearby the search begins at the roll at which coarse patches carry the wheel loads. A row that
+    rests is not solved again.
     """
     count = chunk.shift.size
     if count == 0:  # every point of a chunk has failed
         nothing = equilibrium(task, chunk, [side_of(task, number, chunk) for number in (0, 1)], speed)
-        return nothing, chunk
+        return nothing, chunk.roll, chunk.roll
     turning, load = np.zeros(count), np.zeros((count, 2))
     wheels: list[Wheels] = []
     contacts: list[TangentialSolution] = []
@@ -265,14 +285,15 @@ def _at_rest(
         if len(rolls) > QUICK_ROLLS:  # where loads jump, equilibria hang on where they began
             nearby = None
         rows = np.flatnonzero(wanted)
-        tilted = replace(chunk, roll=angle).at(rows)
+        first = len(rolls) == 1
+        tilted = replace(chunk, roll=angle, nearby=chunk.nearby if first else None).at(rows)
         given = None if speed is None else speed[rows]
         try:
-            sides = [side_of(task, number, tilted) for number in (0, 1)] if len(rolls) > 1 else still
+            sides = still if first and still else [side_of(task, number, tilted) for number in (0, 1)]
             try:
                 balanced = equilibrium(task, tilted, sides, given, nearby, False)
             except ContactError:
-                if nearby is None:
+                if nearby is None or chunk.nearby is not None:  # a point then begins anew
                     raise
                 balanced = equilibrium(task, tilted, sides, given, None, False)
         except ContactError as error:
@@ -282,7 +303,10 @@ def _at_rest(
         both[:, rows] = _displacements(balanced.wheels, rows.size)
         return both[0], both[1]
 
-    near, fall, still = _near_rest(task, chunk)
+    if chunk.nearby is None:
+        near, fall, still = _near_rest(task, chunk)
+    else:
+        (near, fall), still = chunk.nearby[:, :2].T.copy(), []
     roll, solved = resting_roll(displacements, near, task.wheelset.half_span, fall=fall)
     if not solved.all():
         raise NumericalError(
@@ -298,7 +322,7 @@ def _at_rest(
         contact = contact_joined(contacts, order)
     else:
         contact = forces_of(task, whole, turning, model, fields=True).contact
-    return Equilibrium(whole, contact, turning, load, []), replace(chunk, roll=roll)
+    return Equilibrium(whole, contact, turning, load, []), roll, fall
 
 
 def _near_rest(task: Task, chunk: ContactConditions) -> tuple[FloatArray, FloatArray, list[Side]]:
@@ -355,7 +379,7 @@ def _finish(
     task: Task,
     solved: Wheels,
     contact: TangentialSolution,
-    roll: FloatArray,
+    nearby: FloatArray,
     speed: FloatArray,
     index: IntArray,
 ) -> ContactSolution:
@@ -400,7 +424,8 @@ def _finish(
         slip_area=contact.slip_area,
         power=power,
         power_balance=np.where(power > 0.0, local_power / np.where(power > 0.0, power, 1.0), 1.0),
-        roll=roll[patch.row],
+        roll=nearby[patch.row, 0],
+        nearby=nearby[patch.row],
         rotation_speed=-speed[patch.row],
         strip_edges_wheel_y=solved.edges_wheel_y,
         strip_edges_rail_y=normal.edge_y,

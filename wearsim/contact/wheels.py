@@ -215,15 +215,15 @@ def wheels_of(
     )
 
 
-def joined(parts: Sequence[Any], order: IntArray | None = None, *, name: str = "") -> Any:
+def joined(parts: Sequence[Any], order: IntArray | slice | None = None, *, name: str = "") -> Any:
     """Put arrays behind one another along the first axis, and those in tuples, mappings and dataclasses.
 
     Parameters
     ----------
     parts : sequence
         Of one kind, such as what `solve_each` returned.
-    order : (m,) int array, optional
-        Another order of the whole.
+    order : (m,) int array or slice, optional
+        Another order of the whole, or a part of it, which a slice does not copy.
     name : str
         Of the arrays. Those of unlike strips or cells are padded with zeros: strips without length or width,
         cells without load; those with "edge" in their name with their last value.
@@ -242,15 +242,14 @@ def joined(parts: Sequence[Any], order: IntArray | None = None, *, name: str = "
         return first
     if isinstance(first, tuple):
         return tuple(joined(each, order, name=name) for each in zip(*parts, strict=True))
-    columns = zip(*(part.values() if kind is dict else vars(part).values() for part in parts), strict=True)
-    named = zip(first if kind is dict else vars(first), columns, strict=True)
-    values = {key: joined(each, order, name=key) for key, each in named}
+    every = parts if kind is dict else [vars(part) for part in parts]
+    values = {key: joined([each[key] for each in every], order, name=key) for key in every[0]}
     return values if kind is dict else kind(**values)
 
 
 def _stacked(name: str, parts: Sequence[FloatArray]) -> FloatArray:
     """Arrays behind one another, padded to equal shape but for the first axis."""
-    if len({part.shape[1:] for part in parts}) == 1:
+    if parts[0].ndim == 1 or len({part.shape[1:] for part in parts}) == 1:
         return np.concatenate(parts)
     sizes = np.array([part.shape for part in parts])
     whole = np.zeros((sizes[:, 0].sum(), *sizes[:, 1:].max(axis=0)), dtype=parts[0].dtype)

@@ -17,7 +17,7 @@ _PATCHES = 16
 def batches(arrays: Any, count: int) -> Iterator[Any]:
     """Yield a few of the patches of arrays (m, ...), or of dataclasses of them; once, empty, without any."""
     for start in range(0, max(count, 1), _PATCHES):
-        yield joined([arrays], np.arange(start, min(start + _PATCHES, count)))
+        yield joined([arrays], slice(start, start + _PATCHES))
 
 
 def require_usable(law: str, bad: NDArray[np.bool_], fault: str) -> None:

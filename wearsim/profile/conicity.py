@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +20,7 @@ _GRID = 0.05e-3  # lateral step of the contact search and of the shifts [m]
 _CLOSE = np.linspace(-1.0, 1.0, 41)  # steps at which the smallest gap is evaluated closely
 _JUMP = 2e-6  # change of the radius difference within a step, beyond its trend, that is a jump [m]
 _CENTRE_RANGE = 4e-3  # how far the centre of the wheelset's motion is looked for off the track centre [m]
-_BATCH = 512  # shifts that are evaluated together, for the memory
+_BATCH = 64  # shifts that are evaluated together: their gaps stay in the cache of the processor
 _PHASES = 400  # midpoints of the integral over half a wavelength
 _WIDEST = 30e-3  # shift up to which climbing is looked for [m]
 
@@ -48,16 +49,23 @@ def _beyond(y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
     return y[keep], z[keep]
 
 
+@lru_cache(maxsize=4)  # a wheel wears on the same rails
+def _rail_heights(of_y: bytes, of_z: bytes) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Grid along a rail, heights on it, and those closely around each of its points."""
+    from scipy.interpolate import CubicSpline  # 0.5 s to import, only spent where it is needed
+
+    rail_y, rail_z = _facing(Profile("", "rail", np.frombuffer(of_y), np.frombuffer(of_z)))
+    grid, spline = np.arange(rail_y[0], rail_y[-1], _GRID), CubicSpline(rail_y, rail_z)
+    return grid, spline(grid), spline(grid[:, None] + _GRID * _CLOSE)
+
+
 def _touching_heights(wheel: Profile, rail: Profile) -> Callable[[FloatArray], FloatArray]:
     """Wheel z at the smallest gap to a right rail [m] over shifts (n,) [m]; NaN beyond the profiles."""
     # shifts that differ by whole grid steps share one evaluation of the wheel, all calls share the splines
     from scipy.interpolate import CubicSpline  # 0.5 s to import, only spent where it is needed
 
-    rail_y, rail_z = _facing(rail)
+    grid, rail_height, rail_close = _rail_heights(rail.y.tobytes(), rail.z.tobytes())
     wheel_y, wheel_z = _facing(wheel)
-    grid = np.arange(rail_y[0], rail_y[-1], _GRID)
-    rail_spline = CubicSpline(rail_y, rail_z)
-    rail_height = rail_spline(grid)
     wheel_height = CubicSpline(wheel_y, wheel_z)
 
     def gaps(shift: FloatArray) -> FloatArray:
@@ -71,8 +79,7 @@ def _touching_heights(wheel: Profile, rail: Profile) -> Callable[[FloatArray], F
         else:
             place = grid - shift[:, None]
         inside = (place >= wheel_y[0]) & (place <= wheel_y[-1])
-        table = np.full(place.shape, -np.inf)
-        table[inside] = wheel_height(place[inside])
+        table = np.where(inside, wheel_height(place), -np.inf)
         gap: FloatArray = rail_height - (
             sliding_window_view(table, len(grid))[k.max() - k] if alike else table
         )
@@ -90,7 +97,7 @@ def _touching_heights(wheel: Profile, rail: Profile) -> Callable[[FloatArray], F
         good = np.flatnonzero((safe == least) & np.isfinite(ends[0]) & np.isfinite(ends[1]))
         # edges and jumps of curvature hold the contact, where a parabola over whole steps would miss it
         near = grid[least[good], None] + _GRID * _CLOSE
-        close = rail_spline(near) - wheel_height(near - shift[good, None])
+        close = rail_close[least[good]] - wheel_height(near - shift[good, None])
         result[good] = wheel_height(_least(near, close) - shift[good])
         return result
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Container, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import netCDF4
@@ -65,11 +66,17 @@ class Header:
     static: Mapping[str, Any]  # variables without the dimension `step`: arrays [SI], or sequences of str
     attributes: Mapping[str, str | int | float]  # global ones; empty ones are not written
 
-    @property
+    @cached_property
     def sizes(self) -> dict[str, int]:
         """Lengths of all fixed dimensions."""
         static = {n: q.dimensions for n, q in layout_of(self.static).items() if "step" not in q.dimensions}
         return {"patch": PATCH_SLOTS} | {dims[0]: len(self.static[name]) for name, dims in static.items()}
+
+    @cached_property
+    def row_shapes(self) -> dict[str, tuple[int, ...]]:
+        """Shapes of the variables of a row."""
+        layout, sizes = layout_of(self.static), self.sizes
+        return {n: tuple(sizes[d] for d in layout[n].dimensions[1:]) for n in row_names(self.static)}
 
 
 Row = Mapping[str, np.ndarray]
@@ -78,16 +85,15 @@ Row = Mapping[str, np.ndarray]
 
 def check_row(header: Header, row: Row) -> None:
     """Raise unless `row` has exactly the variables of the file, in shape and free of NaN."""
-    sizes, layout, names = header.sizes, layout_of(header.static), row_names(header.static)
-    if set(row) != set(names):
-        wrong = ", ".join(sorted(set(row) ^ set(names)))
+    shapes = header.row_shapes
+    if set(row) != set(shapes):
+        wrong = ", ".join(sorted(set(row) ^ set(shapes)))
         raise ResultError(f"a result row must have exactly the variables of the schema; check {wrong}")
-    for name in names:
+    for name, shape in shapes.items():
         value = np.asarray(row[name])
-        shape = tuple(sizes[d] for d in layout[name].dimensions[1:])
         if value.shape != shape:
             raise ResultError(f"result variable {name} has shape {value.shape} where {shape} is needed")
-        if not np.all(np.isfinite(value)):
+        if not np.isfinite(value).all():
             place = tuple(int(i) for i in np.argwhere(~np.isfinite(value))[0])
             raise NumericalError(
                 f"{name}{list(place)} is not a finite number; nothing was written, the last step is safe"
