@@ -198,7 +198,8 @@ def newton(
 ) -> tuple[float, bool]:
     """Pressures, half-lengths, displacement on given strips; those without pressure leave, overlapped enter.
 
-    A Jacobian serves as long as each step is much smaller than the one before, the next time, too.
+    A Jacobian serves as long as each step is much smaller than the one before, the next time, too. With the
+    tolerance 1 there is one step, whatever it leads to.
     """
     strips, active, matrix, right, logs = work.strips, work.active, work.matrix, work.right, work.logs
     made_for, state, taken, barred = work.made_for, work.states[0], work.taken, work.barred
@@ -257,6 +258,8 @@ def newton(
                 one.load = 0.0
                 left = True
                 barred[active[k]] += 1.0
+        if tolerance >= 1.0:
+            return displacement, True
         if left or change > 0.03:
             continue
         # Strips without pressure that overlap come in.
