@@ -177,7 +177,7 @@ def inner_of(work: Work, m: int, row: int) -> int:
 
 
 UNKNOWN = 1e9  # logarithm of a half-length about which nothing is expanded, and of one that is not needed
-NEARBY = 0.015  # change of the logarithm of a half-length up to which averages are expanded to second order
+NEARBY = 0.03  # change of the logarithm of a half-length up to which averages are expanded to second order
 
 
 @bare_kernel

@@ -21,7 +21,7 @@ from wearsim.contact.normal.knothe_le_the.equations import (
 from wearsim.contact.normal.knothe_le_the.strips import Row, Work
 from wearsim.contact.patch import FloatArray
 
-_SMALL = 1e-13  # of a pivot, over its row's largest number before
+_SMALL = 1e-13  # of a pivot, over what it was before
 
 
 @bare_kernel
@@ -55,11 +55,10 @@ def factorise(matrix: FloatArray, n: int) -> bool:
     The reciprocals of U's diagonal are kept.
     """
     for i in range(n):
-        line, size = matrix[i, :n], 0.0
-        for j in range(n):
-            size = max(size, abs(line[j]))
+        line = matrix[i, :n]
+        before = abs(line[i])
         _eliminate(line, matrix, i)
-        if not abs(line[i]) > _SMALL * size:
+        if not abs(line[i]) > _SMALL * before:
             return False
         line[i] = 1.0 / line[i]
     return True
