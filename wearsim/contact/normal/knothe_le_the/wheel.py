@@ -39,7 +39,7 @@ from wearsim.contact.normal.model import AT_EDGE, NO_BALANCE, NO_CONTACT, NOT_SI
 from wearsim.contact.patch import FloatArray, IntArray
 
 _STAGES = 12  # of fitting the strips to the patch
-_CLOSE = 0.1  # change of q, over the largest, from which Newton's method takes over
+_CLOSE = 0.2  # change of q, over the largest, from which Newton's method takes over
 # Changes in Newton's method, over the largest: after the first it is seen whether the strips fit at all,
 # after the second whether they still do, after the third the next one is rounding.
 _FIRST, _ROUGH, _DONE = 1.0, 3e-3, 1e-4
