@@ -30,18 +30,17 @@ def _eliminate(line: FloatArray, matrix: FloatArray, count: int) -> None:
     n, k = line.size, 0
     while k + 4 <= count:
         a, b, c, d = matrix[k, k:n], matrix[k + 1, k:n], matrix[k + 2, k:n], matrix[k + 3, k:n]
-        p = line[k] * a[0]
-        q = (line[k + 1] - p * a[1]) * b[1]
-        r = (line[k + 2] - p * a[2] - q * b[2]) * c[2]
-        s = (line[k + 3] - p * a[3] - q * b[3] - r * c[3]) * d[3]
-        line[k], line[k + 1], line[k + 2], line[k + 3] = p, q, r, s
+        p = line[k]
+        q = line[k + 1] - p * a[1]
+        r = (line[k + 2] - p * a[2]) - q * b[2]
+        s = ((line[k + 3] - p * a[3]) - q * b[3]) - r * c[3]
+        line[k + 1], line[k + 2], line[k + 3] = q, r, s
         rest, a, b, c, d = line[k + 4 :], a[4:], b[4:], c[4:], d[4:]
         for j in range(rest.size):  # of slices, from 0: only so are vector instructions used
             rest[j] -= (p * a[j] + q * b[j]) + (r * c[j] + s * d[j])
         k += 4
     while k < count:
-        factor = line[k] = line[k] * matrix[k, k]
-        rest, above = line[k + 1 :], matrix[k, k + 1 : n]
+        factor, rest, above = line[k], line[k + 1 :], matrix[k, k + 1 : n]
         for j in range(rest.size):
             rest[j] -= factor * above[j]
         k += 1
@@ -52,7 +51,7 @@ def factorise(matrix: FloatArray, n: int) -> bool:
     """Factorise in place into L and U; returns whether it went.
 
     Without pivoting: the strips' equations begin with a block of influences, and the rest follows from it.
-    The reciprocals of U's diagonal are kept.
+    U has a diagonal of ones; the reciprocals of L's are kept.
     """
     for i in range(n):
         line = matrix[i, :n]
@@ -61,6 +60,9 @@ def factorise(matrix: FloatArray, n: int) -> bool:
         if not abs(line[i]) > _SMALL * before:
             return False
         line[i] = 1.0 / line[i]
+        rest = line[i + 1 :]
+        for j in range(rest.size):
+            rest[j] *= line[i]
     return True
 
 
@@ -68,8 +70,9 @@ def factorise(matrix: FloatArray, n: int) -> bool:
 def substitute(matrix: FloatArray, right: FloatArray, n: int) -> None:
     """Solve in place with what `factorise` made of the transposed matrix: rows of both factors are used."""
     _eliminate(right[:n], matrix, n)
-    for k in range(n - 1, 0, -1):
-        rest, before, value = right[:k], matrix[k, :k], right[k]
+    for k in range(n - 1, -1, -1):
+        value = right[k] = right[k] * matrix[k, k]
+        rest, before = right[:k], matrix[k, :k]
         for j in range(rest.size):
             rest[j] -= before[j] * value
 
