@@ -68,7 +68,10 @@ def overlap(k: int, displacement: float, row: Row, strips: Records, total: int, 
     away = (row.gap[k] - row.low - displacement) * np.cos(row.angle[k])
     if away > 0.0:
         return 0.0
-    for j in range(total):
+    # The nearest strips, which move it most, are first.
+    first, step = (0, 1) if row.y[k] < strips[total // 2].y else (total - 1, -1)
+    for n in range(total):
+        j = first + step * n
         p = strips[j].load
         if p <= 0.0:
             continue
