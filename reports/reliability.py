@@ -47,6 +47,8 @@ MENDED = (
     "A text of a result file that differs between rig and field, such as the wear law, was repeated at any "
     "length, and with line breaks, in the warnings of `translate`: 40 characters, escaped "
     "(`tests/translation/test_translate.py`).",
+    "A kind of campaign of any length was repeated in the warning on results in the wrong order: 40 "
+    "characters (`tests/cli/test_commands.py`).",
     "A command in a folder that was deleted meanwhile ended in an internal error, exit code 3: one line "
     "(`tests/cli/test_main.py`).",
 )

@@ -13,7 +13,6 @@ import netCDF4
 import numpy as np
 import pytest
 
-from wearsim.campaign import record
 from wearsim.campaign import run as run_module
 from wearsim.campaign.control import reached
 from wearsim.campaign.directory import locked, read_status
@@ -21,7 +20,7 @@ from wearsim.campaign.record import write_atomically
 from wearsim.campaign.run import run_evolution
 from wearsim.campaign.state import State, flattened, rebuilt
 from wearsim.errors import NumericalError, ResultError
-from wearsim.results import ROW, open_results, row_count
+from wearsim.results import ROW, Header, open_results, row_count
 
 STEPS = 8
 PROGRAM = Path(__file__).with_name("synthetic_campaign.py")
@@ -591,8 +590,9 @@ def test_a_record_is_all_that_the_next_step_needs(evolution_of, scene_text, kind
 def test_steps_of_another_version_are_kept(synthetic, tmp_path, monkeypatch):
     path = stopped(synthetic, tmp_path)
     before = path.read_bytes()
-    older = tuple(name for name in ROW if name != "step_error")  # as if results did not have it
-    monkeypatch.setattr(record, "row_names", lambda _: older)
+    shapes = Header.row_shapes.func
+    older = property(lambda header: {n: s for n, s in shapes(header).items() if n != "step_error"})
+    monkeypatch.setattr(Header, "row_shapes", older)  # as if results did not have it
     with pytest.raises(ResultError, match=r"steps of another version of wearsim.*choose another --out"):
         run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig")
     assert path.read_bytes() == before

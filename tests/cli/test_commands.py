@@ -227,6 +227,15 @@ def test_results_in_the_wrong_order_are_told(out, capsys):
     assert output[0].endswith("field.nc holds a field campaign and is taken as the rig")
 
 
+def test_a_kind_of_any_length_is_repeated_in_40_characters(out, tmp_path, capsys):
+    rig = shutil.copy(out / "rig.nc", tmp_path)
+    with netCDF4.Dataset(rig, "a") as file:
+        file.scene_kind = "9" * 500 + "\n"
+    assert cli.main(["translate", rig, str(out / "field.nc")]) == 0
+    (line,) = (line for line in capsys.readouterr().err.splitlines() if "taken as" in line)
+    assert line.endswith(f"holds a {'9' * 37}... campaign and is taken as the rig")
+
+
 def test_report_is_written_again_byte_by_byte(out, capsys):
     before = (out / "report.html").read_bytes()
     assert cli.main(["report", str(out)]) == 0

@@ -42,6 +42,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
     import pandas as pd
 
+    from wearsim.errors import brief
     from wearsim.results import load_results
     from wearsim.translation import translate as factor
     from wearsim.translation.bands import band_table, known_bands
@@ -51,7 +52,8 @@ def execute(arguments: argparse.Namespace) -> int:
     for kind, path, result in (("rig", arguments.rig, rig), ("field", arguments.field, field)):
         held = result.attrs.get("scene_kind")
         if held != kind:  # allowed, to compare two rigs, but an exchange would invert every factor
-            print(f"warning: {path} holds a {held} campaign and is taken as the {kind}", file=sys.stderr)
+            text = f"warning: {path} holds a {brief(str(held))} campaign and is taken as the {kind}"
+            print(text, file=sys.stderr)
     known = Path(arguments.rig).with_name("translation.nc")
     factors = factor.with_known_causes(factor.translate(rig, field), known)
     rows, points = factor.table(factors), factor.point_table(factors)
