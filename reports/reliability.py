@@ -49,6 +49,9 @@ MENDED = (
     "(`tests/translation/test_translate.py`).",
     "A kind of campaign of any length was repeated in the warning on results in the wrong order: 40 "
     "characters (`tests/cli/test_commands.py`).",
+    "A signal (Ctrl-C, SIGTERM) at the moment at which factors, bands or tables were written or results read "
+    "as a whole hung the command: a lock of xarray stayed taken. Signals wait for such files "
+    "(`tests/test_whole_files.py`).",
     "A command in a folder that was deleted meanwhile ended in an internal error, exit code 3: one line "
     "(`tests/cli/test_main.py`).",
 )

@@ -3,14 +3,17 @@
 import contextlib
 import os
 import resource
+import signal
 import stat
 from pathlib import Path
 
 import pytest
+import xarray as xr
 
 from wearsim.cli import main
 from wearsim.errors import ResultError
-from wearsim.whole_files import replacing, write_whole
+from wearsim.results.file import load_derived
+from wearsim.whole_files import raising_handlers, replacing, write_netcdf, write_whole
 
 
 @pytest.fixture(scope="module")
@@ -128,3 +131,30 @@ def test_an_interruption_leaves_what_was_there(tmp_path):
         interrupted()
     assert path.read_text() == "older"
     assert os.listdir(tmp_path) == ["file"]
+
+
+def test_a_signal_where_xarray_takes_its_lock_waits_for_the_whole_file(tmp_path, monkeypatch):
+    """It would leave the lock taken, and closing the file would wait for it for ever."""
+    from xarray.backends.locks import SerializableLock
+
+    taken, own = SerializableLock.acquire, signal.getsignal(signal.SIGINT)
+
+    def acquire(lock, *arguments, **named):
+        assert taken(lock, *arguments, timeout=10.0, **named), "the lock was left taken"
+        signal.raise_signal(signal.SIGINT)
+        return True
+
+    monkeypatch.setattr(SerializableLock, "acquire", acquire)
+    path = tmp_path / "factors.nc"
+    with pytest.raises(KeyboardInterrupt):
+        write_netcdf(xr.Dataset({"factor": 2.0}), path, "", {})
+    assert signal.getsignal(signal.SIGINT) is own
+    with pytest.raises(KeyboardInterrupt):
+        load_derived(path)
+    monkeypatch.undo()
+    assert float(load_derived(path)["factor"]) == 2.0
+
+
+def test_a_signal_that_is_ignored_stays_ignored(monkeypatch):
+    monkeypatch.setattr(signal, "getsignal", lambda _: signal.SIG_IGN)
+    assert raising_handlers() == {}

@@ -1,17 +1,57 @@
-"""Files that are written as a whole or not at all; what the system cannot write is one line with advice."""
+"""Files that are written as a whole or not at all; what the system cannot write is one line with advice.
+
+Signals wait for the netCDF library: one that interrupts xarray where it takes a lock leaves it locked, and
+the file is never closed.
+"""
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterator
+import signal
+import threading
+from collections.abc import Callable, Hashable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from wearsim.errors import ResultError
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 _LARGEST_JSON = 20_000_000
+
+STOPPING_SIGNALS = [
+    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
+]
+"""Signals of terminals and batch systems after which a run stops in a valid state, where they raise."""
+
+
+NO_FILL = {"_FillValue": None}
+"""Encoding of coordinates, which have values everywhere."""
+
+
+def raising_handlers() -> dict[int, Callable[..., Any]]:
+    """Handlers of `STOPPING_SIGNALS`, but of those that are ignored, as under nohup, or kill."""
+    main = threading.current_thread() is threading.main_thread()
+    found = {number: signal.getsignal(number) for number in STOPPING_SIGNALS if main}
+    return {number: handler for number, handler in found.items() if callable(handler)}
+
+
+@contextmanager
+def signals_wait() -> Iterator[None]:
+    """Let signals wait for the end of a block, or of the function that this decorates."""
+    received, handlers = list[int](), raising_handlers()
+    for number in handlers:
+        signal.signal(number, lambda number, _: received.append(number))
+    try:
+        yield
+    finally:
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+    for number in received:
+        handlers[number](number, None)
 
 
 def read_json(path: Path) -> Any:
@@ -63,6 +103,13 @@ def replacing(path: Path, advice: str = "choose another folder") -> Iterator[Pat
         if whole:
             with suppress(OSError):
                 part.unlink()
+
+
+@signals_wait()
+def write_netcdf(dataset: xr.Dataset, path: Path, advice: str, encoding: Mapping[Hashable, Any]) -> None:
+    """Write a dataset as netCDF-4 so that `path` always has the complete old or the complete new one."""
+    with replacing(path, advice) as part:
+        dataset.to_netcdf(part, engine="netcdf4", format="NETCDF4", encoding=encoding)
 
 
 def write_whole(

@@ -37,7 +37,7 @@ from wearsim.results import (
 from wearsim.results.checks import step_limits
 from wearsim.results.limits import ending_limits, first_met, limits_of, met_attributes
 from wearsim.results.schema import CHANGES
-from wearsim.whole_files import write_whole
+from wearsim.whole_files import signals_wait, write_whole
 
 _LARGEST_RECORD, _LARGEST_STATE = 200_000_000, 1_000_000_000  # bytes of a file, and of what it unpacks to
 
@@ -223,6 +223,7 @@ class Writer:
         self.records.remove()
         return True
 
+    @signals_wait()
     def outcome(self) -> dict[str, Any]:
         """Return steps and their limits, distance and largest depth [m], and why a finished one ended."""
         with open_results(self.path) as data:

@@ -9,10 +9,9 @@ from __future__ import annotations
 
 import contextlib
 import signal
-import threading
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from types import FrameType
@@ -59,6 +58,7 @@ from wearsim.scene import (
 from wearsim.scene.initial_contact import check_contact
 from wearsim.scene.overrides import Override, at_its_source
 from wearsim.scene.read import by_key
+from wearsim.whole_files import raising_handlers, signals_wait
 
 
 def run_scene(
@@ -250,7 +250,7 @@ def run_evolution(
             _loop(evolution, writer, progress, interrupts)
             progress.report("finished", ended=writer.finish(evolution.closing))
         except KeyboardInterrupt:
-            with interrupts.deferred(), contextlib.suppress(WearsimError):
+            with signals_wait(), contextlib.suppress(WearsimError):
                 writer.flush()
                 progress.close("interrupted")
             raise
@@ -286,7 +286,7 @@ def _loop(evolution: WheelsetEvolution, writer: Writer, progress: Progress, inte
         if taken is not None:
             row = evolution.row(state, evaluation, taken)
             check_row(writer.header, row)
-            with interrupts.deferred():
+            with signals_wait():
                 waits = writer.write(state, row)
                 progress.count([taken.reason])
                 progress.report("step", state, step_length=taken.length)
@@ -304,49 +304,23 @@ def _loop(evolution: WheelsetEvolution, writer: Writer, progress: Progress, inte
             )
 
 
-STOPPING_SIGNALS = [
-    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
-]
-"""Signals of terminals and batch systems after which a run stops in a valid state, where they raise."""
-
-
 class _Interrupts:
-    """Signals that stop a run: at once, or once record and row are both written.
-
-    They are remembered: callbacks of compiled code, as when kernels are loaded, swallow the exception.
-    """
+    """Signals that stop a run, remembered: callbacks of compiled code swallow their exception."""
 
     def __enter__(self) -> _Interrupts:
         self._received: list[int] = []
-        self._waits = False
-        main = threading.current_thread() is threading.main_thread()
-        found = {number: signal.getsignal(number) for number in STOPPING_SIGNALS if main}
-        # neither ignored, as under nohup, nor deadly
-        self._handlers = {number: handler for number, handler in found.items() if callable(handler)}
+        self._handlers = raising_handlers()
         for number in self._handlers:
             signal.signal(number, self._handle)
         return self
 
     def _handle(self, number: int, frame: FrameType | None) -> None:
         self._received.append(number)
-        if not self._waits:
-            self._handlers[number](number, frame)
+        self._handlers[number](number, frame)
 
     def check(self) -> None:
         """Raise KeyboardInterrupt if a signal was received."""
         if self._received:
-            raise KeyboardInterrupt
-
-    @contextlib.contextmanager
-    def deferred(self) -> Iterator[None]:
-        """Let signals wait for the end of a block."""
-        before, self._waits = len(self._received), True
-        try:
-            yield
-        finally:
-            self._waits = False
-        for number in self._received[before:]:
-            self._handlers[number](number, None)
             raise KeyboardInterrupt
 
     def __exit__(self, *_: object) -> None:

@@ -16,6 +16,7 @@ from wearsim.profile.shape import Profile
 from wearsim.results import open_results
 from wearsim.toml_faults import decimal
 from wearsim.translation.axes import at_distances, rows_at
+from wearsim.whole_files import signals_wait
 
 
 def read_wheel(request: Request, key: str, kind: str | None) -> ProfileInput | None:
@@ -34,6 +35,7 @@ def read_wheel(request: Request, key: str, kind: str | None) -> ProfileInput | N
     return wheel
 
 
+@signals_wait()
 def worn_wheel(path: Path, side: str, at_km: str | None) -> tuple[ProfileInput, float]:
     """Wheel of a result file at a distance, and the back-to-back distance of its wheelset [m].
 

@@ -38,7 +38,7 @@ from wearsim.results.schema import (
     structure_fault,
     value_fault,
 )
-from wearsim.whole_files import require_utf8, utf8
+from wearsim.whole_files import require_utf8, signals_wait, utf8
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -248,6 +248,7 @@ def open_results(path: str | Path) -> xr.Dataset:
     return dataset
 
 
+@signals_wait()
 def load_results(path: str | Path) -> xr.Dataset:
     """Read all of a result file and check its values, where `open_results` leaves them on the disk.
 
@@ -268,6 +269,7 @@ def load_results(path: str | Path) -> xr.Dataset:
     return dataset
 
 
+@signals_wait()
 def load_derived(path: Path) -> xr.Dataset:
     """Load factors or bands; ValueError if the file states more than its size holds."""
     import xarray as xr

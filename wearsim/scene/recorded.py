@@ -15,6 +15,7 @@ from wearsim.quantities import QUANTITIES
 from wearsim.results.file import UNREADABLE
 from wearsim.scene.models import FieldScene
 from wearsim.toml_faults import LARGEST_TABLE, content_of, shown, suggestion, text_of
+from wearsim.whole_files import signals_wait
 
 _UNITS: dict[str, tuple[str, float]] = {
     "time_s": ("time", 1.0), "time_h": ("time", 3600.0), "distance_m": ("place", 1.0),
@@ -134,6 +135,7 @@ def read_record(
     return samples, [scene.fault(file, f"file = {shown(section.file)}: {note}") for note in notes]
 
 
+@signals_wait()
 def _columns(path: Path) -> dict[str, FloatArray]:
     """Columns of a CSV or netCDF file by name; a cell that is no number is NaN."""
     if path.suffix.lower() in (".nc", ".nc4"):

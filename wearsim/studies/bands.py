@@ -26,7 +26,7 @@ from wearsim.scene.uncertainty import Dimension, dimensions_of, draws_of, materi
 from wearsim.studies.ensemble import Outcome, check_cases, outcome_in, run_cases
 from wearsim.translation import bands
 from wearsim.translation.bands import FILE, MATERIALS
-from wearsim.whole_files import replacing, utf8
+from wearsim.whole_files import NO_FILL, utf8, write_netcdf
 
 FOLDER = "bands"
 """Folder of the draws in a run directory."""
@@ -171,9 +171,8 @@ def run_bands(
     )
     others = {name: [ends[number + k] for number in drawn] for k, (name, _) in enumerate(plan.steels[1:], 1)}
     ranked = bands.rank_materials([ends[number] for number in drawn], others) if others else pd.DataFrame()
-    with replacing(out / FILE, "all draws are safe, make room and run it again") as part:
-        encoding = {name: {"_FillValue": None} for name in made.coords}
-        made.to_netcdf(part, engine="netcdf4", format="NETCDF4", encoding=encoding)
+    advice, encoding = "all draws are safe, make room and run it again", dict.fromkeys(made.coords, NO_FILL)
+    write_netcdf(made, out / FILE, advice, encoding)
     if len(ranked):
         text = ranked.to_csv(index=False, lineterminator="\n", float_format="%.6g")
         write_atomically(out / MATERIALS, text.encode())

@@ -26,7 +26,7 @@ from wearsim.scene import load_campaign
 from wearsim.scene.sweep import Case, Sweep, SweepScene
 from wearsim.studies.ensemble import Outcome, campaigns_of, check_cases, outcome_in, run_case, run_cases
 from wearsim.studies.plan import plan, steps_text
-from wearsim.whole_files import read_json, replacing, utf8
+from wearsim.whole_files import NO_FILL, read_json, signals_wait, utf8, write_netcdf
 
 SWEEP_FILE = "sweep.json"
 _LOCK = ".sweep.lock"
@@ -252,12 +252,11 @@ def write_tables(out: Path) -> None:
     dataset = sweep_dataset(out)
     table = pd.DataFrame(sweep_rows(dataset), dtype=object)
     write_atomically(out / "sweep.csv", table.to_csv(index=False, lineterminator="\n").encode())
-    encoding = {name: {"_FillValue": None} for name in dataset.coords}
     advice = "all cases are safe, make room and run the same command again"
-    with replacing(out / "sweep.nc", advice) as part:
-        dataset.to_netcdf(part, engine="netcdf4", format="NETCDF4", encoding=encoding)
+    write_netcdf(dataset, out / "sweep.nc", advice, dict.fromkeys(dataset.coords, NO_FILL))
 
 
+@signals_wait()
 def _end(path: Path) -> dict[str, np.ndarray]:
     with open_results(path) as result:
         last = result.isel(step=last_worn_row(result))

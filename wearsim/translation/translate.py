@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ from wearsim.results.index import INDEXES
 from wearsim.translation import compare, factors
 from wearsim.translation.compare import CAMPAIGN, STAGES, STATIONS
 from wearsim.translation.factors import NUMBERS_KEY, STATUS
-from wearsim.whole_files import replacing, require_utf8
+from wearsim.whole_files import require_utf8, write_netcdf
 
 Result = str | Path | xr.Dataset
 """A result file, or its Dataset."""
@@ -151,15 +151,14 @@ def write(dataset: xr.Dataset, out: str | Path) -> Path:
     The file is replaced as a whole, never half written.
     """
     out = Path(out)
-    encoding: dict[str, dict[str, Any]] = {}
+    encoding: dict[Hashable, dict[str, Any]] = {}
     for name, variable in dataset.variables.items():
         if variable.dtype.kind == "f":
-            encoding[str(name)] = {"_FillValue": None if name in dataset.coords else _FILL}
+            encoding[name] = {"_FillValue": None if name in dataset.coords else _FILL}
             if variable.ndim > 1:
-                encoding[str(name)] |= {"zlib": True, "complevel": 4, "shuffle": True}
+                encoding[name] |= {"zlib": True, "complevel": 4, "shuffle": True}
     require_utf8(out)
-    with replacing(out) as part:
-        dataset.to_netcdf(part, engine="netcdf4", format="NETCDF4", encoding=encoding)
+    write_netcdf(dataset, out, "choose another folder", encoding)
     return out
 
 
