@@ -174,8 +174,8 @@ def refit(
             if reached:
                 move = min(move, -abs(row.y[i] - spans[k].ends[side]) / per)
             move = max(move, -0.5 * each) - MARGIN * min(each / count, 1.0)
-            place, settled = spans[k].ends[side] + step * per * move, True
-            if stage > 0:
+            place, settled = spans[k].ends[side] + step * per * move, False
+            if stage > 1:  # before, misses are of pressures that are not there yet
                 place, settled = _next_end(step * spans[k].ends[side], move * per, per, fresh[kept], side)
                 place *= step
             fresh[kept].ends[side] = place
