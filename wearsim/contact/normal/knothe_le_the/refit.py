@@ -24,6 +24,7 @@ from wearsim.contact.patch import FloatArray
 
 _SETTLED = 0.03  # widths of a strip, by which the ends of a patch miss their place between the strips
 _STILL = 1e-4  # rad, by which the plane of a part turns, at most, in the last stage
+_WANDER = 4  # stages after which an end that still wanders moves by half a strip at most
 _GIVES_WAY = 0.25  # widths of a strip
 _SLOWEST, _FASTEST = 0.5, 6.0  # of what an end moves, by which it comes nearer to its place
 APART = 0.3e-3  # m, between parts of the profile that have strips of their own
@@ -174,8 +175,10 @@ def refit(
             if reached:
                 move = min(move, -abs(row.y[i] - spans[k].ends[side]) / per)
             move = max(move, -0.5 * each) - MARGIN * min(each / count, 1.0)
-            place, settled = spans[k].ends[side] + step * per * move, True
-            if stage > 0:
+            if stage >= _WANDER:
+                move = min(max(move, -0.5), 0.5)
+            place, settled = spans[k].ends[side] + step * per * move, False
+            if stage > 1:  # before, misses are of pressures that are not there yet
                 place, settled = _next_end(step * spans[k].ends[side], move * per, per, fresh[kept], side)
                 place *= step
             fresh[kept].ends[side] = place

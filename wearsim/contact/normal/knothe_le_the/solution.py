@@ -84,6 +84,7 @@ _STEPS = 60  # of Newton's method, at most
 _OVERLAP = 1e-3  # of the displacement, of a strip that stays without pressure
 _RATE = 0.1  # of the change of one step to the next with a Jacobian from nearby, as long as there is one only
 _GOOD = 0.4  # of the last step's change, up to which a Jacobian is kept
+_ENTRY = 0.03  # change below which strips enter in Newton's method
 _BARELY = 1e-12  # m, P of a strip that just got pressure
 
 
@@ -200,8 +201,8 @@ def newton(
 ) -> tuple[float, bool]:
     """Pressures, half-lengths, displacement on given strips; those without pressure leave, overlapped enter.
 
-    A Jacobian serves as long as each step is much smaller than the one before, the next time, too. With the
-    tolerance 1 there is one step, whatever it leads to.
+    A Jacobian serves as long as each step is much smaller than the one before, the next time, too. With a
+    tolerance above that of entry strips may still have to leave or enter.
     """
     strips, active, matrix, right, logs = work.strips, work.active, work.matrix, work.right, work.logs
     made_for, state, taken, barred = work.made_for, work.states[0], work.taken, work.barred
@@ -260,9 +261,9 @@ def newton(
                 one.load = 0.0
                 left = True
                 barred[active[k]] += 1.0
-        if tolerance >= 1.0:
+        if change < tolerance and tolerance > _ENTRY:
             return displacement, True
-        if left or change > 0.03:
+        if left or change > _ENTRY:
             continue
         # Strips without pressure that overlap come in.
         entered, kept_out = False, False

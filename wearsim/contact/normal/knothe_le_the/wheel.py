@@ -42,7 +42,7 @@ _STAGES = 12  # of fitting the strips to the patch
 _CLOSE = 0.2  # change of q, over the largest, from which Newton's method takes over
 # Changes in Newton's method, over the largest: after the first it is seen whether the strips fit at all,
 # after the second whether they still do, after the third the next one is rounding.
-_FIRST, _ROUGH, _DONE = 1.0, 3e-3, 1e-4
+_FIRST, _ROUGH, _DONE = 0.3, 3e-3, 1e-4
 _LEFT = 3e-6  # change in Newton's method that is to be expected next, below which there is none
 _HARD = 8  # stages, after which they do so each time
 _FAR = 2.0  # widths of a strip, by which an end moved, from which lengths and pressures take turns first
