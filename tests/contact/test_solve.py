@@ -62,6 +62,20 @@ def test_same_bits_for_any_number_of_threads(spread, solved, wheelset, counterfa
     assert_same_bits(solve(spread, wheelset, counterface(1.0), coarse, threads=threads), solved)
 
 
+def test_few_points_of_the_half_space_are_shared_out_with_the_same_bits(
+    spread, wheelset, counterface, coarse
+):
+    few, models = part_of(spread, slice(0, 5)), replace(coarse, normal="half_space", tangential="half_space")
+    few = replace(few, yaw=0.1 * few.yaw)
+    parts = [
+        solve_each(few, wheelset, counterface(1.0), models, lambda part: part, threads=threads)
+        for threads in (1, 2)
+    ]
+    assert [len(set(part.point.tolist())) for part in parts[0]] == [2, 2, 1]
+    for one, other in zip(*parts, strict=True):
+        assert_same_bits(one, other)
+
+
 def test_same_bits_for_parts_of_whole_chunks(spread, solved, wheelset, counterface, coarse):
     parts = [part_of(spread, slice(0, CHUNK)), part_of(spread, slice(CHUNK, None))]
     first, second = (solve(p, wheelset, counterface(1.0), coarse) for p in parts)
