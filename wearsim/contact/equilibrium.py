@@ -16,7 +16,6 @@ _MOST_ROLLS = 20
 QUICK_ROLLS = 4
 """Rolls after which a bracket is forgotten: displacements of these may hang on the roll before a little."""
 _LARGEST_CHANGE = 1e-4  # rad, of the roll in the end: where loads jump with the roll it does not come to rest
-_CLEAR = 1e-7  # m, that a roll moves the wheels to show the fall beyond the tolerance of their loads
 _LEAST_FALL, _LARGEST_FALL = 0.1, 5.0  # of the difference with the roll, over the distance of the wheels
 
 
@@ -129,8 +128,7 @@ def resting_roll(
         low, high = np.where(off > 0.0, roll, low), np.where(moving & (off <= 0.0), roll, high)
         if trial > 0:
             seen = (before - off) / (step * span)
-            seen = np.where(seen > 0.0, np.clip(seen, _LEAST_FALL, _LARGEST_FALL), 1.0)
-            fall[:] = np.where(moving & ((np.abs(step) * span > _CLEAR) | (trial > 2)), seen, fall)
+            fall[moving] = np.where(seen > 0.0, np.clip(seen, _LEAST_FALL, _LARGEST_FALL), 1.0)[moving]
         aim = roll + off / (span * fall)
         outside = moving & ~((low < aim) & (aim < high))
         aim[outside] = 0.5 * (low[outside] + high[outside])
