@@ -7,12 +7,12 @@ Normal and creep forces of the patches of a wheel carry its load Q together,
 with the inclination :math:`\alpha` of the rolling direction where a yawed wheel touches a roller off its top
 (rail: 0), and the creep forces of both wheels balance the torque on the axle. Unknowns of each operating
 point are the rotation speed, and for each wheel the load L its normal forces would carry alone. First they
-are bracketed with coarse patches and FASTSIM, whatever the models; from there Broyden's method [1]_, with the
-zeros of the slopes kept [2]_, takes two or three evaluations of the true ones. Between evaluations patches
-are stretched by similarity (lengths and pressures with the cube root of the load, exact for a quadratic gap)
-as long as the load changes by at most `SIMILAR`, with several patches by a fiftieth of that; beyond they are
-solved anew. Where a model's load jumps past the balance, patches of one side of the jump are stretched by up
-to a tenth of the load, which `load_scale` states.
+are bracketed with coarse patches and FASTSIM, whatever the models, or they are those of a like point; from
+there Broyden's method [1]_, with the zeros of the slopes kept [2]_, takes two or three evaluations of the
+true ones. Between evaluations patches are stretched by similarity (lengths and pressures with the cube root
+of the load, exact for a quadratic gap) as long as the load changes by at most `SIMILAR`, with several patches
+by a fiftieth of that; beyond they are solved anew. Where a model's load jumps past the balance, patches of
+one side of the jump are stretched by up to a tenth of the load, which `load_scale` states.
 
 References
 ----------

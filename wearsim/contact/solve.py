@@ -285,11 +285,12 @@ def _at_rest(
         if len(rolls) > QUICK_ROLLS:  # where loads jump, equilibria hang on where they began
             nearby = None
         rows = np.flatnonzero(wanted)
-        first = len(rolls) == 1
-        tilted = replace(chunk, roll=angle, nearby=chunk.nearby if first else None).at(rows)
+        tilted = replace(chunk, roll=angle).at(rows)
         given = None if speed is None else speed[rows]
         try:
-            sides = still if first and still else [side_of(task, number, tilted) for number in (0, 1)]
+            sides = (
+                still if still and len(rolls) == 1 else [side_of(task, number, tilted) for number in (0, 1)]
+            )
             try:
                 balanced = equilibrium(task, tilted, sides, given, nearby, False)
             except ContactError:

@@ -13,11 +13,10 @@ from wearsim.results.schema import (
     Row,
     check_row,
     layout_of,
-    row_names,
 )
 
 __all__ = [
     "FILL_FLOAT", "FILL_INT", "GROUPS", "LAYOUT", "PATCH_SLOTS", "ROW", "Header", "Row", "append",
     "attribute_of", "check_row", "create", "layout_of", "load_results", "open_results", "result_warnings",
-    "row_count", "row_names", "verify",
+    "row_count", "verify",
 ]  # fmt: skip
