@@ -152,7 +152,7 @@ def test_a_row_whose_short_way_fails_is_solved_in_full(
 
     monkeypatch.setattr(wheels, "NORMAL_MODELS", {normal: fails})
     again = solve(conditions, wheelset, counterface(), models)
-    assert max(calls) == 3
+    assert max(calls) == min(3, model.chunk)
     np.testing.assert_array_equal(again.point, whole.point)
     others = whole.point != 1
     np.testing.assert_array_equal(again.normal_force[others], whole.normal_force[others])
