@@ -457,6 +457,7 @@ def _scale_work(
         for i in range(cells):
             for j in range(strips):
                 work[m, i, j] *= scale
-                if sign[m] < 0.0:
-                    shear_y[m, i, j] *= -1.0
-                    slip_y[m, i, j] *= -1.0
+        for i in range(cells if sign[m] < 0.0 else 0):  # by cells: arrays would take seconds to compile
+            for j in range(strips):
+                shear_y[m, i, j] *= -1.0
+                slip_y[m, i, j] *= -1.0
