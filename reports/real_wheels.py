@@ -54,7 +54,7 @@ blocks with curving at 6.6 mm, Archard's law; and the shipped field scene with t
 `kik_piotrowski` + `fastsim` if not said otherwise; the noisy pair is smoothed by
 {SMOOTHED_MM:g} mm. CPU time is that of one run in a process of its own on one thread, with kernels
 compiled before, and of the machine that wrote this; the time of the FASTSIM kernel before and after the
-run (the shorter one) tells how fast that machine was; targets are those of a quiet core, and other work on
+run (the shorter one) shows how fast that machine was; targets are those of a quiet core, and other work on
 the machine, such as more than one `--jobs`, raises CPU times without changing anything else. κ is the
 largest curvature of parabolas over
 {2e3 * WINDOW:g} mm along the profile where it is worn by more than {1e6 * WORN:g} µm. Repeated runs of these
