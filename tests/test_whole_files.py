@@ -13,7 +13,7 @@ import xarray as xr
 from wearsim.cli import main
 from wearsim.errors import ResultError
 from wearsim.results.file import load_derived
-from wearsim.whole_files import raising_handlers, replacing, write_netcdf, write_whole
+from wearsim.whole_files import raising_handlers, replacing, signals_wait, write_netcdf, write_whole
 
 
 @pytest.fixture(scope="module")
@@ -153,6 +153,19 @@ def test_a_signal_where_xarray_takes_its_lock_waits_for_the_whole_file(tmp_path,
         load_derived(path)
     monkeypatch.undo()
     assert float(load_derived(path)["factor"]) == 2.0
+
+
+def test_a_signal_goes_before_what_went_wrong_meanwhile():
+    own = signal.getsignal(signal.SIGINT)
+
+    @signals_wait()
+    def interrupted():
+        signal.raise_signal(signal.SIGINT)
+        raise ResultError("no such file")
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert signal.getsignal(signal.SIGINT) is own
 
 
 def test_a_signal_that_is_ignored_stays_ignored(monkeypatch):

@@ -43,15 +43,21 @@ def raising_handlers() -> dict[int, Callable[..., Any]]:
 def signals_wait() -> Iterator[None]:
     """Let signals wait for the end of a block, or of the function that this decorates."""
     received, handlers = list[int](), raising_handlers()
-    for number in handlers:
-        signal.signal(number, lambda number, _: received.append(number))
     try:
+        _handle(dict.fromkeys(handlers, lambda number, _: received.append(number)))
         yield
     finally:
-        for number, handler in handlers.items():
-            signal.signal(number, handler)
-    for number in received:
-        handlers[number](number, None)
+        try:
+            _handle(handlers)
+        finally:
+            _handle(handlers)  # all, where a signal came between them
+        for number in received:  # whatever the block raises: an interruption goes before it
+            handlers[number](number, None)
+
+
+def _handle(handlers: Mapping[int, Callable[..., Any]]) -> None:
+    for number, handler in handlers.items():
+        signal.signal(number, handler)
 
 
 def read_json(path: Path) -> Any:

@@ -260,7 +260,6 @@ def of_route(folder):
 
 
 def test_a_route_by_segments_becomes_classes(of_route):
-    Path("scene.toml").write_text(of_route)
     Path("scene.toml").write_text(of_route.replace("distance_km = 500", "distance_km = 20"))
     scene = load_scene("scene.toml")
     run_scene(scene, "out")

@@ -150,7 +150,8 @@ class Records:
         values = zlib.decompressobj().decompress(found[1], max(_size_of(layout), 1))
         arrays = {}
         for name, (kind, shape) in layout.items():
-            arrays[name] = np.frombuffer(values, kind, math.prod(shape), place).reshape(shape)
+            # copied: where the bytes begin is no matter of the values, and kernels know aligned arrays only
+            arrays[name] = np.frombuffer(values, kind, math.prod(shape), place).reshape(shape).copy()
             place += arrays[name].nbytes
         return arrays | {name: arrays[of_row] for name, of_row in found[0].get("same", {}).items()}
 

@@ -124,6 +124,7 @@ def row_running(
     conditions = points.conditions
     forces = forces_of(passage, points, setup, state)
     known = forces.vertical.min(axis=1) > 0.0
+    known[list(passage.failed)] = False  # of two sides of a jump one alone says nothing
     count = weight.size
     stiffness = np.zeros(count) if state.running is None else state.running.stiffness
     runs, of, share = points.runs

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 SUMMARY = "run the campaign or comparison of a scene file and write its report"
 EXAMPLES = (
     "wearsim run workflows/rig_vs_field.toml --out out\n"
-    "wearsim run workflows/rig_given.toml --smoothing half --set campaign.error_tolerance_um=0.5 --out half\n"
+    "wearsim run workflows/rig_given.toml --smoothing half --set contact.tolerance=0.015 --out half\n"
     "wearsim run workflows/uncertainty.toml --bands --out bands"
 )
 

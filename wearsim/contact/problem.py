@@ -163,7 +163,8 @@ class ContactConditions:
                 f"{name} {array.shape}" for name, array in arrays.items() if array.ndim and name != "creepage"
             )
             raise ContactError(
-                f"contact conditions must be numbers or arrays (n,) of points, creepage (n, 3): {shapes}"
+                "contact conditions must be numbers or arrays (n,) of points, creepage (n, 3), nearby (n, 5)"
+                f": {shapes}"
             )
         others = {"rotation": "rotation_speed", "torque": "axle_torque"}
         for name, array in arrays.items():

@@ -133,7 +133,8 @@ class CampaignSection(Section):
     error_tolerance_um: float = number(
         "step_error",
         "the largest estimated error of the depth of one step, as RMS over the band worn in it, of wheels "
-        "and counterface",
+        'and counterface; with model = "auto" at most a sixth of tolerance times the depth so far, of 10 um '
+        "at least",
         1.0,
     )
     point_spacing_mm: float = number("point_spacing", "the spacing of the profile's points", 0.25)

@@ -21,7 +21,7 @@ from wearsim.contact.normal.knothe_le_the.equations import (
 from wearsim.contact.normal.knothe_le_the.strips import Row, Work
 from wearsim.contact.patch import FloatArray
 
-_SMALL = 1e-13  # of a pivot, over what it was before
+_SMALL = 1e-13  # of a pivot, over its row's largest number before
 
 
 @bare_kernel
@@ -54,10 +54,11 @@ def factorise(matrix: FloatArray, n: int) -> bool:
     U has a diagonal of ones; the reciprocals of L's are kept.
     """
     for i in range(n):
-        line = matrix[i, :n]
-        before = abs(line[i])
+        line, size = matrix[i, :n], 0.0
+        for j in range(n):
+            size = max(size, abs(line[j]))
         _eliminate(line, matrix, i)
-        if not abs(line[i]) > _SMALL * before:
+        if not abs(line[i]) > _SMALL * size:
             return False
         line[i] = 1.0 / line[i]
         rest = line[i + 1 :]

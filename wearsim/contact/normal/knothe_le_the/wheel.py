@@ -159,7 +159,9 @@ def _fit(n: int, row: Row, start: Start, count: int, table: FloatArray, work: Wo
             if kept > spans.size:
                 return NO_ROOM, total, displacement
             again = again or rotated(kept, old_total, total, row, work)
-            if (again and stage < _STAGES - 1) or (stage > 0 and work.states[0].left < _LEFT):
+            if again and stage < _STAGES - 1:
+                break
+            if stage > 0 and tolerance < _FIRST and work.states[0].left < _LEFT:
                 break
         parts = kept
         splits += more
@@ -170,7 +172,8 @@ def _fit(n: int, row: Row, start: Start, count: int, table: FloatArray, work: Wo
                 moved = abs(fresh[k].ends[side] - spans[k].ends[side]) / width
                 uncertain = uncertain or (stage == 0 and moved * count > _FAR)
         _copy(fresh, spans, parts)
-        if not again and another_part(displacement, parts, row, work, total, table):
+        # also where ends wander to the last stages
+        if (not again or stage == _STAGES - 3) and another_part(displacement, parts, row, work, total, table):
             if parts == spans.size:
                 return NO_ROOM, total, displacement
             parts += 1
