@@ -87,6 +87,8 @@ def committed():
 
 
 RIG, FIELD = "S1002 on 1 m rollers, 60E1 1:40", "S1002 in service on 60E1 1:40"
+
+
 @pytest.mark.parametrize("scene", [RIG, FIELD])
 def test_auto_at_three_per_cent_keeps_it_in_the_committed_chart(committed, scene):
     assert committed.loc[(scene, "auto, 3 %"), "depth_error"] <= 0.03
