@@ -176,7 +176,7 @@ class WheelsetEvolution:
             state = replace(state, nearby=_NOWHERE)
             fresh = self._settled(correction.forgotten(reprofile(state, setup), wheels=True))
             return self._solved_with_reference(fresh, points.weight), NO_STEP
-        if begins_nearby(here):
+        if begins_nearby(here) and points.controlled is None:  # whose forces are searched for from anew
             contact, unknown = evaluation.passage.contact, np.full((len(points.label), 5), np.nan)
             nearby = state.nearby.copy() if state.nearby.size > 0 else unknown
             nearby[contact.point[::-1]] = contact.nearby[::-1]

@@ -275,14 +275,14 @@ def test_each_patch_has_the_strips_of_its_size(gap_of):
 
 
 def test_soft_bodies_start_from_patches_of_less_load(gap_of):
-    """E = 1 GPa is 210 times the load: 3 % of the half-space in area, 1 % in pressure; other rows stay."""
+    """E = 1 GPa is 210 times the load: 3 % of the half-space in area, 5 % in pressure; other rows stay."""
     gap, load = gap_of(np.full(2, 3e-3)), np.array([80e3, 210 * 80e3])
     got, alone = solved(gap, load), solved(gap, load[:1])
     soft = got.patch.row == 1
     options = {"vertical": True, "effective_modulus": E_STAR, "parameters": {}}
-    exact = half_space.solve(gap, np.array([1]), load[1:], resolution=Resolution(1.0, 60, 60, 60), **options)
+    exact = half_space.solve(gap, np.array([1]), load[1:], resolution=Resolution(1.0, 30, 30, 30), **options)
     assert got.patch.area[soft].sum() == pytest.approx(exact.patch.area.sum(), rel=0.03)
-    assert got.max_pressure[soft].max() == pytest.approx(exact.max_pressure.max(), rel=0.01)
+    assert got.max_pressure[soft].max() == pytest.approx(exact.max_pressure.max(), rel=0.05)
     np.testing.assert_array_equal(alone.max_pressure, got.max_pressure[~soft])
 
 

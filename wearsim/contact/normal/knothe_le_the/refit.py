@@ -24,7 +24,6 @@ from wearsim.contact.patch import FloatArray
 
 _SETTLED = 0.03  # widths of a strip, by which the ends of a patch miss their place between the strips
 _STILL = 1e-4  # rad, by which the plane of a part turns, at most, in the last stage
-_WANDER = 4  # stages after which an end that still wanders moves by half a strip at most
 _GIVES_WAY = 0.25  # widths of a strip
 _SLOWEST, _FASTEST = 0.5, 6.0  # of what an end moves, by which it comes nearer to its place
 APART = 0.3e-3  # m, between parts of the profile that have strips of their own
@@ -69,10 +68,7 @@ def overlap(k: int, displacement: float, row: Row, strips: Records, total: int, 
     away = (row.gap[k] - row.low - displacement) * np.cos(row.angle[k])
     if away > 0.0:
         return 0.0
-    # The nearest strips, which move it most, are first.
-    first, step = (0, 1) if row.y[k] < strips[total // 2].y else (total - 1, -1)
-    for n in range(total):
-        j = first + step * n
+    for j in range(total):
         p = strips[j].load
         if p <= 0.0:
             continue
@@ -175,10 +171,8 @@ def refit(
             if reached:
                 move = min(move, -abs(row.y[i] - spans[k].ends[side]) / per)
             move = max(move, -0.5 * each) - MARGIN * min(each / count, 1.0)
-            if stage >= _WANDER:
-                move = min(max(move, -0.5), 0.5)
-            place, settled = spans[k].ends[side] + step * per * move, False
-            if stage > 1:  # before, misses are of pressures that are not there yet
+            place, settled = spans[k].ends[side] + step * per * move, True
+            if stage > 0:
                 place, settled = _next_end(step * spans[k].ends[side], move * per, per, fresh[kept], side)
                 place *= step
             fresh[kept].ends[side] = place

@@ -39,10 +39,10 @@ from wearsim.contact.normal.model import AT_EDGE, NO_BALANCE, NO_CONTACT, NOT_SI
 from wearsim.contact.patch import FloatArray, IntArray
 
 _STAGES = 12  # of fitting the strips to the patch
-_CLOSE = 0.2  # change of q, over the largest, from which Newton's method takes over
+_CLOSE = 0.1  # change of q, over the largest, from which Newton's method takes over
 # Changes in Newton's method, over the largest: after the first it is seen whether the strips fit at all,
 # after the second whether they still do, after the third the next one is rounding.
-_FIRST, _ROUGH, _DONE = 0.3, 3e-3, 1e-4
+_FIRST, _ROUGH, _DONE = 3e-2, 3e-3, 1e-4
 _LEFT = 3e-6  # change in Newton's method that is to be expected next, below which there is none
 _HARD = 8  # stages, after which they do so each time
 _FAR = 2.0  # widths of a strip, by which an end moved, from which lengths and pressures take turns first
@@ -159,9 +159,7 @@ def _fit(n: int, row: Row, start: Start, count: int, table: FloatArray, work: Wo
             if kept > spans.size:
                 return NO_ROOM, total, displacement
             again = again or rotated(kept, old_total, total, row, work)
-            if again and stage < _STAGES - 1:
-                break
-            if stage > 0 and tolerance < _FIRST and work.states[0].left < _LEFT:
+            if (again and stage < _STAGES - 1) or (stage > 0 and work.states[0].left < _LEFT):
                 break
         parts = kept
         splits += more
@@ -172,8 +170,7 @@ def _fit(n: int, row: Row, start: Start, count: int, table: FloatArray, work: Wo
                 moved = abs(fresh[k].ends[side] - spans[k].ends[side]) / width
                 uncertain = uncertain or (stage == 0 and moved * count > _FAR)
         _copy(fresh, spans, parts)
-        # also where ends wander to the last stages
-        if (not again or stage == _STAGES - 3) and another_part(displacement, parts, row, work, total, table):
+        if (stage == 1 or not again) and another_part(displacement, parts, row, work, total, table):
             if parts == spans.size:
                 return NO_ROOM, total, displacement
             parts += 1
@@ -373,9 +370,10 @@ def _slopes(x: FloatArray, f: FloatArray, slope: FloatArray) -> None:
 
 @bare_kernel
 def _between(
-    x: FloatArray, f: FloatArray, slope: FloatArray, c: FloatArray, least: float, at: float, k: int
+    x: FloatArray, f: FloatArray, slope: FloatArray, c: FloatArray, least: float, at: float
 ) -> tuple[float, float]:
-    """Squared half-length by a cubic, at least the `least`, and pressure slope linearly, behind node k."""
+    """Squared half-length by a cubic, at least the `least`, and pressure slope linearly, at a place."""
+    k = min(max(first_beyond(x, x.size, at) - 1, 0), x.size - 2)
     step = x[k + 1] - x[k]
     t = (at - x[k]) / step
     u = 1.0 - t
@@ -414,12 +412,9 @@ def cut_patches(
         for k in range(n):
             least = max(least, 1e-9 * f[k])
         # The largest pressure on a fine grid of its own.
-        total, peak, k = 0.0, 0.0, 0
+        total, peak = 0.0, 0.0
         for j in range(_FINE):
-            place = left + (right - left) * (j + 0.5) / _FINE
-            while k < n - 2 and x[k + 1] < place:
-                k += 1
-            q, ratio = _between(x, f, slope, c, least, place, k)
+            q, ratio = _between(x, f, slope, c, least, left + (right - left) * (j + 0.5) / _FINE)
             total += q * ratio
             peak = max(peak, ratio * np.sqrt(q))
         one.pressure = peak * one.force / (0.5 * np.pi * total * (right - left) / _FINE)
@@ -429,20 +424,13 @@ def cut_patches(
         gap, along = row.gap[first : last + 1], row.along[first : last + 1]
         step = (right - left) / strips
         edge, volume, moment = out.edge[m], 0.0, 0.0
-        i = k = 0
-        for half in range(2 * strips + 1):  # strip edges and centres in turn
-            place, j = left + 0.5 * half * step, half // 2
-            while i < s.size - 2 and s[i + 1] < place:
-                i += 1
-            share = (place - s[i]) / (s[i + 1] - s[i])
-            if half % 2 == 0:
-                edge[j] = y[i] + share * (y[i + 1] - y[i])
-                continue
-            while k < n - 2 and x[k + 1] < place:
-                k += 1
-            q, ratio = _between(x, f, slope, c, least, place, k)
+        for j in range(strips + 1):
+            edge[j] = value_at(left + j * step, s, y)
+        for j in range(strips):
+            place = left + 0.5 * (2 * j + 1) * step
+            q, ratio = _between(x, f, slope, c, least, place)
             out.y[m, j], out.half[m, j], out.slope[m, j] = place, np.sqrt(q), ratio
-            out.middle[m, j] = along[i] + share * (along[i + 1] - along[i])
+            out.middle[m, j] = value_at(place, s, along)
             volume += q * ratio * step
             moment += q * ratio * step * place
         middle = moment / volume
