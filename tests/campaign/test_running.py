@@ -122,7 +122,7 @@ VEHICLE = {
     "counterface": {"profile": "60E1", "inclination": "1:40"},
     "operation": {},
     "vehicle": {"file": "regional_multiple_unit", "turned_share": 0, "class": [CURVE]},
-    "campaign": {"distance_km": 30, "point_spacing_mm": 0.5},
+    "campaign": {"distance_km": 30, "point_spacing_mm": 0.5, "first_step_depth_um": 4},
     "cell_mm": 0.5,  # with coarser cells the half-space itself finds no balance
 }
 SCENES = {"rig": RIG, "vehicle": VEHICLE}

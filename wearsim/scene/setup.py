@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from typing import Any, Literal
 
@@ -47,7 +48,7 @@ from wearsim.scene.campaign import (
 )
 from wearsim.scene.damage import BrakeBlockSection, fatigue_settings, wear_settings
 from wearsim.scene.messages import by_line, scene_warnings, shift_ranges
-from wearsim.scene.models import ContactSection, FieldScene, RecordedSection, RigScene, RollerSection
+from wearsim.scene.models import CHAINS, ContactSection, FieldScene, RecordedSection, RigScene, RollerSection
 from wearsim.scene.read import inputs_of
 from wearsim.scene.section import Section
 from wearsim.scene.vehicle import VehicleSection
@@ -351,8 +352,13 @@ def _settled(scene: RigScene | FieldScene, points: OperatingPoints, bodies: _Bod
         # the first place of campaigns that look for it again; of frozen positions there is no other
         frozen = scene.vehicle is not None and scene.vehicle.positions == "frozen"
         models = contact_models(scene.contact)[-1 if frozen else 0]
+        normal, tangential = CHAINS["fast"][0]
+        quick, start = replace(models, normal=normal, tangential=tangential), None
+        if quick != models:  # a start near the end: the walk through the track is the dearest part
+            with suppress(StateError):
+                start = settle(points.conditions, points.controlled, *bodies, quick)
         try:
-            scene._running = settle(points.conditions, points.controlled, *bodies, models)
+            scene._running = settle(points.conditions, points.controlled, *bodies, models, start)
         except StateError as error:
             places = [path for path, _, _, count in shift_ranges(scene) for _ in range(count)]
             first = {places[k]: k for k in sorted(error.messages, reverse=True)}
