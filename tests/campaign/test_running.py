@@ -113,7 +113,7 @@ FORCES = [
 ]  # fmt: skip
 RIG = {
     "operation": {"block": FORCES, "monitor": SCENE["operation"]["monitor"]},
-    "campaign": {"distance_km": 0.2, "point_spacing_mm": 0.5, "error_tolerance_um": 0.1},
+    "campaign": {"distance_km": 0.1, "point_spacing_mm": 0.5, "error_tolerance_um": 0.1},
 }
 CURVE = {"name": "curve", "share": 1, "curve_radius_m": 2000, "cant_deficiency_mm": 40, "speed_km_h": 100,
          "friction": 0.35}  # fmt: skip

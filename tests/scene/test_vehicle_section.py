@@ -47,7 +47,7 @@ environment = 0.5
 distance_km = 500
 point_spacing_mm = 0.5
 """
-SHORT = FIELD.replace("distance_km = 500", "distance_km = 20")  # a few wear steps
+SHORT = FIELD.replace("distance_km = 500", "distance_km = 5")  # a wear step
 
 
 def test_a_vehicle_gives_points_with_its_loads_and_positions(folder):
@@ -111,7 +111,7 @@ def test_brake_blocks_wear_what_they_are_said_to(folder, changed):
         run_scene(f"{name}.toml", name)
         with open_results(f"{name}/field.nc") as result:
             areas.append(result["worn_area"].values[-1])
-    np.testing.assert_allclose(areas[1] - areas[0], 40e-6 * 0.05 * 20e-3, rtol=0.03)
+    np.testing.assert_allclose(areas[1] - areas[0], 40e-6 * 0.05 * 5e-3, rtol=0.03)
     Path("scene.toml").write_text(changed(FIELD, ("[vehicle]", block.replace("to_mm = 30", "to_mm = -30"))))
     with pytest.raises(SceneError, match="to_mm = -30 must be above from_mm = -20"):
         load_scene("scene.toml")
@@ -260,7 +260,7 @@ def of_route(folder):
 
 
 def test_a_route_by_segments_becomes_classes(of_route):
-    Path("scene.toml").write_text(of_route.replace("distance_km = 500", "distance_km = 20"))
+    Path("scene.toml").write_text(of_route)
     scene = load_scene("scene.toml")
     run_scene(scene, "out")
     assert [one.name for one in scene._track][-2:] == ["R 600 left 90 km/h", "straight 120 km/h"]
