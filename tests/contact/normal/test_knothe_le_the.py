@@ -275,14 +275,14 @@ def test_each_patch_has_the_strips_of_its_size(gap_of):
 
 
 def test_soft_bodies_start_from_patches_of_less_load(gap_of):
-    """E = 1 GPa is 210 times the load: 3 % of the half-space in area, 5 % in pressure; other rows stay."""
+    """E = 1 GPa is 210 times the load: 3 % of the half-space in area, 2 % in pressure; other rows stay."""
     gap, load = gap_of(np.full(2, 3e-3)), np.array([80e3, 210 * 80e3])
     got, alone = solved(gap, load), solved(gap, load[:1])
     soft = got.patch.row == 1
     options = {"vertical": True, "effective_modulus": E_STAR, "parameters": {}}
-    exact = half_space.solve(gap, np.array([1]), load[1:], resolution=Resolution(1.0, 30, 30, 30), **options)
+    exact = half_space.solve(gap, np.array([1]), load[1:], resolution=Resolution(1.0, 60, 60, 60), **options)
     assert got.patch.area[soft].sum() == pytest.approx(exact.patch.area.sum(), rel=0.03)
-    assert got.max_pressure[soft].max() == pytest.approx(exact.max_pressure.max(), rel=0.05)
+    assert got.max_pressure[soft].max() == pytest.approx(exact.max_pressure.max(), rel=0.02)
     np.testing.assert_array_equal(alone.max_pressure, got.max_pressure[~soft])
 
 
@@ -305,3 +305,24 @@ def test_a_profile_that_ends_beyond_the_patch_gives_its_patch(load):
     assert on(cut(end - 1e-3)).max_pressure == pytest.approx(whole.max_pressure, rel=1e-3)
     with pytest.raises(ContactError, match="edge of a profile"):
         on(cut(end + 1e-3))
+
+
+@pytest.mark.parametrize("place", [2.725e-3, 2.75e-3, 2.775e-3, 2.8e-3])
+def test_a_ridge_as_narrow_as_a_strip_keeps_its_length(place):
+    """Beside a gap without pressure, where a strip or two carry a quarter of the load: no second solution.
+
+    Of two strips that take their ratio from each other neither would know its length: pressures of 28 GPa,
+    three times that of the half-space. Strips as wide as the ridge lose up to 40 % of its pressure.
+    """
+    gap = parabola(0.0)
+    y = gap.counterface.y
+    gap = replace(
+        gap, gap=(40e-6 * (y / 2.8e-3) ** 6 - 45e-6 * np.exp(-(((y - place) / 0.25e-3) ** 2)))[None]
+    )
+    got = solved(gap, 80e3)
+    options = {"vertical": True, "effective_modulus": E_STAR, "parameters": {}}
+    exact = half_space.solve(
+        gap, np.array([0]), np.array([80e3]), resolution=Resolution(0.2e-3, 20, 20, 120), **options
+    )
+    assert got.max_pressure.max() == pytest.approx(exact.max_pressure.max(), rel=0.42)
+    assert got.patch.area.sum() == pytest.approx(exact.patch.area.sum(), rel=0.05)

@@ -160,6 +160,7 @@ def _begin(start: NormalSolution, row: IntArray, modulus: float) -> Start:
     patch = start.patch
     square = (0.25 * (patch.x_lead - patch.x_trail) ** 2)[order]
     return Start(
+        not patch.interpenetration.any(),
         np.searchsorted(patch.row[order], np.append(row, row[-1:] + 1)),
         patch.strips[order],
         start.edge_y[order],

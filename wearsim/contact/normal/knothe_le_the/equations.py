@@ -176,6 +176,14 @@ def inner_of(work: Work, m: int, row: int) -> int:
     return row - 1 if before else row + 1
 
 
+@bare_kernel
+def share_of_neighbour(load: float, inside: float) -> float:
+    """Share in which a strip at the rim takes its ratio P/q from its neighbour: none where it carries more."""
+    share: float = min(max((_ALIKE - load / inside) / (_ALIKE - _UNLIKE), 0.0), 1.0)
+    return share
+
+
+_UNLIKE, _ALIKE = 0.6, 0.9  # load of a strip at the rim over its neighbour's, from which on it is on its own
 UNKNOWN = 1e9  # logarithm of a half-length about which nothing is expanded, and of one that is not needed
 NEARBY = 0.015  # change of the logarithm of a half-length up to which averages are expanded to second order
 
@@ -262,12 +270,13 @@ def residuals(work: Work, row: Row, displacement: float, total: int, m: int) -> 
         if inner >= 0:
             inside = strips[active[inner]]
             off = one.square * inside.load - one.load * inside.square
-            right[m + k] = off / (state.per_p * state.per_q)
+            share = share_of_neighbour(one.load, inside.load)
+            right[m + k] += share * (off * displacement / (state.per_p * state.per_q) - right[m + k])
     right[2 * m] = 1.0 - carried
 
 
 @bare_kernel
-def jacobian(work: Work, row: Row, m: int) -> None:
+def jacobian(work: Work, row: Row, displacement: float, m: int) -> None:
     """Derive the equations by P and q of each strip and the displacement, over what these are."""
     n = 2 * m + 1
     strips, active, matrix, terms, state = work.strips, work.active, work.matrix, work.terms, work.states[0]
@@ -292,11 +301,14 @@ def jacobian(work: Work, row: Row, m: int) -> None:
         inner = inner_of(work, m, k)
         if inner >= 0:
             inside = strips[active[inner]]
+            share = share_of_neighbour(one.load, inside.load)
             for j in range(2 * m):
-                matrix[m + k, j] = 0.0
-            matrix[m + k, k], matrix[m + k, inner] = inside.square / state.per_q, -q / state.per_q
-            matrix[m + k, m + k] = -inside.load / state.per_p
-            matrix[m + k, m + inner] = one.load / state.per_p
+                matrix[m + k, j] *= 1.0 - share
+            share *= displacement
+            matrix[m + k, k] += share * inside.square / state.per_q
+            matrix[m + k, inner] -= share * q / state.per_q
+            matrix[m + k, m + k] -= share * inside.load / state.per_p
+            matrix[m + k, m + inner] += share * one.load / state.per_p
 
 
 @bare_kernel

@@ -17,6 +17,7 @@ from wearsim.contact.normal.knothe_le_the.equations import (
     inner_of,
     jacobian,
     residuals,
+    share_of_neighbour,
 )
 from wearsim.contact.normal.knothe_le_the.strips import Row, Work
 from wearsim.contact.patch import FloatArray
@@ -171,7 +172,8 @@ def relax(
             inner = inner_of(work, m, k)
             if inner >= 0:
                 j = active[inner]
-                q = min(bow[j] * one.load / strips[j].load, bow[j])
+                share = share_of_neighbour(one.load, strips[j].load)
+                q += share * (min(bow[j] * one.load / strips[j].load, bow[j]) - q)
             change = max(change, abs(q - one.square) / most)
             one.square = min(max(q, 0.1 * one.square), 10.0 * one.square)
         # Lengths of strips without pressure, should they get some.
@@ -223,7 +225,7 @@ def newton(
         residuals(work, row, displacement, total, m)
         if not same:
             made_for[0] = 0
-            jacobian(work, row, m)
+            jacobian(work, row, displacement, m)
             if not factorise(matrix, n):
                 break
             made_for[0] = m

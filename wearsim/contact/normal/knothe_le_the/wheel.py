@@ -38,15 +38,17 @@ from wearsim.contact.normal.knothe_le_the.strips import (
 from wearsim.contact.normal.model import AT_EDGE, NO_BALANCE, NO_CONTACT, NOT_SINGLE
 from wearsim.contact.patch import FloatArray, IntArray
 
-_STAGES = 12  # of fitting the strips to the patch
+_STAGES = 16  # of fitting the strips to the patch
+_LOOK = 1, 4, 7  # stages after which it is seen whether other parts are in contact, too
 _CLOSE = 0.1  # change of q, over the largest, from which Newton's method takes over
 # Changes in Newton's method, over the largest: after the first it is seen whether the strips fit at all,
 # after the second whether they still do, after the third the next one is rounding.
 _FIRST, _ROUGH, _DONE = 3e-2, 3e-3, 1e-4
 _LEFT = 3e-6  # change in Newton's method that is to be expected next, below which there is none
-_HARD = 8  # stages, after which they do so each time
 _FAR = 2.0  # widths of a strip, by which an end moved, from which lengths and pressures take turns first
-_WIDEST = 0.65e-3  # m, of a strip: profiles change their radius within wide patches
+_WIDEST, _NARROW = 0.65e-3, 0.3e-3  # m, of a strip: profiles change their radius within wide patches
+_SMOOTH_GAP, _ROUGH_GAP = 0.01, 0.03  # fourth differences of the gap, over the displacement, of these widths
+_SAMPLES, _FOURTH = 20, (1.0, -4.0, 6.0, -4.0, 1.0)
 _SMALLEST = 5e-4  # of the load: patches below are left out
 _FINE = 160  # samples of the largest pressure
 
@@ -67,8 +69,12 @@ class Wheels(NamedTuple):
 
 
 class Start(NamedTuple):
-    """Patches of a solution nearby, by row and place: which are a row's, their strips and displacement."""
+    """Patches of a solution nearby, by row and place: which are a row's, their strips and displacement.
 
+    `near` if they are those of this model, whose ends are those of the strips to begin with.
+    """
+
+    near: bool
     first: IntArray
     strips: IntArray
     edge: FloatArray
@@ -117,7 +123,7 @@ def _fit(n: int, row: Row, start: Start, count: int, table: FloatArray, work: Wo
     uncertain = alone = again = cut = False
     may_split = True
     work.made_for[0] = 0
-    for stage in range(_STAGES):
+    for stage in range(int(start.near), _STAGES):
         together = _joined(spans, parts)
         may_split = may_split and (together == parts or splits == 0)
         parts = together
@@ -126,19 +132,19 @@ def _fit(n: int, row: Row, start: Start, count: int, table: FloatArray, work: Wo
         spans[0].ends[0] = max(spans[0].ends[0], left)
         spans[parts - 1].ends[1] = min(spans[parts - 1].ends[1], right)
         planes_of(spans, parts, old_total, row, work)
-        failed, total = _lay_parts(stage, count, parts, old_total, row, work)
+        failed, total = _lay_parts(stage, count, parts, old_total, displacement, row, work)
         if failed != 0:
             return failed, total, displacement
         pair_up(work, total)
         if parts > 1 or not alone:
             work.base[:] = UNKNOWN
         alone = parts == 1
-        if stage == 0 or uncertain or stage >= _HARD:
+        if stage == 0 or uncertain:
             displacement, done = relax(work, row, total, displacement, table, _CLOSE)
             if not done:
                 return NO_BALANCE, total, displacement
         kept, more = parts, total - total
-        for tolerance in (_FIRST if stage == 1 else _ROUGH, _DONE):
+        for tolerance in (_FIRST if stage == 1 and not start.near else _ROUGH, _DONE):
             if stage > 0:
                 kept_displacement = displacement
                 _copy(strips, before, total)
@@ -170,7 +176,7 @@ def _fit(n: int, row: Row, start: Start, count: int, table: FloatArray, work: Wo
                 moved = abs(fresh[k].ends[side] - spans[k].ends[side]) / width
                 uncertain = uncertain or (stage == 0 and moved * count > _FAR)
         _copy(fresh, spans, parts)
-        if (stage == 1 or not again) and another_part(displacement, parts, row, work, total, table):
+        if (stage in _LOOK or not again) and another_part(displacement, parts, row, work, total, table):
             if parts == spans.size:
                 return NO_ROOM, total, displacement
             parts += 1
@@ -214,8 +220,7 @@ def _take_over(n: int, start: Start, count: int, row: Row, work: Work) -> tuple[
     parts = total = n - n
     for m in range(start.first[n], start.first[n + 1]):
         edge, strips = start.edge[m], start.strips[m]
-        margin = MARGIN / (count - 2.0 * MARGIN) * (edge[strips] - edge[0])
-        lay_out(work.spans[parts], edge[0] - margin, edge[strips] + margin)
+        lay_out(work.spans[parts], edge[0], edge[strips])
         for j in range(strips):
             one = work.old[total]
             one.y, one.width = 0.5 * (edge[j] + edge[j + 1]), edge[j + 1] - edge[j]
@@ -223,7 +228,32 @@ def _take_over(n: int, start: Start, count: int, row: Row, work: Work) -> tuple[
             one.tilt = value_at(one.y, row.y, row.angle)
             total += 1
         parts += 1
+    _count_strips(parts, count, start.displacement[start.first[n]] - row.low, row, work)
+    for k in range(parts):
+        span = work.spans[k]
+        beyond = MARGIN * min(span.strips / count, 1.0)
+        margin = beyond / (span.strips - 2.0 * beyond) * (span.ends[1] - span.ends[0])
+        span.ends[0] -= margin
+        span.ends[1] += margin
     return parts, total
+
+
+@bare_kernel
+def _count_strips(parts: int, count: int, displacement: float, row: Row, work: Work) -> None:
+    """Find how many strips each part has: fewer in narrow ones, more where the gap is rough."""
+    widest = 0.0
+    for k in range(parts):
+        widest = max(widest, work.spans[k].ends[1] - work.spans[k].ends[0])
+    for k in range(parts):
+        span = work.spans[k]
+        a, b = span.ends[0], span.ends[1]
+        least = count * min(max(2.0 * np.sqrt((b - a) / widest), 0.5), 1.0)
+        down = value_at(b, row.y, row.z) - value_at(a, row.y, row.z)
+        across = np.sqrt((b - a) * (b - a) + down * down)
+        wished = min(max(across / _width_of_strips(a, b, displacement, row), least), 2.0 * count)
+        # As many as before if that is nearly right: else the ends might wander to and fro.
+        if not abs(wished - span.strips) < 0.8:
+            span.strips = int(wished + 0.5)
 
 
 @bare_kernel
@@ -240,21 +270,34 @@ def _joined(spans: Records, parts: int) -> int:
 
 
 @bare_kernel
-def _lay_parts(stage: int, count: int, parts: int, old_total: int, row: Row, work: Work) -> tuple[int, int]:
+def _width_of_strips(a: float, b: float, displacement: float, row: Row) -> float:
+    """Largest width of strips between two places: less where the gap is rough, by its fourth differences."""
+    share, total = (b - a) / _SAMPLES, 0.0
+    for j in range(2, _SAMPLES - 1):
+        fourth = 0.0
+        for i in range(5):
+            fourth += _FOURTH[i] * value_at(a + (j - 2 + i) * share, row.y, row.gap)
+        total += fourth * fourth
+    rough = np.sqrt(total / (_SAMPLES - 3)) * np.cos(value_at(0.5 * (a + b), row.y, row.angle)) / displacement
+    smooth = min(max((_ROUGH_GAP - rough) / (_ROUGH_GAP - _SMOOTH_GAP), 0.0), 1.0)
+    width: float = _NARROW + smooth * (_WIDEST - _NARROW)
+    return width
+
+
+@bare_kernel
+def _lay_parts(
+    stage: int, count: int, parts: int, old_total: int, displacement: float, row: Row, work: Work
+) -> tuple[int, int]:
     """Lay strips in every part, with the pressures of the set before; a fault or 0, and their number."""
     strips, old = work.strips, work.old
     total = old_total - old_total
+    _count_strips(parts, count, displacement, row, work)
     for k in range(parts):
         span, plane = work.spans[k], work.planes[k]
         a, b = span.ends[0], span.ends[1]
-        # As many as before if that is nearly right: else the ends might wander to and fro.
-        wished = (b - a) / _WIDEST
-        each = int(span.strips) if abs(wished - span.strips - 0.5) < 0.8 else int(wished)
-        each = max(count, min(2 * count, each))
+        each = int(span.strips)
         if stage == 0:
             each = (3 * each) // 5
-        else:
-            span.strips = each
         longest = 0.0
         for j in range(old_total):
             if a <= old[j].y <= b:
