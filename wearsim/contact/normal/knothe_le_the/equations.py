@@ -277,38 +277,42 @@ def residuals(work: Work, row: Row, displacement: float, total: int, m: int) -> 
 
 @bare_kernel
 def jacobian(work: Work, row: Row, displacement: float, m: int) -> None:
-    """Derive the equations by P and q of each strip and the displacement, over what these are."""
+    """Derive the equations by P and q of each strip and the displacement, over what these are; transposed."""
     n = 2 * m + 1
     strips, active, matrix, terms, state = work.strips, work.active, work.matrix, work.terms, work.states[0]
+    turn, bend = work.sums[0], work.sums[1]
+    for k in range(m):
+        turn[k] = bend[k] = 0.0
+    for j in range(m):
+        by = active[j]
+        load = strips[by].load
+        by_q = 0.5 * load / strips[by].square * state.per_q
+        for k in range(m):
+            i = active[k]
+            matrix[j, k], matrix[m + j, k] = terms[0, by, i] * state.per_p, terms[2, by, i] * by_q
+            matrix[j, m + k], matrix[m + j, m + k] = terms[1, by, i] * state.per_p, terms[4, by, i] * by_q
+            turn[k] += terms[1, by, i] * load
+            bend[k] += terms[3, by, i] * load
+        matrix[j, n - 1], matrix[m + j, n - 1] = _lift(strips[by], row) * state.per_p, 0.0
     matrix[n - 1, n - 1] = 0.0
     for k in range(m):
-        i = active[k]
-        one = strips[i]
+        one = strips[active[k]]
         q = one.square
         low_bow, high_bow = bow_of(0.25 * q, one), bow_of(0.75 * q, one)
-        matrix[n - 1, k], matrix[n - 1, m + k] = _lift(one, row) * state.per_p, 0.0
-        turn, bend = 0.0, 0.0
-        for j in range(m):
-            by = active[j]
-            by_q = 0.5 * strips[by].load / strips[by].square * state.per_q
-            matrix[k, j], matrix[k, m + j] = terms[0, by, i] * state.per_p, terms[2, by, i] * by_q
-            matrix[m + k, j], matrix[m + k, m + j] = terms[1, by, i] * state.per_p, terms[4, by, i] * by_q
-            turn += terms[1, by, i] * strips[by].load
-            bend += terms[3, by, i] * strips[by].load
-        matrix[k, m + k] += (0.5 * turn + low_bow) / q * state.per_q
-        matrix[m + k, m + k] += (0.5 * bend + high_bow - low_bow) / q * state.per_q
-        matrix[k, n - 1], matrix[m + k, n - 1] = -one.turn * state.per_displacement, 0.0
+        matrix[m + k, k] += (0.5 * turn[k] + low_bow) / q * state.per_q
+        matrix[m + k, m + k] += (0.5 * bend[k] + high_bow - low_bow) / q * state.per_q
+        matrix[n - 1, k], matrix[n - 1, m + k] = -one.turn * state.per_displacement, 0.0
         inner = inner_of(work, m, k)
         if inner >= 0:
             inside = strips[active[inner]]
             share = share_of_neighbour(one.load, inside.load)
             for j in range(2 * m):
-                matrix[m + k, j] *= 1.0 - share
+                matrix[j, m + k] *= 1.0 - share
             share *= displacement
-            matrix[m + k, k] += share * inside.square / state.per_q
-            matrix[m + k, inner] -= share * q / state.per_q
+            matrix[k, m + k] += share * inside.square / state.per_q
+            matrix[inner, m + k] -= share * q / state.per_q
             matrix[m + k, m + k] -= share * inside.load / state.per_p
-            matrix[m + k, m + inner] += share * one.load / state.per_p
+            matrix[m + inner, m + k] += share * one.load / state.per_p
 
 
 @bare_kernel

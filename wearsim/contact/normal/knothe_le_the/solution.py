@@ -26,52 +26,57 @@ _SMALL = 1e-13  # of a pivot, over its row's largest number before
 
 
 @bare_kernel
+def _eliminate(line: FloatArray, matrix: FloatArray, count: int) -> None:
+    """Take the first `count` rows of U off a line, which gets its factors of them; four at a time."""
+    n, k = line.size, 0
+    while k + 4 <= count:
+        a, b, c, d = matrix[k, k:n], matrix[k + 1, k:n], matrix[k + 2, k:n], matrix[k + 3, k:n]
+        p = line[k]
+        q = line[k + 1] - p * a[1]
+        r = (line[k + 2] - p * a[2]) - q * b[2]
+        s = ((line[k + 3] - p * a[3]) - q * b[3]) - r * c[3]
+        line[k + 1], line[k + 2], line[k + 3] = q, r, s
+        rest, a, b, c, d = line[k + 4 :], a[4:], b[4:], c[4:], d[4:]
+        for j in range(rest.size):  # of slices, from 0: only so are vector instructions used
+            rest[j] -= (p * a[j] + q * b[j]) + (r * c[j] + s * d[j])
+        k += 4
+    while k < count:
+        factor, rest, above = line[k], line[k + 1 :], matrix[k, k + 1 : n]
+        for j in range(rest.size):
+            rest[j] -= factor * above[j]
+        k += 1
+
+
+@bare_kernel
 def factorise(matrix: FloatArray, n: int) -> bool:
     """Factorise in place into L and U; returns whether it went.
 
     Without pivoting: the strips' equations begin with a block of influences, and the rest follows from it.
-    The reciprocals of U's diagonal are kept.
+    U has a diagonal of ones; the reciprocals of L's are kept.
     """
     for i in range(n):
         line, size = matrix[i, :n], 0.0
         for j in range(n):
             size = max(size, abs(line[j]))
-        for k in range(i):
-            factor = line[k] = line[k] * matrix[k, k]
-            rest, above = line[k + 1 :], matrix[k, k + 1 : n]
-            for j in range(rest.size):  # of slices, from 0: only so are vector instructions used
-                rest[j] -= factor * above[j]
+        _eliminate(line, matrix, i)
         if not abs(line[i]) > _SMALL * size:
             return False
         line[i] = 1.0 / line[i]
+        rest = line[i + 1 :]
+        for j in range(rest.size):
+            rest[j] *= line[i]
     return True
 
 
 @bare_kernel
-def less_products(start: float, line: FloatArray, right: FloatArray) -> float:
-    """Take the products of two rows off a number, in four sums side by side."""
-    a, b, c, d = start, 0.0, 0.0, 0.0
-    k = 0
-    while k + 4 <= line.size:
-        a -= line[k] * right[k]
-        b -= line[k + 1] * right[k + 1]
-        c -= line[k + 2] * right[k + 2]
-        d -= line[k + 3] * right[k + 3]
-        k += 4
-    while k < line.size:
-        a -= line[k] * right[k]
-        k += 1
-    rest: float = (a + b) + (c + d)
-    return rest
-
-
-@bare_kernel
 def substitute(matrix: FloatArray, right: FloatArray, n: int) -> None:
-    """Solve in place with what `factorise` made."""
-    for i in range(1, n):
-        right[i] = less_products(right[i], matrix[i, :i], right[:i])
-    for i in range(n - 1, -1, -1):
-        right[i] = less_products(right[i], matrix[i, i + 1 : n], right[i + 1 : n]) * matrix[i, i]
+    """Solve in place with what `factorise` made of the transposed matrix: rows of both factors are used."""
+    _eliminate(right[:n], matrix, n)
+    for k in range(n - 1, -1, -1):
+        value = right[k] = right[k] * matrix[k, k]
+        rest, before = right[:k], matrix[k, :k]
+        for j in range(rest.size):
+            rest[j] -= before[j] * value
 
 
 _SWEEPS = 40  # of lengths and pressures in turn, at most
@@ -110,10 +115,10 @@ def _press(work: Work, row: Row, total: int, displacement: float) -> tuple[float
         for k in range(m):
             one = strips[active[k]]
             for column in range(m):
-                matrix[k, column] = influence[active[column], active[k]]
-            matrix[k, m] = -one.turn
+                matrix[column, k] = influence[active[column], active[k]]
+            matrix[m, k] = -one.turn
             right[k] = -one.gap - bow[active[k]]
-            matrix[m, k] = 0.5 * np.pi * one.width * (one.cosine if row.vertical else 1.0)
+            matrix[k, m] = 0.5 * np.pi * one.width * (one.cosine if row.vertical else 1.0)
         matrix[m, m], right[m] = 0.0, row.load
         if not factorise(matrix, m + 1):
             break

@@ -47,7 +47,7 @@ _FIRST, _ROUGH, _DONE = 3e-2, 3e-3, 1e-4
 _LEFT = 3e-6  # change in Newton's method that is to be expected next, below which there is none
 _FAR = 2.0  # widths of a strip, by which an end moved, from which lengths and pressures take turns first
 _WIDEST, _NARROW = 0.65e-3, 0.3e-3  # m, of a strip: profiles change their radius within wide patches
-_SMOOTH_GAP, _ROUGH_GAP = 0.01, 0.03  # fourth differences of the gap, over the displacement, of these widths
+_SMOOTH_GAP, _ROUGH_GAP = 0.02, 0.035  # fourth differences of the gap, over the displacement, of these widths
 _SAMPLES, _FOURTH = 20, (1.0, -4.0, 6.0, -4.0, 1.0)
 _SMALLEST = 5e-4  # of the load: patches below are left out
 _FINE = 160  # samples of the largest pressure
@@ -413,10 +413,9 @@ def _slopes(x: FloatArray, f: FloatArray, slope: FloatArray) -> None:
 
 @bare_kernel
 def _between(
-    x: FloatArray, f: FloatArray, slope: FloatArray, c: FloatArray, least: float, at: float
+    x: FloatArray, f: FloatArray, slope: FloatArray, c: FloatArray, least: float, at: float, k: int
 ) -> tuple[float, float]:
-    """Squared half-length by a cubic, at least the `least`, and pressure slope linearly, at a place."""
-    k = min(max(first_beyond(x, x.size, at) - 1, 0), x.size - 2)
+    """Squared half-length by a cubic, at least the `least`, and pressure slope linearly, behind node k."""
     step = x[k + 1] - x[k]
     t = (at - x[k]) / step
     u = 1.0 - t
@@ -455,9 +454,12 @@ def cut_patches(
         for k in range(n):
             least = max(least, 1e-9 * f[k])
         # The largest pressure on a fine grid of its own.
-        total, peak = 0.0, 0.0
+        total, peak, k = 0.0, 0.0, 0
         for j in range(_FINE):
-            q, ratio = _between(x, f, slope, c, least, left + (right - left) * (j + 0.5) / _FINE)
+            place = left + (right - left) * (j + 0.5) / _FINE
+            while k < n - 2 and x[k + 1] < place:
+                k += 1
+            q, ratio = _between(x, f, slope, c, least, place, k)
             total += q * ratio
             peak = max(peak, ratio * np.sqrt(q))
         one.pressure = peak * one.force / (0.5 * np.pi * total * (right - left) / _FINE)
@@ -467,13 +469,20 @@ def cut_patches(
         gap, along = row.gap[first : last + 1], row.along[first : last + 1]
         step = (right - left) / strips
         edge, volume, moment = out.edge[m], 0.0, 0.0
-        for j in range(strips + 1):
-            edge[j] = value_at(left + j * step, s, y)
-        for j in range(strips):
-            place = left + 0.5 * (2 * j + 1) * step
-            q, ratio = _between(x, f, slope, c, least, place)
+        i = k = 0
+        for half in range(2 * strips + 1):  # strip edges and centres in turn
+            place, j = left + 0.5 * half * step, half // 2
+            while i < s.size - 2 and s[i + 1] < place:
+                i += 1
+            share = (place - s[i]) / (s[i + 1] - s[i])
+            if half % 2 == 0:
+                edge[j] = y[i] + share * (y[i + 1] - y[i])
+                continue
+            while k < n - 2 and x[k + 1] < place:
+                k += 1
+            q, ratio = _between(x, f, slope, c, least, place, k)
             out.y[m, j], out.half[m, j], out.slope[m, j] = place, np.sqrt(q), ratio
-            out.middle[m, j] = value_at(place, s, along)
+            out.middle[m, j] = along[i] + share * (along[i + 1] - along[i])
             volume += q * ratio * step
             moment += q * ratio * step * place
         middle = moment / volume
