@@ -178,7 +178,7 @@ def inner_of(work: Work, m: int, row: int) -> int:
 
 @bare_kernel
 def share_of_neighbour(load: float, inside: float) -> float:
-    """Share in which a strip at the rim takes its ratio P/q from its neighbour: none where it carries more."""
+    """Share in which a strip at the rim takes its ratio P/q from its neighbour: none if it carries more."""
     share: float = min(max((_ALIKE - load / inside) / (_ALIKE - _UNLIKE), 0.0), 1.0)
     return share
 
