@@ -269,9 +269,8 @@ def residuals(work: Work, row: Row, displacement: float, total: int, m: int) -> 
         inner = inner_of(work, m, k)
         if inner >= 0:
             inside = strips[active[inner]]
-            off = one.square * inside.load - one.load * inside.square
-            share = share_of_neighbour(one.load, inside.load)
-            right[m + k] += share * (off * displacement / (state.per_p * state.per_q) - right[m + k])
+            off = (one.square * inside.load - one.load * inside.square) / (state.per_p * state.per_q)
+            right[m + k] += share_of_neighbour(one.load, inside.load) * (off * displacement - right[m + k])
     right[2 * m] = 1.0 - carried
 
 

@@ -39,7 +39,6 @@ from wearsim.contact.normal.model import AT_EDGE, NO_BALANCE, NO_CONTACT, NOT_SI
 from wearsim.contact.patch import FloatArray, IntArray
 
 _STAGES = 16  # of fitting the strips to the patch
-_LOOK = 1, 4, 7  # stages after which it is seen whether other parts are in contact, too
 _CLOSE = 0.1  # change of q, over the largest, from which Newton's method takes over
 # Changes in Newton's method, over the largest: after the first it is seen whether the strips fit at all,
 # after the second whether they still do, after the third the next one is rounding.
@@ -176,7 +175,7 @@ def _fit(n: int, row: Row, start: Start, count: int, table: FloatArray, work: Wo
                 moved = abs(fresh[k].ends[side] - spans[k].ends[side]) / width
                 uncertain = uncertain or (stage == 0 and moved * count > _FAR)
         _copy(fresh, spans, parts)
-        if (stage in _LOOK or not again) and another_part(displacement, parts, row, work, total, table):
+        if (stage in (1, 4, 7) or not again) and another_part(displacement, parts, row, work, total, table):
             if parts == spans.size:
                 return NO_ROOM, total, displacement
             parts += 1
@@ -248,8 +247,7 @@ def _count_strips(parts: int, count: int, displacement: float, row: Row, work: W
         span = work.spans[k]
         a, b = span.ends[0], span.ends[1]
         least = count * min(max(2.0 * np.sqrt((b - a) / widest), 0.5), 1.0)
-        down = value_at(b, row.y, row.z) - value_at(a, row.y, row.z)
-        across = np.sqrt((b - a) * (b - a) + down * down)
+        across = np.hypot(b - a, value_at(b, row.y, row.z) - value_at(a, row.y, row.z))
         wished = min(max(across / _width_of_strips(a, b, displacement, row), least), 2.0 * count)
         # As many as before if that is nearly right: else the ends might wander to and fro.
         if not abs(wished - span.strips) < 0.8:
@@ -295,9 +293,7 @@ def _lay_parts(
     for k in range(parts):
         span, plane = work.spans[k], work.planes[k]
         a, b = span.ends[0], span.ends[1]
-        each = int(span.strips)
-        if stage == 0:
-            each = (3 * each) // 5
+        each = int(span.strips) if stage > 0 else (3 * int(span.strips)) // 5
         longest = 0.0
         for j in range(old_total):
             if a <= old[j].y <= b:
