@@ -47,7 +47,7 @@ _LEFT = 3e-6  # change in Newton's method that is to be expected next, below whi
 _FAR = 2.0  # widths of a strip, by which an end moved, from which lengths and pressures take turns first
 _WIDEST, _NARROW = 0.65e-3, 0.3e-3  # m, of a strip: profiles change their radius within wide patches
 _SMOOTH_GAP, _ROUGH_GAP = 0.02, 0.035  # fourth differences of the gap, over the displacement, of these widths
-_SAMPLES, _FOURTH = 20, (1.0, -4.0, 6.0, -4.0, 1.0)
+_SAMPLES = 20  # of the gap over a part, for them
 _SMALLEST = 5e-4  # of the load: patches below are left out
 _FINE = 160  # samples of the largest pressure
 
@@ -270,12 +270,12 @@ def _joined(spans: Records, parts: int) -> int:
 @bare_kernel
 def _width_of_strips(a: float, b: float, displacement: float, row: Row) -> float:
     """Largest width of strips between two places: less where the gap is rough, by its fourth differences."""
-    share, total = (b - a) / _SAMPLES, 0.0
-    for j in range(2, _SAMPLES - 1):
-        fourth = 0.0
-        for i in range(5):
-            fourth += _FOURTH[i] * value_at(a + (j - 2 + i) * share, row.y, row.gap)
-        total += fourth * fourth
+    total = one = two = three = four = 0.0  # the samples before
+    for j in range(_SAMPLES + 1):
+        here = value_at(a + j * (b - a) / _SAMPLES, row.y, row.gap)
+        if j >= 4:
+            total += (here - 4.0 * one + 6.0 * two - 4.0 * three + four) ** 2
+        one, two, three, four = here, one, two, three
     rough = np.sqrt(total / (_SAMPLES - 3)) * np.cos(value_at(0.5 * (a + b), row.y, row.angle)) / displacement
     smooth = min(max((_ROUGH_GAP - rough) / (_ROUGH_GAP - _SMOOTH_GAP), 0.0), 1.0)
     width: float = _NARROW + smooth * (_WIDEST - _NARROW)
