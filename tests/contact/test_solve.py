@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from wearsim.contact.problem import ContactModels
 from wearsim.contact.solve import CHUNK, solve, solve_each
+from wearsim.contact.wheels import joined
 
 
 def arrays(item, name=""):
@@ -108,6 +109,20 @@ def test_reducing_chunk_by_chunk_is_reducing_the_whole(spread, solved, wheelset,
     assert np.concatenate([p for p, _ in parts]).tolist() == solved.point.tolist()
     largest = np.concatenate([w for _, w in parts])
     assert largest.tobytes() == solved.fields.strip_work.max(axis=1).tobytes()
+
+
+@pytest.mark.parametrize("normal", ["kik_piotrowski", "half_space"])
+def test_work_alone_has_the_bits_of_the_work_among_all_fields(spread, wheelset, counterface, coarse, normal):
+    few, models = part_of(spread, slice(0, 6)), replace(coarse, normal=normal)
+    bodies = wheelset, counterface(1.0)
+    whole = solve(few, *bodies, models)
+    part = joined(solve_each(few, *bodies, models, lambda part: part, fields="work"))
+    for name in ("work_density", "strip_work", "x_lead", "cell_length", "strip_width"):
+        np.testing.assert_array_equal(getattr(part.fields, name), getattr(whole.fields, name), name)
+    for name in ("pressure", "shear_x", "shear_y", "slip_x", "slip_y"):
+        assert np.isnan(getattr(part.fields, name)).any(), name
+        assert np.isfinite(getattr(whole.fields, name)).all(), name
+    assert_same_bits(part.patches(), whole.patches())
 
 
 def test_order_of_the_patches(solved):

@@ -93,6 +93,19 @@ def test_wear_law_contract(law, name, form, peak, patches):
 
 
 @pytest.mark.parametrize(("law", "name", "form"), MADE_FOR)
+def test_only_laws_that_need_fields_take_more_than_the_work_of_cells(law, name, form, patches):
+    fields, area = patches(60e6)
+    unknown = np.broadcast_to(np.nan, fields.pressure.shape)
+    others = ("pressure", "shear_x", "shear_y", "slip_x", "slip_y")
+    depth = WEAR_LAWS[law].depth(
+        replace(fields, **dict.fromkeys(others, unknown)), area, SETS[name], form=form
+    )
+    assert law != "archard" or np.isnan(depth).all()
+    if not WEAR_LAWS[law].needs_fields:
+        np.testing.assert_array_equal(depth, WEAR_LAWS[law].depth(fields, area, SETS[name], form=form))
+
+
+@pytest.mark.parametrize(("law", "name", "form"), MADE_FOR)
 def test_patches_do_not_know_each_other(law, name, form, patches):
     """A batch is its patches one by one, 1e-12."""
     fields, area = patches(60e6)

@@ -28,7 +28,7 @@ from wearsim.campaign.left_out import new_history
 from wearsim.campaign.state import State, worn_wheels
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
-from wearsim.contact.solve import solve_each
+from wearsim.contact.solve import ContactSolution, solve_each
 from wearsim.errors import ContactError
 from wearsim.operation.points import OperatingPoints
 from wearsim.profile.shape import Profile
@@ -339,7 +339,8 @@ def _of_single_patches(
     """Values (n, 2, names) of the patch of each wheel; NaN without solution or with several patches."""
     count = len(conditions.shift)
     values = np.full((count, 2, len(names)), np.nan)
-    for found in solve_each(conditions, *bodies, lambda found: found.patches(), sides=sides, failed={}):
+    each = ContactSolution.patches
+    for found in solve_each(conditions, *bodies, each, sides=sides, failed={}, fields="work"):
         wheel = 2 * found.point + found.side
         single = np.bincount(wheel, minlength=2 * count)[wheel] == 1
         of_patch = np.stack([getattr(found, name) for name in names], axis=1)

@@ -54,6 +54,12 @@ class Setup:
     brake: BrakeBlockSection | None = None
 
     @property
+    def needs_fields(self) -> bool:
+        """Whether some law takes pressure, shear or slip of the cells."""
+        laws = self.wear, *self.comparison.wear
+        return bool(self.comparison.fatigue) or any(one.needs_fields for one in laws)
+
+    @property
     def chain(self) -> tuple[ContactModels, ...]:
         """All contact models, in the order in which they are tried."""
         return (self.models, *self.fallbacks)
@@ -149,7 +155,15 @@ def solve_passage(
             evaluated = partial(_passage_at, of[index], share[index], number, setup)
             here = (conditions if number else nearby).at(index)
             try:
-                chunks = solve_each(here, *bodies, one, evaluated, threads=setup.threads, failed=own)
+                chunks = solve_each(
+                    here,
+                    *bodies,
+                    one,
+                    evaluated,
+                    threads=setup.threads,
+                    failed=own,
+                    fields=setup.needs_fields or "work",
+                )
             except ContactError as error:
                 raise _numbered(error, of[index]) from None
             parts.append(chunks)

@@ -265,6 +265,7 @@ def solve_contact(
         sides=tuple(sorted({SIDES.index(side) for side in sides})),
         vertical=load == "wheel",
         threads=threads,
+        fields=fields or "work",
     )
     columns: Columns = {
         name: (dimensions, np.concatenate([part[name][1] for part in parts]))

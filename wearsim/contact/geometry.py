@@ -10,7 +10,7 @@ points form the wheel's contact line, and the gap is the distance of it from the
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -133,6 +133,12 @@ class Gap:
     wheel_radius: FloatArray
     x: FloatArray
     bodies: Bodies | None = None
+
+    @cached_property
+    def lowest(self) -> FloatArray:
+        """Smallest gap of each row (n,) [m]."""
+        lowest: FloatArray = self.gap.min(axis=1)
+        return lowest
 
 
 def _open_curve(profile: Profile, spacing: float, start: int) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -17,7 +17,7 @@ from wearsim.contact.kernel import leaf_kernel, plain
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.patch import FloatArray, IntArray, SurfaceFields
 from wearsim.contact.problem import ContactConditions, ContactModels, ContactSolution, Counterface, Wheelset
-from wearsim.contact.tangential import TANGENTIAL_MODELS, TangentialSolution
+from wearsim.contact.tangential import TANGENTIAL_MODELS, TangentialSolution, Wanted
 from wearsim.contact.wheels import (
     Side,
     Task,
@@ -125,13 +125,15 @@ def solve_each(
     vertical: bool = True,
     threads: int = 1,
     failed: dict[int, ContactError] | None = None,
+    fields: Wanted = True,
 ) -> list[Result]:
     """Solve chunk by chunk and keep only what `each` makes of a chunk's solution.
 
     The fields of a batch of points fill a hundred times the memory of the rest; whoever needs them only
     for a sum passes that sum as `each`, which runs on the chunk's thread. Points without a solution are left
     out and put into `failed` with their errors, where it is given; the rest of their chunk is solved without
-    them. Other parameters: see `solve`.
+    them. With `fields` "work" pressure, shear and slip may be NaN, and are not written to memory. Other
+    parameters: see `solve`.
 
     Returns
     -------
@@ -144,7 +146,7 @@ def solve_each(
     tasks = {
         k: Task(
             wheelset.surfaces, rails[k].surfaces, wheelset, rails[k].curvatures, rails[k].seen_in_motion,
-            models, sides, vertical,
+            models, sides, vertical, fields,
         )
         for k in np.unique(rail).tolist() or [0]
     }  # fmt: skip
@@ -391,15 +393,17 @@ def _finish(
     # Adding 0.0 below turns a mirrored -0.0 into 0.0.
     power = np.maximum(-(contact.force * creepage).sum(axis=1) * solved.speed, 0.0)
     assert contact.cells is not None
-    pressure, shear_x, shear_y, slip_x, slip_y = map(plain, contact.cells)
-    work, local_power = np.empty(pressure.shape), np.empty(power.size)
+    cells, local_power = plain(contact.cells), np.empty(power.size)
+    work = np.empty(cells.shape[1:]) if len(cells) > 1 else cells[0]
     cell_area = contact.cell_length * patch.width[:, None]
     below = [np.interp(normal.centre_y, one.y, one.z) for one in task.counterfaces]
     z = task.wheelset.radius + np.where(sign < 0.0, below[1], below[0]) - normal.vertical_displacement
-    _scale_work(shear_x, shear_y, slip_x, slip_y, cell_area, solved.speed, power, sign, work, local_power)
+    _scale_work(cells, cell_area, solved.speed, power, sign, work, local_power)
+    if len(cells) == 1:
+        cells = np.broadcast_to(np.nan, (5, *work.shape))
     fields = SurfaceFields(
-        pressure, shear_x, shear_y, slip_x, slip_y, work, contact.x_lead, contact.cell_length, patch.width,
-        solved.speed,
+        cells[0], cells[1], cells[2], cells[3], cells[4], work, contact.x_lead, contact.cell_length,
+        patch.width, solved.speed,
     )  # fmt: skip
     return ContactSolution(
         point=index[patch.row],
@@ -437,27 +441,30 @@ def _finish(
 
 @leaf_kernel
 def _scale_work(
-    shear_x: FloatArray, shear_y: FloatArray, slip_x: FloatArray, slip_y: FloatArray, cell_area: FloatArray,
-    speed: FloatArray, power: FloatArray, sign: FloatArray, work: FloatArray, local_power: FloatArray,
+    fields: FloatArray, cell_area: FloatArray, speed: FloatArray, power: FloatArray, sign: FloatArray,
+    work: FloatArray, local_power: FloatArray,
 ) -> None:  # fmt: skip
     """Work density of each cell, scaled to the patch's power; lateral shear and slip mirrored in place.
 
-    Fills `work` (m, nx, ny) and `local_power` (m,), what the cells add up to before the scaling.
+    Fills `work` (m, nx, ny), unless it is the only one of the fields, and `local_power` (m,), what the cells
+    add up to before the scaling.
     """
+    whole = fields.shape[0] > 1
     patches, cells, strips = work.shape
     for m in range(patches):
         total = 0.0
         for i in range(cells):
+            for j in range(strips if whole else 0):
+                value = fields[1, m, i, j] * fields[3, m, i, j] + fields[2, m, i, j] * fields[4, m, i, j]
+                work[m, i, j] = -value
             for j in range(strips):
-                value = -(shear_x[m, i, j] * slip_x[m, i, j] + shear_y[m, i, j] * slip_y[m, i, j])
-                work[m, i, j] = value
-                total += value * cell_area[m, j]
+                total += work[m, i, j] * cell_area[m, j]
         local_power[m] = total * speed[m]
         scale = power[m] / local_power[m] if local_power[m] > 0.0 else 0.0
         for i in range(cells):
             for j in range(strips):
                 work[m, i, j] *= scale
-        for i in range(cells if sign[m] < 0.0 else 0):  # by cells: arrays would take seconds to compile
+        for i in range(cells if sign[m] < 0.0 and whole else 0):  # arrays would take seconds to compile
             for j in range(strips):
-                shear_y[m, i, j] *= -1.0
-                slip_y[m, i, j] *= -1.0
+                fields[2, m, i, j] *= -1.0
+                fields[4, m, i, j] *= -1.0

@@ -20,7 +20,7 @@ from wearsim.contact.kernel import kernel, plain
 from wearsim.contact.normal import NORMAL_MODELS, NormalSolution
 from wearsim.contact.patch import FloatArray, IntArray, PatchGrid, Resolution
 from wearsim.contact.problem import ContactConditions, ContactModels, Wheelset
-from wearsim.contact.tangential import TangentialModel, TangentialSolution
+from wearsim.contact.tangential import TangentialModel, TangentialSolution, Wanted
 from wearsim.errors import ContactError
 
 COARSE = Resolution(cell=1.0, strips=12, cells=12, most=12)
@@ -41,6 +41,7 @@ class Task:
     models: ContactModels
     sides: tuple[int, ...]
     vertical: bool
+    fields: Wanted = True  # of the solution
 
 
 @dataclass(frozen=True)
@@ -339,7 +340,7 @@ def forces_of(
         wheels.friction,
         shear_modulus=task.models.shear_modulus,
         poisson_ratio=task.models.poisson_ratio,
-        fields=fields,
+        fields=fields and task.fields,
         start=start,
     )
     torque, vertical = np.zeros((2, 2 * speed.size))

@@ -251,7 +251,7 @@ class Reducer:
         failed: dict[int, ContactError] = {}
         chunks = solve_each(
             conditions, self.wheelset, self.counterface, self.models, keep,
-            threads=self.threads, failed=failed,
+            threads=self.threads, failed=failed, fields=self.wear.needs_fields or "work",
         )  # fmt: skip
         for point, side, place, spread, angle in chunks:
             np.add.at(depth, (point[:, None], side[:, None], place), spread)

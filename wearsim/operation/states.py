@@ -168,7 +168,7 @@ class Search:
             failed: dict[int, ContactError] = {}
             found: list[ContactPatches] = solve_each(
                 here.at(index), self.wheelset, self.counterface, models, ContactSolution.patches,
-                threads=self.threads, failed=failed,
+                threads=self.threads, failed=failed, fields="work",
             )  # fmt: skip
             parts += [replace(part, point=index[part.point]) for part in found]
             solved[index[list(failed)]] = False

@@ -84,7 +84,9 @@ def _failed(setup: CampaignSetup) -> tuple[dict[int, ContactError], float]:
     for one in (setup.models, *setup.fallbacks):
         failed, conditions = {}, points.conditions.at(rest)
         problem = (setup.wheelset, setup.counterface, replace(one, tangential="fastsim"))
-        found = solve_each(conditions, *problem, worn, failed=failed)
+        found = solve_each(
+            conditions, *problem, worn, failed=failed, fields=setup.wear.needs_fields or "work"
+        )
         parts += [(rest[point], area) for point, area in found]
         failed = {int(rest[row]): error for row, error in failed.items()}
         rest = np.array(sorted(failed), dtype=np.int64)
@@ -147,7 +149,7 @@ def _roll_warnings(
     def roll(solution: ContactSolution) -> None:
         resting.update(zip(index[solution.point].tolist(), solution.roll.tolist(), strict=True))
 
-    solve_each(free, setup.wheelset, setup.counterface, models, roll, failed={})
+    solve_each(free, setup.wheelset, setup.counterface, models, roll, failed={}, fields="work")
     tilt = {row: abs(resting[row] - conditions.roll[row]) for row in sorted(resting)}
     worst: dict[KeyPath, int] = {}
     for row in sorted(tilt, key=lambda row: -tilt[row]):

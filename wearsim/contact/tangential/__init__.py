@@ -5,8 +5,8 @@ The contract of a model stands in `contact.tangential.model`. Candidates that we
 """
 
 from wearsim.contact.registry import models_in
-from wearsim.contact.tangential.model import TangentialModel, TangentialSolution
+from wearsim.contact.tangential.model import TangentialModel, TangentialSolution, Wanted
 
 TANGENTIAL_MODELS: dict[str, TangentialModel] = models_in(__name__, __path__)
 
-__all__ = ["TANGENTIAL_MODELS", "TangentialModel", "TangentialSolution"]
+__all__ = ["TANGENTIAL_MODELS", "TangentialModel", "TangentialSolution", "Wanted"]

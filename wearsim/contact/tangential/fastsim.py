@@ -22,7 +22,7 @@ import numpy as np
 from wearsim.contact.kernel import kernel, leaf_kernel, plain
 from wearsim.contact.patch import FloatArray, IntArray, Patch, load_factor
 from wearsim.contact.tangential.kalker import KNOTS, interpolate, logarithms
-from wearsim.contact.tangential.model import TangentialModel, TangentialSolution
+from wearsim.contact.tangential.model import TangentialModel, TangentialSolution, Wanted
 
 MOST_STRIPS = 512
 _ROW = MOST_STRIPS + 8  # distance of the rows in the kernel's buffer; not a power of two, for the cache
@@ -95,7 +95,7 @@ def solve(
     *,
     shear_modulus: float,
     poisson_ratio: float,
-    fields: bool,
+    fields: Wanted,
     start: TangentialSolution | None = None,
 ) -> TangentialSolution:
     """Shear, slip and creep forces of each patch; contract in `tangential.model`.
@@ -105,7 +105,8 @@ def solve(
     """
     flexibility = flexibilities(patch, shear_modulus, poisson_ratio)
     count, strips = patch.y.shape
-    out = np.empty((5, count, patch.cells.max(initial=1), strips) if fields else (5, 0, 0, 0))
+    kinds = 1 if fields == "work" else 5
+    out = np.empty((kinds, count, patch.cells.max(initial=1), strips) if fields else (5, 0, 0, 0))
     force, slip_area = np.zeros((count, 3)), np.zeros(count)
     slope = patch.pressure_slope * _load_factors(int(patch.cells.max(initial=2)))[patch.cells][:, None]
     creepage, mean = plain(creepage), np.empty(count)
@@ -113,7 +114,7 @@ def solve(
     _march(
         plain(patch.y), plain(patch.width), plain(patch.x_lead), plain(patch.x_trail), plain(friction),
         plain(slope), creepage, flexibility, mean, plain(patch.strips, np.int64),
-        plain(patch.cells, np.int64), fields, np.empty(15 * _ROW), out, force, slip_area,
+        plain(patch.cells, np.int64), bool(fields), np.empty(15 * _ROW), out, force, slip_area,
     )  # fmt: skip
     length = (patch.x_lead - patch.x_trail) / patch.cells[:, None]
     return TangentialSolution(force, slip_area, patch.x_lead, length, out if fields else None)
@@ -144,75 +145,87 @@ def _march(
     """March from the leading to the trailing end, all strips of a patch side by side.
 
     All operands of the inner loop lie in `rows`, one buffer of rows a constant number of places apart:
-    only then does the compiler see that rows do not overlap, and uses vector instructions. Rows: 0 cell
-    length, 1 half length, 2 middle, 3 lateral position, 4 to 6 what rigid slip adds to the traction over a
-    cell (longitudinal; lateral at the middle; lateral per place), 7 the largest pressure, 8 the flexibility
-    over the cell length, 9 and 10 traction at the upstream cell end, 11 to 14 the means of traction and slip
-    in the cell.
+    only then does the compiler see that rows do not overlap, and uses vector instructions. Tractions there
+    are over the largest bound of their strip, and strips are filled up to a multiple of four. Rows: 0 to 2
+    what rigid slip adds to the traction over a cell (longitudinal; lateral at the middle; lateral per place),
+    3 and 4 traction at the upstream cell end, 5 to 8 sums along the strip (both tractions, moment of the
+    lateral one, cells that slip), 9 the flexibility over the cell length, 10 to 13 the means of traction and
+    slip in the cell, 14 the largest bound. One field in `out` is the frictional work, five are pressure,
+    traction and slip.
     """
+    whole = out.shape[0] > 1
     for m in range(y.shape[0]):
         strips, cells = strip_count[m], cell_count[m]
+        filled = (strips + 3) // 4 * 4
         rate_x = creepage[m, 0] / flexibility[0, m]
         rate_y = creepage[m, 1] / flexibility[1, m]
         rate_s = creepage[m, 2] / flexibility[2, m]
         flex = mean[m] * 0.5 * cells
+        for k in range(15):
+            for j in range(filled):
+                rows[k * _ROW + j] = 0.0
         for j in range(strips):
             half, middle = 0.5 * (x_lead[m, j] - x_trail[m, j]), 0.5 * (x_lead[m, j] + x_trail[m, j])
-            dx = half * (2.0 / cells)
-            rows[j] = dx
-            rows[_ROW + j] = half
-            rows[2 * _ROW + j] = middle
-            rows[3 * _ROW + j] = y[m, j]
-            rows[4 * _ROW + j] = (rate_x - rate_s * y[m, j]) * dx
-            rows[5 * _ROW + j] = (rate_y + rate_s * middle) * dx
-            rows[6 * _ROW + j] = rate_s * half * dx
-            rows[7 * _ROW + j] = slope[m, j] * half
-            rows[8 * _ROW + j] = flex / half if half > 0.0 else 0.0
-            rows[9 * _ROW + j] = rows[10 * _ROW + j] = 0.0
-        f_x, f_y, moment, slipping, root_before = 0.0, 0.0, 0.0, 0.0, 0.0
+            largest = slope[m, j] * half
+            if largest > 0.0:
+                per_cell = half * (2.0 / cells) / largest
+                rows[j] = (rate_x - rate_s * y[m, j]) * per_cell
+                rows[_ROW + j] = (rate_y + rate_s * middle) * per_cell
+                rows[2 * _ROW + j] = rate_s * half * per_cell
+                rows[9 * _ROW + j] = flex / half * largest
+                rows[14 * _ROW + j] = largest
+        root_before = 0.0
         for i in range(cells):
-            # Ends and middle of this cell, in half lengths from the middle of the strip.
-            place = 1.0 - (2.0 * i + 1.0) / cells
-            behind = 1.0 - 2.0 * (i + 1) / cells
+            # Middle and downstream end of this cell, in half lengths from the middle of the strip.
+            place, behind = 1.0 - (2.0 * i + 1.0) / cells, 1.0 - 2.0 * (i + 1) / cells
             # Exactly zero at the trailing end: the root of a rounding error would be 1e-8.
             root = np.sqrt(max(1.0 - behind * behind, 0.0)) if i < cells - 1 else 0.0
-            bound, mean_root = friction[m] * root, 0.5 * (root_before + root)
+            limit, mean_root = friction[m] * root, 0.5 * (root_before + root)
             root_before = root
-            for j in range(strips):
-                dx = rows[j]
-                x = rows[2 * _ROW + j] + place * rows[_ROW + j]
-                old_x, old_y = rows[9 * _ROW + j], rows[10 * _ROW + j]
-                trial_x = old_x - rows[4 * _ROW + j]
-                trial_y = old_y - (rows[5 * _ROW + j] + place * rows[6 * _ROW + j])
-                limit = bound * rows[7 * _ROW + j]
+            for j in range(filled):
+                old_x, old_y = rows[3 * _ROW + j], rows[4 * _ROW + j]
+                trial_x = old_x - rows[j]
+                trial_y = old_y - (rows[_ROW + j] + place * rows[2 * _ROW + j])
                 size = np.sqrt(trial_x * trial_x + trial_y * trial_y)
                 share = limit / size if size > limit else 1.0
                 new_x, new_y = trial_x * share, trial_y * share
-                mean_x, mean_y = 0.5 * (old_x + new_x), 0.5 * (old_y + new_y)
-                rows[9 * _ROW + j] = new_x
-                rows[10 * _ROW + j] = new_y
+                rows[3 * _ROW + j] = new_x
+                rows[4 * _ROW + j] = new_y
+                rows[5 * _ROW + j] += new_x
+                rows[6 * _ROW + j] += new_y
+                rows[7 * _ROW + j] += behind * new_y
+                rows[8 * _ROW + j] += 1.0 if size > limit else 0.0
                 if keep:
-                    excess = (share - 1.0) * rows[8 * _ROW + j]
-                    rows[11 * _ROW + j] = mean_x
-                    rows[12 * _ROW + j] = mean_y
-                    rows[13 * _ROW + j] = trial_x * excess
-                    rows[14 * _ROW + j] = trial_y * excess
-                part_x, part_y = mean_x * dx, mean_y * dx
-                f_x += part_x
-                f_y += part_y
-                moment += x * part_y - rows[3 * _ROW + j] * part_x
-                slipping += dx if size > limit else 0.0
-            if keep:
+                    largest, excess = 0.5 * rows[14 * _ROW + j], (share - 1.0) * rows[9 * _ROW + j]
+                    rows[10 * _ROW + j] = (old_x + new_x) * largest
+                    rows[11 * _ROW + j] = (old_y + new_y) * largest
+                    rows[12 * _ROW + j] = trial_x * excess
+                    rows[13 * _ROW + j] = trial_y * excess
+            if keep and whole:
                 for j in range(strips):
-                    out[0, m, i, j] = mean_root * rows[7 * _ROW + j]
+                    out[0, m, i, j] = mean_root * rows[14 * _ROW + j]
                 for k in range(1, 5):
                     for j in range(strips):
-                        out[k, m, i, j] = rows[(10 + k) * _ROW + j]
+                        out[k, m, i, j] = rows[(9 + k) * _ROW + j]
+            elif keep:
+                for j in range(strips):
+                    out[0, m, i, j] = -(
+                        rows[10 * _ROW + j] * rows[12 * _ROW + j] + rows[11 * _ROW + j] * rows[13 * _ROW + j]
+                    )
         if keep:  # padding
             out[:, m, cells:] = 0.0
             out[:, m, :cells, strips:] = 0.0
-        force[m, 0], force[m, 1], force[m, 2] = f_x * width[m], f_y * width[m], moment * width[m]
-        slip_area[m] = slipping * width[m]
+        f_x, f_y, moment, slipping = 0.0, 0.0, 0.0, 0.0
+        for j in range(strips):  # traction is zero at both ends of a strip: its sum is that of the means
+            half, middle = 0.5 * (x_lead[m, j] - x_trail[m, j]), 0.5 * (x_lead[m, j] + x_trail[m, j])
+            area = half * (2.0 / cells) * width[m]
+            bound = rows[14 * _ROW + j] * area
+            f_x += rows[5 * _ROW + j] * bound
+            f_y += rows[6 * _ROW + j] * bound
+            arm = middle * rows[6 * _ROW + j] + half * rows[7 * _ROW + j]
+            moment += (arm - y[m, j] * rows[5 * _ROW + j]) * bound
+            slipping += rows[8 * _ROW + j] * area
+        force[m, 0], force[m, 1], force[m, 2], slip_area[m] = f_x, f_y, moment, slipping
 
 
 MODEL = TangentialModel(name="fastsim", solve=solve, fewest=2, most_strips=MOST_STRIPS)

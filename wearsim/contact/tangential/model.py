@@ -7,13 +7,16 @@ else has to be edited to add one. Whoever calls a record gets input and solution
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol, TypeAlias
 
 import numpy as np
 
 from wearsim.contact.patch import FloatArray, Patch
 from wearsim.contact.registry import check_grid
 from wearsim.errors import NumericalError
+
+Wanted: TypeAlias = bool | Literal["work"]
+"""Fields of cells: all, none, or their frictional work alone, for which a model may give all."""
 
 
 @dataclass(frozen=True)
@@ -28,8 +31,8 @@ class TangentialSolution:
         Part of the patch that slips [m2].
     x_lead, cell_length : (m, ny) array
         Leading end of each row of cells, and length of its cells [m].
-    cells : (5, m, nx, ny) array or None
-        Pressure, shear x, shear y [Pa], relative slip x, slip y [-], means of each cell.
+    cells : (5, m, nx, ny) or (1, m, nx, ny) array or None
+        Pressure, shear x, shear y [Pa], relative slip x, slip y [-], means of each cell; or -shear . slip.
     """
 
     force: FloatArray
@@ -50,7 +53,7 @@ class TangentialSolver(Protocol):
         *,
         shear_modulus: float,
         poisson_ratio: float,
-        fields: bool,
+        fields: Wanted,
         start: TangentialSolution | None = None,
     ) -> TangentialSolution:
         """Shear, slip and creep forces of each patch.
@@ -65,8 +68,8 @@ class TangentialSolver(Protocol):
             Coulomb coefficient [-].
         shear_modulus, poisson_ratio : float
             Of both bodies [Pa], [-].
-        fields : bool
-            Whether cell fields are wanted, or the resultants alone; those are the same.
+        fields : bool or "work"
+            Which fields of cells are wanted besides the resultants, see `Wanted`; those are the same.
         start : TangentialSolution, optional
             Of the same patches under creepages nearby: saves work and changes nothing beyond the tolerance. A
             patch without pressure in it has no start.

@@ -52,6 +52,11 @@ class WearSettings:
     seizure_blend: float | None = None
     seizure_cap: SeizureCap = "none"
 
+    @property
+    def needs_fields(self) -> bool:
+        """Whether the law takes pressure, shear or slip of the cells."""
+        return WEAR_LAWS[self.law].needs_fields
+
 
 def coefficients_of(settings: WearSettings) -> CoefficientSet:
     """Return the numbers of the set of some settings, with those that the settings give in their place.

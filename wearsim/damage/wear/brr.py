@@ -72,4 +72,4 @@ def depth(
     return spread(volume, strip_work, fields)
 
 
-BRR = WearLaw("brr", depth, REGIMES, coefficients="pearce_sherratt_1991", forms=("patch_mean",))
+BRR = WearLaw("brr", depth, REGIMES, "pearce_sherratt_1991", forms=("patch_mean",), needs_fields=False)

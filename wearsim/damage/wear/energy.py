@@ -73,5 +73,5 @@ def depth(
 
 
 ENERGY = WearLaw(
-    "energy", depth, REGIMES, coefficients="zobory_1997", parameters=("density", "energy_coefficient")
+    "energy", depth, REGIMES, "zobory_1997", parameters=("density", "energy_coefficient"), needs_fields=False
 )

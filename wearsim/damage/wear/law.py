@@ -41,6 +41,8 @@ class WearLaw:
         False for the law that removes nothing.
     needs_friction : bool
         Whether nothing wears without friction.
+    needs_fields : bool
+        Whether it takes pressure, shear or slip of the cells; False: their frictional work alone.
     outside : tuple of (str, str)
         Regimes in which it goes beyond its data, each with the words that say where.
     """
@@ -53,4 +55,5 @@ class WearLaw:
     parameters: tuple[str, ...] = ()
     wears: bool = True
     needs_friction: bool = True
+    needs_fields: bool = True
     outside: tuple[tuple[str, str], ...] = ()

@@ -110,4 +110,4 @@ def depth(
     return spread(removed_area, strip_work, fields)
 
 
-USFD = WearLaw("usfd", depth, REGIMES, coefficients="lewis_dwyer_joyce_2004", parameters=("density",))
+USFD = WearLaw("usfd", depth, REGIMES, "lewis_dwyer_joyce_2004", parameters=("density",), needs_fields=False)

@@ -94,7 +94,7 @@ def solve(
     patches = np.empty(load.size * most, PATCH)  # what is not written stays idle
     balance(
         row, plain(load), *_displacement(start, row, vertical), vertical, rough, factor, effective_modulus,
-        gap.gap, gap.gap.min(axis=1), gap.wheel_radius, gap.x, poses, ends, profile, wheel,
+        gap.gap, gap.lowest, gap.wheel_radius, gap.x, poses, ends, profile, wheel,
         max(round(_PITCH / spacing), 1), work, count, fault, patches,
     )  # fmt: skip
     raise_first(fault)
