@@ -460,21 +460,21 @@ def _refined(
         several = np.bincount(wheels.place, minlength=2 * count).reshape(-1, 2) > 1
         most = np.where(several, _SEVERAL, SIMILAR)
         again = here & (np.abs(np.log(load / _loads(wheels, count))) > most)
+        if hasty and trial > 0:
+            promising = np.abs(before) <= (_PROMISING if 0 in columns else _PROMISING_LOADS)
+            sure = open_rows & ~again.any(axis=1) & promising.all(axis=1)
+            if sure.any():
+                mask = sure[wheels.normal.patch.row]
+                done.append(stretched(patches_where(wheels, mask), load))
+                open_rows &= ~sure
+                if not open_rows.any():
+                    break
+                wheels = patches_where(wheels, ~mask)
         if 0 < trial <= _FROZEN and again.any():
             old = wheels
             wheels = _renewed(task, chunk, sides, wheels, load, again)
             contact = _matched(contact, old, wheels)
         similar = stretched(wheels, load)
-        if hasty and trial > 0:
-            promising = np.abs(before) <= (_PROMISING if 0 in columns else _PROMISING_LOADS)
-            sure = open_rows & ~again.any(axis=1) & promising.all(axis=1)
-            if sure.any():
-                mask = sure[similar.normal.patch.row]
-                done.append(patches_where(similar, mask))
-                open_rows &= ~sure
-                if not open_rows.any():
-                    break
-                wheels, similar = patches_where(wheels, ~mask), patches_where(similar, ~mask)
         forces = forces_of(task, similar, speed, model, fields=model.warm, start=contact)
         contact = forces.contact if model.warm else None
         residual = _residual(task, chunk, forces, columns)
@@ -533,9 +533,10 @@ def _step(slope: FloatArray, residual: FloatArray, largest: FloatArray) -> Float
     """Newton's step, shortened to the largest one."""
     if residual.shape[1] == 0:
         return residual
-    flat = ~(np.abs(np.linalg.det(slope)) > 1e-12)
+    alone = residual.shape[1] == 1  # for which the library takes ten times as long
+    flat = ~(np.abs(slope[:, 0, 0] if alone else np.linalg.det(slope)) > 1e-12)
     slope = np.where(flat[:, None, None], np.eye(residual.shape[1]), slope)
-    step = -np.linalg.solve(slope, residual[:, :, None])[:, :, 0]
+    step = -residual / slope[:, 0] if alone else -np.linalg.solve(slope, residual[:, :, None])[:, :, 0]
     shortened: FloatArray = step / np.maximum(np.abs(step / largest).max(axis=1), 1.0)[:, None]
     return shortened
 

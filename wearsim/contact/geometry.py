@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from wearsim.contact.kernel import kernel, plain
+from wearsim.contact.kernel import bare_kernel, plain
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.errors import ContactError
 from wearsim.profile.shape import Profile, arc_length
@@ -325,7 +325,7 @@ class _Nearest(NamedTuple):
     x: FloatArray
 
 
-@kernel
+@bare_kernel
 def _search(
     bodies: Bodies,
     counterface: CounterfaceProfile,
@@ -354,7 +354,7 @@ def _search(
             nearest.x[row, i] = x[k] + share * (x[k + 1] - x[k])
 
 
-@kernel
+@bare_kernel
 def _contact_line(bodies: Bodies, row: int, kappa: float, line: _ContactLine) -> None:
     """Where the wheel's normal has no component along the counterface, circle by circle.
 
@@ -374,18 +374,20 @@ def _contact_line(bodies: Bodies, row: int, kappa: float, line: _ContactLine) ->
         if w * w > square:  # a circle so steep that it comes nearest nowhere ends at the height of the axle
             w = np.sqrt(square) if w > 0.0 else -np.sqrt(square)
         root = np.sqrt(max(square - w * w, 0.0))
-        sine, cosine = (p * w - q * root) / square, (q * w + p * root) / square
+        inverse = 1.0 / square
+        sine, cosine = (p * w - q * root) * inverse, (q * w + p * root) * inverse
         x = cy * r * sine - sy * cr * b + sy * sr * r * cosine
         z = sr * b + cr * r * cosine - nominal_radius
         line.y[k] = shift + sy * r * sine + cy * cr * b - cy * sr * r * cosine - half_span
-        line.height[k] = (2.0 * z - kappa * z * z - kappa * x * x) / (
-            1.0 + np.sqrt((kappa * x) ** 2 + (1.0 - kappa * z) ** 2)
-        )
+        if kappa != 0.0:  # a rail would get the same in twice the time
+            length = np.sqrt((kappa * x) ** 2 + (1.0 - kappa * z) ** 2)
+            z = (2.0 * z - kappa * z * z - kappa * x * x) / (1.0 + length)
+        line.height[k] = z
         line.sin_theta[k] = sine
         line.x[k] = x
 
 
-@kernel
+@bare_kernel
 def _envelope(line: _ContactLine, counterface: CounterfaceProfile, gap: FloatArray, circle: IntArray) -> None:
     """Smallest gap over each grid point, and the first of the two circles around it; -1 without wheel."""
     points = counterface.y.size

@@ -119,10 +119,8 @@ def passage_depth(fields: SurfaceFields, area: FloatArray, settings: WearSetting
     law = WEAR_LAWS[settings.law]
     coefficients = coefficients_of(settings)
     taken = {name: getattr(settings, name) for name in ("density", "seizure_cap") if name in law.parameters}
-    parts = [
-        law.depth(*part, coefficients, form=settings.form, **taken)
-        for part in batches((fields, area), area.size)
-    ]
+    few = batches((fields, area), area.size) if law.needs_fields else [(fields, area)]
+    parts = [law.depth(*part, coefficients, form=settings.form, **taken) for part in few]
     depth = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
     bad = np.asarray(~np.isfinite(depth).all(axis=(0, 2)))
     require_usable(f'wear law "{settings.law}"', bad, "not finite")

@@ -44,7 +44,7 @@ def wear_rate(index: FloatArray, coefficients: CoefficientSet) -> FloatArray:
     .. [1] R. Lewis, R. S. Dwyer-Joyce, Proc. IMechE Part J 218 (2004) 467-478.
     """
     index = np.asarray(index)
-    rate = _integral(index.reshape(1, 1, -1), np.ones((1, index.size)), coefficients)
+    rate = _integral(index.reshape(1, 1, -1), 1.0, np.ones((1, index.size)), coefficients)
     return rate.reshape(len(REGIMES), *index.shape)
 
 
@@ -58,21 +58,23 @@ class _Law(NamedTuple):
     catastrophic_slope: float
 
 
-def _integral(index: FloatArray, cell_length: FloatArray, coefficients: CoefficientSet) -> FloatArray:
-    """Integral (3, m, ny) of K_w along strips, of wear indices (m, nx, ny) and cell lengths (m, ny)."""
+def _integral(
+    index: FloatArray, unit: float, cell_length: FloatArray, coefficients: CoefficientSet
+) -> FloatArray:
+    """Integral (3, m, ny) of K_w along strips, of wear indices (m, nx, ny) over a unit, with cell lengths."""
     law = _Law(*(float(coefficients[name]) for name in _Law._fields))
     out = np.zeros((len(REGIMES), *cell_length.shape))
-    _sum_cells(plain(index), law, out)
+    _sum_cells(plain(index), unit, law, out)
     return out * cell_length
 
 
 @kernel
-def _sum_cells(index: FloatArray, law: _Law, out: FloatArray) -> None:
+def _sum_cells(index: FloatArray, unit: float, law: _Law, out: FloatArray) -> None:
     """Add K_w of each cell to the sum of its strip in its regime; NaN is mild and stays NaN."""
     for m in range(index.shape[0]):
         for i in range(index.shape[1]):
             for j in range(index.shape[2]):
-                value = index[m, i, j]
+                value = index[m, i, j] / unit
                 severe, catastrophic = value >= law.severe_limit, value > law.catastrophic_limit
                 beyond = law.severe_level + law.catastrophic_slope * (value - law.catastrophic_limit)
                 out[0, m, j] += 0.0 if severe or value <= 0.0 else law.mild_slope * value
@@ -102,8 +104,8 @@ def depth(
     .. [1] R. Lewis, R. S. Dwyer-Joyce, Proc. IMechE Part J 218 (2004) 467-478.
     """
     if form == "local":
-        index = fields.work_density / _PASCAL_PER_N_MM2
-        return _integral(index, fields.cell_length, coefficients) * (_KG_M3_PER_UG_M_MM2 / density)
+        rate = _integral(fields.work_density, _PASCAL_PER_N_MM2, fields.cell_length, coefficients)
+        return rate * (_KG_M3_PER_UG_M_MM2 / density)
     strip_work = np.maximum(fields.strip_work, 0.0)
     mean_index = mean_of(patch_total(strip_work, fields), area) / _PASCAL_PER_N_MM2
     removed_area = wear_rate(mean_index, coefficients) * area * (_KG_M3_PER_UG_M_MM2 / density)

@@ -54,18 +54,18 @@ def find_basins(gap: FloatArray, highest: float, basins: Records) -> int:
     The gap flooded from below joins each basin to a deeper one: its parent is the deepest one that holds the
     water it joins.
     """
-    number = 0
-    top = -np.inf
+    number, begin = 0, 1
     for i in range(1, gap.size - 1):
-        top = max(top, gap[i])
         if gap[i] < gap[i - 1] and gap[i] <= gap[i + 1] and gap[i] < highest:
             bend = gap[i - 1] - 2.0 * gap[i] + gap[i + 1]
             move = 0.5 * (gap[i - 1] - gap[i + 1]) / bend
             one = basins[number]
             one.place = i + move
             one.height = gap[i] - 0.25 * (gap[i - 1] - gap[i + 1]) * move
-            one.before = top
-            top = -np.inf
+            one.before = -np.inf
+            for j in range(begin if number > 0 else i, i + 1):
+                one.before = max(one.before, gap[j])
+            begin = i + 1
             number += 1
     for k in range(number):
         j = k
