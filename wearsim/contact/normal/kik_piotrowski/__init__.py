@@ -77,7 +77,7 @@ def solve(
     """Patches and pressures of every row; contract in `normal.model`.
 
     Own parameter: "virtual_penetration_factor", epsilon of [1]_, 0.55 by default. Rough solutions have strips
-    without skew and carry the load to 1 %.
+    without skew and carry the load to 4 %.
     """
     factor = {**DEFAULTS, **parameters}["virtual_penetration_factor"]
     profile = gap.counterface

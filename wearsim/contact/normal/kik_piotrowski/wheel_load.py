@@ -97,7 +97,8 @@ def find_basins(gap: FloatArray, highest: float, basins: Records) -> int:
 
 _POWER = 1.52  # of the approach that the load grows with, as a first guess; 1.5 for a quadratic gap
 _COARSE = 0.02  # error of the load without skew from which one more step leads to that with skew
-_ROUGH = 0.01  # error of the load of rough solutions
+_ROUGH = 0.04  # error of the load of rough solutions
+_ELLIPSE = 1.34  # load over modulus, approach and mean semi-axis, to some per cent whatever the ratio of axes
 _TRIALS = 200
 _DEEPEST = 0.01  # m, of an approach
 _FAINT = 1e-4  # share of a basin in the condition of displacement that is left out
@@ -275,15 +276,31 @@ def _move_on(work: Work, used: int, gap: FloatArray, share: float) -> bool:
 
 
 @bare_kernel
+def _first_approach(load: float, factor: float, modulus: float, number: int, row: Row, work: Work) -> float:
+    """Approach of a wheel on an ellipse as long and of the same interpenetration as its deepest patch."""
+    one, deepest = work.patches[0], work.basins[work.basins[0].order]
+    approach = 0.8 * (load / modulus) ** (2.0 / 3.0)
+    for _ in range(2):
+        _spread(approach, factor, number, work.basins)
+        one.rim = deepest.rim
+        if find_outline(deepest.place, row, one):
+            radius = row.radius[int(deepest.place)]
+            square = 2.0 * factor * approach * radius / (1.0 + row.pose.kappa * radius)
+            width = 0.375 * one.weight / (factor * approach)
+            carried = _ELLIPSE * modulus * approach * np.cos(one.angle) * np.sqrt(np.sqrt(square) * width)
+            approach *= min(max((load / carried) ** (1.0 / _POWER), 0.2), 4.0)
+    return approach
+
+
+@bare_kernel
 def _find_approach(
     load: float, guess: float, factor: float, modulus: float, vertical: bool, number: int, row: Row,
     yawed: bool, rough: bool, work: Work,
 ) -> tuple[float, float, int]:  # fmt: skip
     """Approach of a wheel under its load, the load of its patches as they are left, and their number."""
-    # Hertz-like guess for a sphere of the wheel's radius; under yaw, strips without skew first: they cost
-    # little and lead near the solution.
+    # Under yaw, strips without skew first: they cost little and lead near the solution.
     skewed = yawed and not rough and guess > 0.0
-    approach = guess if guess > 0.0 else 0.8 * (load / modulus) ** (2.0 / 3.0)
+    approach = guess if guess > 0.0 else _first_approach(load, factor, modulus, number, row, work)
     lower, upper, power = 0.0, np.inf, _POWER
     before, load_before, value, used, known = 0.0, 0.0, 0.0, 0, 0
     for trial in range(_TRIALS):
