@@ -58,14 +58,16 @@ def test_fastsim_kernel_against_c(show, best, tmp_path):
         return np.empty((5, patches, cells, strips)), np.zeros((patches, 3)), np.zeros(patches)
 
     ours, theirs = outputs(), outputs()
+    alone = (np.empty((1, patches, cells, strips)), *outputs()[1:])
     rows = np.empty(15 * fastsim._ROW)
 
-    def kernel():
-        fastsim._march(*given, strip_count, cell_count, True, rows, *ours)
+    def kernel(outputs=ours):
+        fastsim._march(*given, strip_count, cell_count, True, rows, *outputs)
 
     kernel()
     per_cell = 1e9 / (patches * cells * strips)
     time_kernel = best(kernel, 40) * per_cell
+    time_work = best(lambda: kernel(alone), 40) * per_cell
     compiler = shutil.which("gcc") or shutil.which("cc")
     if compiler is None:
         show(f"FASTSIM kernel {time_kernel:.2f} ns per cell; no C compiler here to compare with")
@@ -80,7 +82,7 @@ def test_fastsim_kernel_against_c(show, best, tmp_path):
 
     arguments = [ctypes.c_int(n) for n in (patches, cells, strips)]
     arguments += [pointer(array) for array in (*given, *theirs)]
-    show(f"FASTSIM kernel, 50 x 50 cells: {time_kernel:.2f} ns per cell")
+    show(f"FASTSIM kernel, 50 x 50 cells: {time_kernel:.2f} ns per cell, {time_work:.2f} for the work alone")
     for name in ("across_strips", "by_strip"):
         function = loaded[name]
         function.restype = None
@@ -93,9 +95,16 @@ def test_fastsim_kernel_against_c(show, best, tmp_path):
 
 
 def solved(
-    scene, normal="kik_piotrowski", tangential="fastsim", grid=50, sides=(0,), threads=1, points=POINTS
+    scene,
+    normal="kik_piotrowski",
+    tangential="fastsim",
+    grid=50,
+    sides=(0,),
+    threads=1,
+    points=POINTS,
+    fields="work",
 ):
-    """Search to strip work, balance of the load included, on an exact grid."""
+    """Search to strip work, balance of the load included, on an exact grid; no other fields, as campaigns."""
     conditions, wheelset, counterface, models = scene
     models = replace(
         models, normal=normal, tangential=tangential, strips=grid, cells=grid, most_cells=grid, cell_size=1.0
@@ -103,7 +112,7 @@ def solved(
     few = {name: value[:points] for name, value in vars(conditions).items() if isinstance(value, np.ndarray)}
     contact.solve_each(
         replace(conditions, **few), wheelset, counterface, models, lambda part: part.fields.strip_work,
-        sides=sides, threads=threads,
+        sides=sides, threads=threads, fields=fields,
     )  # fmt: skip
 
 
@@ -112,7 +121,12 @@ def test_full_solution(show, best, scene, normal, target):
     """One wheel at the nominal rotation speed, 50 x 50, on one thread."""
     solved(scene, normal)
     alone = best(lambda: solved(scene, normal)) / POINTS * 1e6
-    show(f"full solution with {normal}, 50 x 50, load balance included: {alone:.0f} us (target {target})")
+    solved(scene, normal, fields=True)
+    whole = best(lambda: solved(scene, normal, fields=True)) / POINTS * 1e6
+    show(
+        f"full solution with {normal}, 50 x 50, load balance included: {alone:.0f} us (target {target}), "
+        f"{whole:.0f} us with all fields of cells"
+    )
 
 
 def test_threads(show, best, scene):

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,10 +54,11 @@ class Setup:
     brake: BrakeBlockSection | None = None
 
     @property
-    def needs_fields(self) -> bool:
-        """Whether some law takes pressure, shear or slip of the cells."""
-        laws = self.wear, *self.comparison.wear
-        return bool(self.comparison.fatigue) or any(one.needs_fields for one in laws)
+    def options(self) -> dict[str, Any]:
+        """Options of `solve_each`: threads, and the fields that the laws take."""
+        laws = self.wear, *self.comparison.wear, *self.comparison.fatigue
+        whole = any(getattr(one, "needs_fields", True) for one in laws)
+        return {"threads": self.threads, "fields": whole or "work"}
 
     @property
     def chain(self) -> tuple[ContactModels, ...]:
@@ -155,15 +156,7 @@ def solve_passage(
             evaluated = partial(_passage_at, of[index], share[index], number, setup)
             here = (conditions if number else nearby).at(index)
             try:
-                chunks = solve_each(
-                    here,
-                    *bodies,
-                    one,
-                    evaluated,
-                    threads=setup.threads,
-                    failed=own,
-                    fields=setup.needs_fields or "work",
-                )
+                chunks = solve_each(here, *bodies, one, evaluated, failed=own, **setup.options)
             except ContactError as error:
                 raise _numbered(error, of[index]) from None
             parts.append(chunks)

@@ -137,8 +137,7 @@ class Gap:
     @cached_property
     def lowest(self) -> FloatArray:
         """Smallest gap of each row (n,) [m]."""
-        lowest: FloatArray = self.gap.min(axis=1)
-        return lowest
+        return np.asarray(self.gap.min(axis=1))
 
 
 def _open_curve(profile: Profile, spacing: float, start: int) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -74,19 +74,17 @@ def check_contact(scene: CampaignScene) -> tuple[Fault, ...]:
 
 def _failed(setup: CampaignSetup) -> tuple[dict[int, ContactError], float]:
     """Errors of points without contact, and the share of the wear they carry; inf if one only watches."""
-    points, failed = setup.points, dict[int, ContactError]()
+    points, wear, failed = setup.points, setup.wear, dict[int, ContactError]()
 
     def worn(solution: ContactSolution) -> tuple[IntArray, FloatArray]:
-        depth = np.sum(passage_depth(solution.fields, solution.area, setup.wear), axis=(0, 2))
+        depth = np.sum(passage_depth(solution.fields, solution.area, wear), axis=(0, 2))
         return solution.point, depth * solution.patch.width
 
     parts, rest = list[tuple[IntArray, FloatArray]](), np.arange(len(points.label))
     for one in (setup.models, *setup.fallbacks):
         failed, conditions = {}, points.conditions.at(rest)
         problem = (setup.wheelset, setup.counterface, replace(one, tangential="fastsim"))
-        found = solve_each(
-            conditions, *problem, worn, failed=failed, fields=setup.wear.needs_fields or "work"
-        )
+        found = solve_each(conditions, *problem, worn, failed=failed, fields=wear.needs_fields or "work")
         parts += [(rest[point], area) for point, area in found]
         failed = {int(rest[row]): error for row, error in failed.items()}
         rest = np.array(sorted(failed), dtype=np.int64)

@@ -103,9 +103,7 @@ def _contacts(setup: CampaignSetup) -> _Contacts:
         return _Contacts(solution.point, solution.side, solution.max_pressure, *ends)
 
     models = replace(setup.models, tangential="fastsim")
-    parts = solve_each(
-        setup.points.conditions, wheelset, counterface, models, patches, failed={}, fields="work"
-    )
+    parts = solve_each(setup.points.conditions, wheelset, counterface, models, patches, failed={})
     return _Contacts(*map(np.concatenate, zip(*parts, strict=True)))
 
 

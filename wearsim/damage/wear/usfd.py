@@ -58,14 +58,12 @@ class _Law(NamedTuple):
     catastrophic_slope: float
 
 
-def _integral(
-    index: FloatArray, unit: float, cell_length: FloatArray, coefficients: CoefficientSet
-) -> FloatArray:
-    """Integral (3, m, ny) of K_w along strips, of wear indices (m, nx, ny) over a unit, with cell lengths."""
+def _integral(index: FloatArray, unit: float, length: FloatArray, coefficients: CoefficientSet) -> FloatArray:
+    """Integral (3, m, ny) of K_w along strips, of wear indices (m, nx, ny) in a unit and cell lengths."""
     law = _Law(*(float(coefficients[name]) for name in _Law._fields))
-    out = np.zeros((len(REGIMES), *cell_length.shape))
+    out = np.zeros((len(REGIMES), *length.shape))
     _sum_cells(plain(index), unit, law, out)
-    return out * cell_length
+    return out * length
 
 
 @kernel

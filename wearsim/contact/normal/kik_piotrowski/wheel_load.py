@@ -279,7 +279,7 @@ def _move_on(work: Work, used: int, gap: FloatArray, share: float) -> bool:
 def _first_approach(load: float, factor: float, modulus: float, number: int, row: Row, work: Work) -> float:
     """Approach of a wheel on an ellipse as long and of the same interpenetration as its deepest patch."""
     one, deepest = work.patches[0], work.basins[work.basins[0].order]
-    approach = 0.8 * (load / modulus) ** (2.0 / 3.0)
+    approach: float = 0.8 * (load / modulus) ** (2.0 / 3.0)
     for _ in range(2):
         _spread(approach, factor, number, work.basins)
         one.rim = deepest.rim
