@@ -481,6 +481,7 @@ def _refined(
         if slope is None:
             slope = _slopes(task, chunk, similar, forces, model, speed, columns)
         settled = open_rows & ~_missed(residual, columns, model)
+        settled &= not hasty or trial > _FROZEN  # else one more step costs nothing
         if trial > _FROZEN:
             similar, jump = _frozen(similar, wheels, count)
             settled &= jump <= _LARGEST_JUMP
