@@ -13,6 +13,8 @@ its wave number, a model with virtual penetration to all waves alike, so that a 
 :math:`1 - (b/a)(1 - e^{-S})` from one refreshment to the next. Of the change of short waves a point therefore
 takes on the share `_SHORT` :math:`/ (1 - e^{-S})`, stable up to :math:`b/a` of 10.
 
+Of points that differ by little but their lateral shift only some are solved: `neighbours`.
+
 By the change of its difference over the distance each point foretells what it would leave out by waiting for
 another step: those are solved again which together would leave out more than a step may add to the error. A
 step that adds more than that is followed by shorter ones, and repeated if it is much more. Where steps become
@@ -33,6 +35,7 @@ from wearsim.campaign.control import StepChoice
 from wearsim.campaign.counterface import per_passage
 from wearsim.campaign.evaluate import Passage, Setup, carried, forces_of, mismatched, solve_passage
 from wearsim.campaign.left_out import new_history
+from wearsim.campaign.neighbours import between
 from wearsim.campaign.state import Correction, CounterfaceState, Increment, State
 from wearsim.campaign.step import INTEGRATORS, Step, StepRule, worn_by
 from wearsim.campaign.vertices import lengths_of_sides, spline_sides
@@ -166,10 +169,10 @@ def control_at(state: State, setup: CampaignSetup, settings: ControlSettings) ->
 
 
 class Refreshed(NamedTuple):
-    """Points solved with the reference."""
+    """Points whose differences are new."""
 
     correction: Correction
-    solved: IntArray  # (k,) numbers of the points
+    solved: IntArray  # (k,) numbers of the points and of those between them
     change: FloatArray  # (k, 2, q, n) of their differences, 0 where one of another model or none was known
 
 
@@ -183,7 +186,8 @@ def refreshed(
 ) -> Refreshed:
     """Solve some points with the reference and remember how the fast models differ from it.
 
-    Points that the reference itself solved in the passage have no difference, and are not solved again.
+    Points that the reference itself solved in the passage have no difference, and are not solved again. Those
+    between alike ones take on the change of their differences.
 
     Parameters
     ----------
@@ -212,22 +216,35 @@ def refreshed(
     among = among & ~own
     if not among.any():
         return Refreshed(old, np.zeros(0, dtype=np.int64), np.zeros((0, *old.wheel.shape[1:])))
-    true = replace(setup, models=setup.reference, fallbacks=())
-    alone = replace(state, correction=None, points=state.points or new_history(points))
-    by_reference = solve_passage(alone, points, true, among)
-    solved = np.setdiff1d(by_reference.contact.point, [*by_reference.failed, *passage.failed])
-    index = solved[np.isin(solved, passage.contact.point)]
-    model, step = old.model.copy(), np.where(among, state.step, old.step)
+    model = old.model.copy()
     model[passage.contact.point] = passage.model
     other = model != old.model  # differences from models that no longer solve the point
+    ends, share = between(passage, points, among, (old.step >= 0) & ~other, state.step)
+    chosen = np.isin(np.arange(among.size), ends[among])
+    true = replace(setup, models=setup.reference, fallbacks=())
+    alone = replace(state, correction=None, points=state.points or new_history(points))
+    by_reference = solve_passage(alone, points, true, chosen)
+    solved = np.setdiff1d(by_reference.contact.point, [*by_reference.failed, *passage.failed])
+    solved = solved[np.isin(solved, passage.contact.point)]
+    index = np.flatnonzero(among & np.isin(ends, solved).all(axis=1))
+    rest = among & ~chosen  # between points without a solution
+    rest[index] = False
+    among = among & ~rest
     known = (old.step[index] >= 0) & ~other[index]
+
+    def interpolated(values: FloatArray) -> FloatArray:
+        """Of points `index`, from values of those solved."""
+        one, two = (values[np.searchsorted(solved, ends[index, side])] for side in (0, 1))
+        part = share[index].reshape(-1, *[1] * (values.ndim - 1))
+        mean: FloatArray = (1.0 - part) * one + part * two
+        return mean
 
     regimes, change, difference = state.regime_depth.shape[1], {}, {}
     lost = other & ~np.isin(np.arange(other.size), index)
-    ours, theirs = (_of_points(one, index, state, setup) for one in (passage, by_reference))
+    ours, theirs = (_of_points(one, solved, state, setup) for one in (passage, by_reference))
     for name, body, depths in (("wheel", state, regimes), ("below", state.counterface, 1)):
         before = getattr(old, name)
-        change[name] = theirs[name] - ours[name] - before[index]
+        change[name] = interpolated(theirs[name] - ours[name] - before[solved])
         taken = change[name].copy()
         if share_short < 1.0 and known.any() and body is not None:
             taken[known, :, :depths] = _short_waves_less(body, taken[known, :, :depths], share_short)
@@ -235,12 +252,13 @@ def refreshed(
         difference[name][lost] = 0.0
         difference[name][index] += taken
     more = forces_of(by_reference, points, setup).columns - forces_of(passage, points, setup).columns
+    more[index] = interpolated(more[solved])
     place = np.stack([points.conditions.shift, points.conditions.yaw], axis=1)
     same = (old.step == state.step) & (old.run == 0.0) & ~other & as_before
     forces = old.forces.of(~other).renewed(
         np.isin(np.arange(other.size), index), old.forces.of(~other).seen(more, place, same)
     )
-    run, drift = old.run.copy(), old.drift.copy()
+    step, run, drift = np.where(among, state.step, old.step), old.run.copy(), old.drift.copy()
     extent = _extent(change["wheel"][:, :, :regimes])
     moved = known & (run[index] > 0.0)
     drift[index[np.isinf(drift[index]) & moved]] = 0.0
@@ -249,9 +267,16 @@ def refreshed(
     change["wheel"][~known] = 0.0
     new = replace(
         old, **difference, forces=forces, step=step, model=model, run=run, drift=drift,
-        solved=old.solved + int(among.sum()),
+        solved=old.solved + int(chosen.sum()),
     )  # fmt: skip
-    return Refreshed(_seen(new, among, by_reference), index, change["wheel"])
+    new = _seen(new, among, by_reference)
+    for name in ("power", "max_pressure"):
+        getattr(new, name)[index] = interpolated(getattr(new, name)[solved])
+    if not rest.any():
+        return Refreshed(new, index, change["wheel"])
+    here = replace(state, correction=new)
+    new, further, changed = refreshed(here, points, rest, setup, passage, share_short)
+    return Refreshed(new, np.append(index, further), np.concatenate([change["wheel"], changed]))
 
 
 def solved_by_reference(passage: Passage, setup: Setup, count: int) -> NDArray[np.bool_]:

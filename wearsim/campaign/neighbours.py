@@ -1,0 +1,86 @@
+"""Operating points that lie between others, alike but for their lateral shift.
+
+Where the contact moves by a small share of its width from one shift to another, what the reference changes
+at both holds for the points between them, in proportion to the shift. The points at both ends are others in
+each step, so that every point is solved itself in turn.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearsim.campaign.evaluate import Passage
+from wearsim.contact.patch import FloatArray, IntArray
+from wearsim.operation.points import OperatingPoints
+
+_MOVED = 0.15
+"""Largest distance between the contacts of two ends, over their width."""
+
+_MOST, _FIRST = 4, 2
+"""Points from one end to the other at most, where the difference is known and where it is not."""
+
+
+def between(
+    passage: Passage, points: OperatingPoints, among: NDArray[np.bool_], known: NDArray[np.bool_], step: int
+) -> tuple[IntArray, FloatArray]:
+    """Return the points between which each point lies.
+
+    Parameters
+    ----------
+    passage : Passage
+        Of the fast models at the `n` points.
+    points : OperatingPoints
+        All of them; where shifts follow from forces, each is solved itself.
+    among, known : (n,) bool array
+        Points that are asked for, and those whose difference is known.
+    step : int
+        Number of the step.
+
+    Returns
+    -------
+    ends : (n, 2) int array
+        Itself twice for points to be solved.
+    share : (n,) array
+        Of the second one [-].
+    """
+    count, contact = among.size, passage.contact
+    ends, share, shift = np.arange(2 * count).reshape(-1, 2) // 2, np.zeros(count), points.conditions.shift
+    if points.controlled is not None:
+        return ends, share
+    others = [
+        one.reshape(count, -1).T
+        for name, one in vars(points.conditions).items()
+        if isinstance(one, np.ndarray) and name not in ("shift", "nearby")
+    ]
+    others += [points.of_class[None], points.environment[None], known[None]]
+    alike = np.unique(np.vstack(others), axis=1, return_inverse=True)[1].ravel()
+    first, behind = (np.searchsorted(contact.point, np.arange(count), side) for side in ("left", "right"))
+    sort = np.stack([contact.side, passage.model])
+
+    def near(one: int, other: int) -> bool:
+        """Whether two points have the same patches, about at the same places."""
+        a, b = slice(first[one], behind[one]), slice(first[other], behind[other])
+        if alike[one] != alike[other] or not np.array_equal(sort[:, a], sort[:, b]):
+            return False
+        away = np.abs(contact.wheel_y[a] - contact.wheel_y[b])
+        return bool((away <= _MOVED * np.minimum(contact.width[a], contact.width[b])).all())
+
+    order = np.lexsort((shift, alike))
+    order = order[among[order] & (behind > first)[order]]
+    start = 0
+    while start < order.size - 1:
+        one, end = order[start], start + 1
+        most = _MOST if known[one] else min(_FIRST, _MOST)
+        while (
+            (end + step) % most > 0
+            and end < order.size - 1
+            and all(near(*pair) for pair in ((one, order[end]), (one, order[end + 1]), order[end : end + 2]))
+        ):
+            end += 1
+        inner, last = order[start + 1 : end], order[end]
+        if inner.size > 0:
+            ends[inner] = one, last
+            share[inner] = (shift[inner] - shift[one]) / (shift[last] - shift[one])
+        start = end
+    return ends, share
