@@ -67,6 +67,7 @@ _LARGEST_JUMP = 0.1  # of the logarithm of a load, by which patches may be stret
 # Residuals below which one more step is enough: it leaves 3 % of those with a torque, 0.3 % of loads alone,
 # mostly far less.
 _PROMISING, _PROMISING_LOADS = 1.5e-5, 3e-4
+_LOOSER = 100.0, 10.0  # factors on the tolerance of warm models in the first trials
 _AFRESH = 6  # trials after which slopes are taken anew, by differences
 _FAR = 0.2  # change of the logarithm of a load beyond which coarse patches are solved anew
 _SPEED_UNIT = 1e-3  # of the nominal rotation speed: unknowns of like size
@@ -170,7 +171,7 @@ def equilibrium(
                 load[wanted, side.number] = carried[wanted, side.number]
             turning[wanted] = turned[wanted]
 
-    refine(every, hasty=not model.warm)
+    refine(every, hasty=not model.warm or (nearby is None and chunk.nearby is None))
     whole, order = by_point(wheels)
     if model.warm:
         return Equilibrium(whole, contact_joined(contacts, order), turning, load, slopes)
@@ -436,10 +437,12 @@ def _refined(
 
     And creep forces of a warm model, rotation speeds (n,), loads (n, 2) and slopes. `near` is as of
     `_bracketed`.
-    If `hasty`, a point whose residuals are `_PROMISING` takes one more step and is not looked at again.
+    If `hasty`, a point whose residuals are `_PROMISING` takes one more step and is not looked at again; warm
+    models are solved loosely in the first trials instead.
     """
     unknown, slope, rough = near[0].copy(), None if near[1] is None else near[1].copy(), near[2]
     model = TANGENTIAL_MODELS[task.models.tangential]
+    loose, hasty = hasty and model.warm, hasty and not model.warm
     count, nominal = chunk.shift.size, -chunk.speed / task.wheelset.radius
     # The torque hangs on all unknowns, a vertical force on the speed and its own load.
     linked = np.array([[i in (0, j) or j == 0 for j in columns] for i in columns], dtype=bool)
@@ -475,12 +478,14 @@ def _refined(
             wheels = _renewed(task, chunk, sides, wheels, load, again)
             contact = _matched(contact, old, wheels)
         similar = stretched(wheels, load)
-        forces = forces_of(task, similar, speed, model, fields=model.warm, start=contact)
+        looser = _LOOSER[trial] if loose and columns and trial < len(_LOOSER) else 1.0
+        options = {"start": contact, "looser": looser} if model.warm else {}
+        forces = forces_of(task, similar, speed, model, fields=model.warm, **options)
         contact = forces.contact if model.warm else None
         residual = _residual(task, chunk, forces, columns)
         if slope is None:
             slope = _slopes(task, chunk, similar, forces, model, speed, columns)
-        settled = open_rows & ~_missed(residual, columns, model)
+        settled = open_rows & ~_missed(residual, columns, model) & (looser == 1.0)
         settled &= not hasty or trial > _FROZEN  # else one more step costs nothing
         if trial > _FROZEN:
             similar, jump = _frozen(similar, wheels, count)

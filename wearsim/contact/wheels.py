@@ -330,9 +330,9 @@ def forces_of(
     model: TangentialModel,
     *,
     fields: bool = False,
-    start: TangentialSolution | None = None,
+    **options: Any,
 ) -> Forces:
-    """Creep forces of patches at rotation speeds (n,) [rad/s]."""
+    """Creep forces of patches at rotation speeds (n,) [rad/s]; options of the model as in `TangentialSolver`."""
     motion, normal = wheels.kinematics, wheels.normal
     contact = model(
         normal.patch,
@@ -341,7 +341,7 @@ def forces_of(
         shear_modulus=task.models.shear_modulus,
         poisson_ratio=task.models.poisson_ratio,
         fields=fields and task.fields,
-        start=start,
+        **options,
     )
     torque, vertical = np.zeros((2, 2 * speed.size))
     _add_up(

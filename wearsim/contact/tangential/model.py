@@ -74,6 +74,9 @@ class TangentialSolver(Protocol):
             Of the same patches under creepages nearby: saves work and changes nothing beyond the tolerance. A
             patch without pressure in it has no start.
 
+        Models that a start saves work also take `looser`, a factor on the tolerance of their iteration
+        where the solution only leads nearer to equilibrium.
+
         Returns
         -------
         TangentialSolution

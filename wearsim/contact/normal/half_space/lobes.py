@@ -14,6 +14,7 @@ apart: in any case); between grids t is the mean over the pairs of their lobes, 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -21,6 +22,7 @@ from itertools import pairwise
 import numpy as np
 
 from wearsim.contact.geometry import Gap
+from wearsim.contact.kernel import kernel, plain
 from wearsim.contact.normal.half_space.regions import Region, Section, curvature_along, origin_x
 from wearsim.contact.normal.model import ADJACENT, FAR, NEAR, plane_share
 from wearsim.contact.patch import FloatArray, IntArray, Resolution
@@ -75,51 +77,63 @@ def lobes_of(gap: Gap, region: Region, pressure: FloatArray) -> list[Lobe]:
         Their edges between the cells: near an edge the square of the pressure along a strip, and the load
         of the strips, grow linearly with the distance from it.
     """
-    nx, ny = pressure.shape
     length, width = region.cell
-    load = pressure.sum(axis=0) * (length * width)
-    loaded = np.flatnonzero(load > 0.0)
+    ends = np.empty((3, region.ny))
+    _strip_ends(plain(pressure), ends)
+    load, ahead, behind = ends
+    loaded = np.flatnonzero(load)
     if loaded.size == 0:
         return []
-    section = Section(gap, region.y, region.angle)
-    s, x, origin = region.s, region.x, origin_x(gap, region)
+    section, s = Section(gap, region.y, region.angle), region.s
     y = section.lateral(s)
     angle = np.interp(y, gap.counterface.y, gap.counterface.angle)
-    ahead, behind = _reach(pressure**2), _reach(pressure[::-1] ** 2)
-    lobes = []
+    front, lobes = region.x_high + origin_x(gap, region), []
     for run in np.split(loaded, np.flatnonzero(np.diff(loaded) > 1) + 1):
-        weight, part, total = load[run], pressure[:, run] > 0.0, load[run].sum()
-        before, after = _reach(weight[:, None])[0], _reach(weight[::-1, None])[0]
+        weight, (one, other) = load[run], run[[0, -1]].tolist()
+        total = weight.sum()
+        before, after = _reach(*load[[one, min(one + 1, other)]]), _reach(*load[[other, max(other - 1, one)]])
+        top, bottom = ahead[run].min(), behind[run].max()
         # Longer and wider where they reach the border of the grid.
-        if run[0] == 0 and not np.isfinite(region.y_low):
-            before = _GROW * ny
-        if run[-1] == ny - 1 and not np.isfinite(region.y_high):
-            after = _GROW * ny
-        edges = section.lateral(np.array([s[run[0]] - before * width, s[run[-1]] + after * width]))
-        top = (x[np.argmax(part, axis=0)] + ahead[run] * length).max()
-        bottom = (x[nx - 1 - np.argmax(part[::-1], axis=0)] - behind[run] * length).min()
-        top += _GROW * nx * length if part[0].any() else 0.0
-        bottom -= _GROW * nx * length if part[-1].any() else 0.0
+        if one == 0 and not math.isfinite(region.y_low):
+            before = _GROW * region.ny
+        if other == region.ny - 1 and not math.isfinite(region.y_high):
+            after = _GROW * region.ny
+        top -= _GROW * region.nx if pressure[0, run].any() else 0.0
+        bottom += _GROW * region.nx if pressure[-1, run].any() else 0.0
+        edges = section.lateral(np.array([s[one] - before * width, s[other] + after * width]))
         middle, turn = (weight * y[run]).sum() / total, (weight * angle[run]).sum() / total
-        lobes.append(Lobe(*map(float, (*edges, bottom + origin, top + origin, middle, turn, total))))
+        x = front - bottom * length, front - top * length
+        force = total * length * width
+        lobes.append(Lobe(*map(float, (*edges, *x, middle, turn, force))))
     return lobes
+
+
+@kernel
+def _strip_ends(pressure: FloatArray, ends: FloatArray) -> None:
+    """Fill sum of the pressures, leading and trailing end of each strip (3, ny), in cells from the front."""
+    nx, ny = pressure.shape
+    for j in range(ny):
+        first, last, load = nx, -1, 0.0
+        for i in range(nx):
+            if pressure[i, j] > 0.0:
+                first, last, load = min(first, i), i, load + pressure[i, j]
+        ends[0, j] = load
+        if last >= 0:
+            lead, trail = pressure[first, j] ** 2, pressure[last, j] ** 2
+            ends[1, j] = first + 0.5 - _reach(lead, pressure[min(first + 1, nx - 1), j] ** 2)
+            ends[2, j] = last + 0.5 + _reach(trail, pressure[max(last - 1, 0), j] ** 2)
+
+
+@kernel
+def _reach(here: float, inside: float) -> float:
+    """How far (in cells, at most one) what falls linearly to its last positive value goes on."""
+    return here / (inside - here) if inside - here > here else 1.0
 
 
 def angle_of(gap: Gap, region: Region, pressure: FloatArray) -> float:
     """Pressure-weighted contact angle of a grid [rad]."""
     lobes = lobes_of(gap, region, pressure)
     return _merged(lobes).angle if lobes else region.angle
-
-
-def _reach(value: FloatArray) -> FloatArray:
-    """How far (in cells, at most one) each column goes on before its first positive entry, linearly."""
-    count = value.shape[0]
-    first = np.argmax(value > 0.0, axis=0)
-    column = np.arange(value.shape[1])
-    here, next_ = value[first, column], value[np.minimum(first + 1, count - 1), column]
-    rise = next_ - here
-    steep = (rise > here) & (here > 0.0)
-    return np.where(steep, here, 1.0) / np.where(steep, rise, 1.0)
 
 
 def _distance(gap: Gap, one: Lobe, other: Lobe) -> float:

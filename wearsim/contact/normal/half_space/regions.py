@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from wearsim.contact.gap import ContactPlane, contact_plane, gap_surface
-from wearsim.contact.geometry import NO_WHEEL, Gap
+from wearsim.contact.geometry import NO_WHEEL, CounterfaceProfile, Gap
 from wearsim.contact.influence import multiply
-from wearsim.contact.kernel import plain
+from wearsim.contact.kernel import kernel, plain
 from wearsim.contact.normal.half_space.pressure import NODES, HeightGrid
 from wearsim.contact.normal.model import ALIKE
 from wearsim.contact.patch import FloatArray, IntArray
@@ -71,30 +72,58 @@ class Section:
     """Counterface profile in the axes of a contact plane: s along the plane for each lateral position."""
 
     def __init__(self, gap: Gap, y: float, angle: float) -> None:
-        profile = gap.counterface
-        self._y0, self._z0 = y, float(np.interp(y, profile.y, profile.z))
-        self._cosine, self._sine = float(np.cos(angle)), float(np.sin(angle))
-        middle = int(np.searchsorted(profile.y, y))
-        away = np.flatnonzero(np.abs(profile.angle - angle) > _GRAZING)
-        first = int(away[away < middle].max(initial=-1)) + 1
-        self.part = slice(first, int(away[away >= middle].min(initial=profile.y.size)))
-        self._profile = profile
-        self._y = profile.y[self.part]
-        self._s = (self._y - y) * self._cosine + (profile.z[self.part] - self._z0) * self._sine
-        self.ends = float(self._s[0]), float(self._s[-1])
+        self._profile, self._y, self._angle = gap.counterface, float(y), float(angle)
+        self._z, first, stop, *ends = _part(self._profile, self._y, self._angle)
+        self.part, self.ends = slice(first, stop), tuple(ends)
 
     def across(self, y: FloatArray) -> FloatArray:
         """Positions s of points of the profile [m]."""
         z: FloatArray = np.interp(y, self._profile.y, self._profile.z)
-        return (y - self._y0) * self._cosine + (z - self._z0) * self._sine
+        return (y - self._y) * math.cos(self._angle) + (z - self._z) * math.sin(self._angle)
 
     def lateral(self, s: FloatArray) -> FloatArray:
         """Lateral positions y of the profile over positions s; beyond its ends along its last slope [m]."""
-        place: FloatArray = np.interp(s, self._s, self._y)
-        before, after = np.minimum(s - self._s[0], 0.0), np.maximum(s - self._s[-1], 0.0)
-        place += before * (self._y[1] - self._y[0]) / (self._s[1] - self._s[0])
-        place += after * (self._y[-1] - self._y[-2]) / (self._s[-1] - self._s[-2])
+        place, (first, stop) = np.empty(s.size), (self.part.start, self.part.stop)
+        _fill_lateral(self._profile, self._y, self._z, self._angle, first, stop, plain(s), place)
         return place
+
+
+@kernel
+def _along(profile: CounterfaceProfile, y: float, z: float, angle: float, k: int) -> float:
+    """Position of a point of the profile along a plane through (y, z)."""
+    return (profile.y[k] - y) * np.cos(angle) + (profile.z[k] - z) * np.sin(angle)
+
+
+@kernel
+def _part(profile: CounterfaceProfile, y: float, angle: float) -> tuple[float, int, int, float, float]:
+    """Height z at y, part of the profile around that is the plane's surface, positions of its ends."""
+    middle = min(max(np.searchsorted(profile.y, y), 1), profile.y.size - 1)
+    share = (y - profile.y[middle - 1]) / (profile.y[middle] - profile.y[middle - 1])
+    z = profile.z[middle - 1] + share * (profile.z[middle] - profile.z[middle - 1])
+    first, stop = middle, middle
+    while first > 0 and abs(profile.angle[first - 1] - angle) <= _GRAZING:
+        first -= 1
+    while stop < profile.y.size and abs(profile.angle[stop] - angle) <= _GRAZING:
+        stop += 1
+    return z, first, stop, _along(profile, y, z, angle, first), _along(profile, y, z, angle, stop - 1)
+
+
+@kernel
+def _fill_lateral(
+    profile: CounterfaceProfile, y: float, z: float, angle: float, first: int, stop: int, s: FloatArray,
+    out: FloatArray,
+) -> None:  # fmt: skip
+    """Fill the lateral positions of a part of the profile over positions along a plane."""
+    for j in range(s.size):
+        low, high = first, stop - 1
+        while high - low > 1:
+            middle = (low + high) // 2
+            if _along(profile, y, z, angle, middle) <= s[j]:
+                low = middle
+            else:
+                high = middle
+        start, end = _along(profile, y, z, angle, low), _along(profile, y, z, angle, high)
+        out[j] = profile.y[low] + (s[j] - start) / (end - start) * (profile.y[high] - profile.y[low])
 
 
 def plane_of(gap: Gap, region: Region) -> ContactPlane:

@@ -21,8 +21,9 @@ References
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
-from wearsim.contact.kernel import kernel
+from wearsim.contact.kernel import kernel, plain
 from wearsim.contact.patch import FloatArray, Patch, on_grid
 from wearsim.contact.tangential.half_space import steady_rolling
 from wearsim.contact.tangential.half_space.steady_rolling import RollingSolution, SlipOperator
@@ -43,6 +44,7 @@ def solve(
     poisson_ratio: float,
     fields: Wanted,
     start: TangentialSolution | None = None,
+    looser: float = 1.0,
 ) -> TangentialSolution:
     """Shear, slip and creep forces of each patch; contract in `tangential.model`.
 
@@ -57,40 +59,34 @@ def solve(
         raise ContactError(
             "creepage and friction coefficient must be finite", row=int(patch.row[np.argmax(fault)])
         )
-    length, x = grid.cell_length, grid.x
     force, slip_area = np.zeros((count, 3)), np.zeros(count)
-    out = np.zeros((5, count, nx, ny)) if fields else None
+    out = np.zeros((5, count, nx, ny))
     known = None if start is None else start.cells
     warm = np.zeros(count, bool) if known is None else known[0].any(axis=(1, 2))
     first = np.empty((3, 0)) if warm.all() else _first_guess(patch, shear_modulus, poisson_ratio)
     for m in range(count):
         box = _box(grid.pressure[m])
-        pressure = np.ascontiguousarray(grid.pressure[m][box])
-        place_x, place_y = x[m][box[0]][:, None], patch.y[m][box[1]]
-        dx, dy = float(length[m]), float(patch.width[m])
-        bound = friction[m] * pressure
+        cells, dx, dy = out[(slice(None), m, *box)], float(grid.cell_length[m]), float(patch.width[m])
+        cells[0] = pressure = np.ascontiguousarray(grid.pressure[m][box])
+        x, y = grid.x_lead[m] - dx * (np.arange(box[0].start, box[0].stop) + 0.5), plain(patch.y[m][box[1]])
+        rigid, guess = np.empty((2, 2, *pressure.shape))
         if friction[m] > 0.0:
-            operator = steady_rolling.slip_operator(
-                (bound.shape[0], bound.shape[1]), dx, dy, shear_modulus, poisson_ratio
-            )
-            ahead = _rigid_slip(creepage[m], place_x + PLACE * dx, place_y, pressure)
+            bound = friction[m] * pressure
+            operator = steady_rolling.slip_operator(bound.shape, dx, dy, shear_modulus, poisson_ratio)
+            _rigid_slip(creepage[m], x + PLACE * dx, y, pressure, rigid)
             if known is not None and warm[m]:
                 guess = _carried_over(known[:3, m][(slice(None), *box)], pressure)
             else:
-                guess = _march(ahead, creepage[m], place_x[:, 0], first[:, m], bound, dx)
-            rolling = _rolled(operator, ahead, bound, guess, int(patch.row[m]))
-            traction, slipping = rolling.traction, rolling.slipping
-            force[m, :2] = traction.sum(axis=(1, 2)) * (dx * dy)
-            force[m, 2] = (place_x * traction[1] - place_y * traction[0]).sum() * (dx * dy)
-            slip = _centred(rolling)
+                _march(rigid[0], creepage[m], x, first[:, m], bound, dx, guess)
+            rolling = _rolled(operator, rigid, bound, guess, int(patch.row[m]), looser)
+            slipping = _sum_up(rolling.traction, rolling.slip, rolling.slipping, x, y, cells, force[m])
+            force[m] *= dx * dy
         else:
-            slip = _rigid_slip(creepage[m], place_x, place_y, pressure)
-            traction, slipping = np.zeros_like(slip), (slip != 0.0).any(axis=0)
-        slip_area[m] = np.count_nonzero(slipping) * dx * dy
-        if out is not None:
-            out[(slice(None), m, *box)] = np.concatenate((pressure[None], traction, slip))
-    lead, size = (np.repeat(part[:, None], ny, axis=1) for part in (grid.x_lead, length))
-    return TangentialSolution(force, slip_area, lead, size, out)
+            _rigid_slip(creepage[m], x, y, pressure, rigid)
+            cells[3:], slipping = rigid, np.count_nonzero((rigid != 0.0).any(axis=0))
+        slip_area[m] = slipping * dx * dy
+    lead, size = (np.repeat(part[:, None], ny, axis=1) for part in (grid.x_lead, grid.cell_length))
+    return TangentialSolution(force, slip_area, lead, size, out if fields else None)
 
 
 def _box(pressure: FloatArray) -> tuple[slice, slice]:
@@ -100,13 +96,14 @@ def _box(pressure: FloatArray) -> tuple[slice, slice]:
     return slice(int(along[0]), int(along[-1]) + 1), slice(int(across[0]), int(across[-1]) + 1)
 
 
-def _rigid_slip(creepage: FloatArray, x: FloatArray, y: FloatArray, pressure: FloatArray) -> FloatArray:
-    """Slip (2, nx, ny) without deformation, zero outside the contact."""
-    slip = np.empty((2, *pressure.shape))
-    slip[0] = creepage[0] - creepage[2] * y
-    slip[1] = creepage[1] + creepage[2] * x
-    slip[:, pressure <= 0.0] = 0.0
-    return slip
+@kernel
+def _rigid_slip(creepage: FloatArray, x: FloatArray, y: FloatArray, pressure: FloatArray, slip: FloatArray) -> None:
+    """Fill the slip (2, nx, ny) without deformation, zero outside the contact."""
+    for i in range(x.size):
+        for j in range(y.size):
+            loaded = pressure[i, j] > 0.0
+            slip[0, i, j] = creepage[0] - creepage[2] * y[j] if loaded else 0.0
+            slip[1, i, j] = creepage[1] + creepage[2] * x[i] if loaded else 0.0
 
 
 def _first_guess(patch: Patch, shear_modulus: float, poisson_ratio: float) -> FloatArray:
@@ -118,28 +115,16 @@ def _first_guess(patch: Patch, shear_modulus: float, poisson_ratio: float) -> Fl
     return np.array([along, across, np.pi * a * np.sqrt(ratio) / (4.0 * shear_modulus * c23)])
 
 
-def _march(
-    rigid_slip: FloatArray,
-    creepage: FloatArray,
-    x: FloatArray,
-    flexibility: FloatArray,
-    bound: FloatArray,
-    dx: float,
-) -> FloatArray:
-    """Tractions (2, nx, ny) of simplified theory: near enough to start from."""
-    traction = np.empty_like(rigid_slip)
-    along = rigid_slip[0] * (dx / flexibility[0])
-    across = (creepage[1] / flexibility[1] + creepage[2] / flexibility[2] * x) * dx
-    _cut_march(along, across, bound, traction)
-    return traction
-
-
 @kernel
-def _cut_march(along: FloatArray, across: FloatArray, bound: FloatArray, traction: FloatArray) -> None:
-    """From the leading end downstream, cut back to the bound."""
+def _march(
+    slip_x: FloatArray, creepage: FloatArray, x: FloatArray, flexibility: FloatArray, bound: FloatArray, dx: float,
+    traction: FloatArray,
+) -> None:  # fmt: skip
+    """Fill tractions (2, nx, ny) of simplified theory, from the leading end downstream: to start from."""
     for i in range(bound.shape[0]):
+        across = (creepage[1] / flexibility[1] + creepage[2] / flexibility[2] * x[i]) * dx
         for j in range(bound.shape[1]):
-            t_x, t_y = -along[i, j], -across[i]
+            t_x, t_y = -slip_x[i, j] * (dx / flexibility[0]), -across
             if i > 0:
                 t_x += traction[0, i - 1, j]
                 t_y += traction[1, i - 1, j]
@@ -157,47 +142,68 @@ def _carried_over(cells: FloatArray, pressure: FloatArray) -> FloatArray:
 
 
 def _rolled(
-    operator: SlipOperator, rigid_slip: FloatArray, bound: FloatArray, guess: FloatArray, row: int
+    operator: SlipOperator, rigid_slip: FloatArray, bound: FloatArray, guess: FloatArray, row: int, looser: float
 ) -> RollingSolution:
     """Solution from a guess; if the iteration stalls, by way of smaller creepages."""
-    most = {"most_steps": steady_rolling.MOST_STEPS}
-    rolling = steady_rolling.solve(operator, rigid_slip, bound, guess, **most)
-    if rolling.residual <= steady_rolling.TOLERANCE:
+    tolerance = looser * steady_rolling.TOLERANCE
+    rule = {"most_steps": steady_rolling.MOST_STEPS, "tolerance": tolerance}
+    rolling = steady_rolling.solve(operator, rigid_slip, bound, guess, **rule)
+    if rolling.residual <= tolerance:
         return rolling
     best, done, guess = rolling.residual, 0.0, np.zeros_like(guess)
     for share in _APPROACH:
         if done > 0.0:
             guess = rolling.traction * (share / done)
-        rolling = steady_rolling.solve(operator, share * rigid_slip, bound, guess, **most)
+        rolling = steady_rolling.solve(operator, share * rigid_slip, bound, guess, **rule)
         done = share
-    if rolling.residual <= steady_rolling.TOLERANCE:
+    if rolling.residual <= tolerance:
         return rolling
     raise NumericalError(
         f"steady rolling on the half-space did not converge: residual {min(best, rolling.residual):.1e} of "
-        f"the tractions, allowed {steady_rolling.TOLERANCE:.0e}; try another number of cells, or fastsim",
+        f"the tractions, allowed {tolerance:.0e}; try another number of cells, or fastsim",
         row=row,
     )
 
 
-def _centred(rolling: RollingSolution) -> FloatArray:
-    """Slip of whole cells, against the traction, from that at their upstream edges."""
+@kernel
+def _sum_up(
+    traction: FloatArray, slip: FloatArray, slipping: NDArray[np.bool_], x: FloatArray, y: FloatArray,
+    cells: FloatArray, force: FloatArray,
+) -> int:  # fmt: skip
+    """Fill the cells (5, nx, ny) but for the pressure, add up tractions and their moment; cells that slip.
+
+    The slip of whole cells, against the traction, from that at their upstream edges.
+    """
     # Particles slide the same way as by the trapezoidal rule from edge to edge: a cell that slips has the
     # mean of its edges, the first behind a stretch of stick also the half that the rule gives the last cell
     # of stick, and behind the last cell of a strip the slip goes on in a straight line.
-    slip, slipping = rolling.slip, rolling.slipping
-    size = np.hypot(rolling.traction[0], rolling.traction[1])
-    loaded = slipping | (size > 0.0)
-    ahead, behind = np.zeros_like(slip), np.zeros_like(slip)
-    ahead[:, 1:], behind[:, :-1] = slip[:, :-1], slip[:, 1:]
-    follows, last = np.zeros_like(slipping), np.ones_like(slipping)
-    follows[1:], last[:-1] = loaded[:-1], ~loaded[1:]
-    behind = np.where(last, np.where(follows, 2.0 * slip - ahead, slip), behind)
-    first = follows.copy()
-    first[1:] &= ~slipping[:-1]
-    mean = 0.5 * (slip + behind) + np.where(first, 0.5 * slip, 0.0)
-    unit = np.divide(rolling.traction, size, out=np.zeros_like(slip), where=slipping & (size > 0.0))
-    centred: FloatArray = np.minimum((unit * mean).sum(axis=0), 0.0) * unit
-    return centred
+    count, (nx, ny) = 0, slipping.shape
+    for j in range(ny):
+        follows, ahead_slips = False, False  # whether the cell ahead carries load, and slips
+        for i in range(nx):
+            t_x, t_y = traction[0, i, j], traction[1, i, j]
+            force[0], force[1] = force[0] + t_x, force[1] + t_y
+            force[2] += x[i] * t_y - y[j] * t_x
+            cells[1, i, j], cells[2, i, j] = t_x, t_y
+            size = np.sqrt(t_x * t_x + t_y * t_y)
+            if slipping[i, j] and size > 0.0:
+                last = i == nx - 1 or not (
+                    slipping[i + 1, j] or traction[0, i + 1, j] != 0.0 or traction[1, i + 1, j] != 0.0
+                )
+                along = 0.0
+                for c in range(2):
+                    here, behind = slip[c, i, j], slip[c, i, j]
+                    if not last:
+                        behind = slip[c, i + 1, j]
+                    elif follows:
+                        behind = 2.0 * here - slip[c, i - 1, j]
+                    mean = 0.5 * (here + behind) + (0.5 * here if follows and not ahead_slips else 0.0)
+                    along += traction[c, i, j] / size * mean
+                along = min(along, 0.0) / size
+                cells[3, i, j], cells[4, i, j] = along * t_x, along * t_y
+            count += slipping[i, j]
+            follows, ahead_slips = slipping[i, j] or size > 0.0, slipping[i, j]
+    return count
 
 
 MODEL = TangentialModel(name="half_space", solve=solve, tolerance=1e-5, warm=True, fewest=8, chunk=2)

@@ -154,6 +154,7 @@ def solve(
     start: FloatArray,
     *,
     most_steps: int = MOST_STEPS,
+    tolerance: float = TOLERANCE,
 ) -> RollingSolution:
     """Tractions and slip of steady rolling.
 
@@ -169,17 +170,19 @@ def solve(
         First guess of the tractions [Pa]; cut back to the bound.
     most_steps : int
         Newton steps before it gives up.
+    tolerance : float
+        Residual at which it stops [-].
 
     Returns
     -------
     RollingSolution
-        The caller judges its residual: at most `TOLERANCE` unless the steps ran out.
+        The caller judges its residual: at most the tolerance unless the steps ran out.
     """
     bound = plain(bound)
     marks, traction = np.empty(bound.shape), plain(np.where(bound > 0.0, start, 0.0))
     slip = np.empty(traction.shape)
     error, steps, products = _newton(
-        operator, plain(rigid_slip), bound, TOLERANCE, most_steps, MOST_PRODUCTS, traction, slip, marks
+        operator, plain(rigid_slip), bound, tolerance, most_steps, MOST_PRODUCTS, traction, slip, marks
     )
     slipping = (marks >= 0.0) & (marks <= 1.0)
     slip = np.where(slipping | (bound <= 0.0), slip, 0.0)
