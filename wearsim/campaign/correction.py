@@ -219,7 +219,8 @@ def refreshed(
     model = old.model.copy()
     model[passage.contact.point] = passage.model
     other = model != old.model  # differences from models that no longer solve the point
-    ends, share = between(passage, points, among, (old.step >= 0) & ~other, state.step)
+    followed = (old.step >= 0) & ~other
+    ends, share = between(passage, points, among, followed, state.step)
     chosen = np.isin(np.arange(among.size), ends[among])
     true = replace(setup, models=setup.reference, fallbacks=())
     alone = replace(state, correction=None, points=state.points or new_history(points))
@@ -230,27 +231,29 @@ def refreshed(
     rest = among & ~chosen  # between points without a solution
     rest[index] = False
     among = among & ~rest
-    known = (old.step[index] >= 0) & ~other[index]
+    known, inner = followed[index], np.flatnonzero(share[index] > 0.0)
+    low, high = np.searchsorted(solved, ends[index]).T
 
     def interpolated(values: FloatArray) -> FloatArray:
         """Of points `index`, from values of those solved."""
-        one, two = (values[np.searchsorted(solved, ends[index, side])] for side in (0, 1))
-        part = share[index].reshape(-1, *[1] * (values.ndim - 1))
-        mean: FloatArray = (1.0 - part) * one + part * two
-        return mean
+        part = share[index[inner]].reshape(-1, *[1] * (values.ndim - 1))
+        result: FloatArray = values[low]
+        result[inner] += part * (values[high[inner]] - result[inner])
+        return result
 
     regimes, change, difference = state.regime_depth.shape[1], {}, {}
     lost = other & ~np.isin(np.arange(other.size), index)
     ours, theirs = (_of_points(one, solved, state, setup) for one in (passage, by_reference))
     for name, body, depths in (("wheel", state, regimes), ("below", state.counterface, 1)):
         before = getattr(old, name)
-        change[name] = interpolated(theirs[name] - ours[name] - before[solved])
-        taken = change[name].copy()
+        seen = theirs[name] - ours[name] - before[solved]
+        change[name] = interpolated(seen)
         if share_short < 1.0 and known.any() and body is not None:
-            taken[known, :, :depths] = _short_waves_less(body, taken[known, :, :depths], share_short)
+            again = followed[solved]
+            seen[again, :, :depths] = _short_waves_less(body, seen[again, :, :depths], share_short)
         difference[name] = before.copy()
         difference[name][lost] = 0.0
-        difference[name][index] += taken
+        difference[name][index] += interpolated(seen)
     more = forces_of(by_reference, points, setup).columns - forces_of(passage, points, setup).columns
     more[index] = interpolated(more[solved])
     place = np.stack([points.conditions.shift, points.conditions.yaw], axis=1)

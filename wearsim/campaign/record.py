@@ -113,8 +113,7 @@ class Records:
 
     def row(self, index: int) -> dict[str, np.ndarray]:
         """Read the row of a step whose record must exist."""
-        arrays = self._arrays(index)
-        return {name: arrays[name] for name in self.shapes}
+        return self._arrays(index, of_row=True)
 
     def state(self, index: int) -> State:
         """Read the state of a step whose record must exist, bit by bit."""
@@ -139,21 +138,25 @@ class Records:
         own = (label["campaign"], label["index"], of_row) == (self.campaign, index, self.shapes)
         return own and _size_of(label["layout"]) <= _LARGEST_STATE
 
-    def _arrays(self, index: int) -> dict[str, np.ndarray]:
-        """Arrays of the row by name, and of the state by path."""
+    def _arrays(self, index: int, *, of_row: bool = False) -> dict[str, np.ndarray]:
+        """Arrays of the row by name, which come first, and of the state by path."""
         found = self._load(index)
         if found is None or not self._is_own(found[0], index):
             raise ResultError(
                 f"{self.path(index)} was changed while the campaign ran; run the same command again"
             )
         layout, place = found[0]["layout"], 0
+        if of_row:
+            layout = {name: layout[name] for name in self.shapes}
         values = zlib.decompressobj().decompress(found[1], max(_size_of(layout), 1))
         arrays = {}
         for name, (kind, shape) in layout.items():
             # copied: where the bytes begin is no matter of the values, and kernels know aligned arrays only
             arrays[name] = np.frombuffer(values, kind, math.prod(shape), place).reshape(shape).copy()
             place += arrays[name].nbytes
-        return arrays | {name: arrays[of_row] for name, of_row in found[0].get("same", {}).items()}
+        if of_row:
+            return arrays
+        return arrays | {name: arrays[same] for name, same in found[0].get("same", {}).items()}
 
     def _load(self, index: int) -> tuple[dict[str, Any], bytes] | None:
         """Label and values of a record with the right digest."""

@@ -332,7 +332,7 @@ def forces_of(
     fields: bool = False,
     **options: Any,
 ) -> Forces:
-    """Creep forces of patches at rotation speeds (n,) [rad/s]; options of the model as in `TangentialSolver`."""
+    """Creep forces of patches at rotation speeds (n,) [rad/s]; further options as of `TangentialSolver`."""
     motion, normal = wheels.kinematics, wheels.normal
     contact = model(
         normal.patch,

@@ -78,50 +78,58 @@ def lobes_of(gap: Gap, region: Region, pressure: FloatArray) -> list[Lobe]:
         of the strips, grow linearly with the distance from it.
     """
     length, width = region.cell
-    ends = np.empty((3, region.ny))
-    _strip_ends(plain(pressure), ends)
-    load, ahead, behind = ends
-    loaded = np.flatnonzero(load)
-    if loaded.size == 0:
-        return []
-    section, s = Section(gap, region.y, region.angle), region.s
-    y = section.lateral(s)
+    section, front = Section(gap, region.y, region.angle), region.x_high + origin_x(gap, region)
+    y = section.lateral(region.s)
     angle = np.interp(y, gap.counterface.y, gap.counterface.angle)
-    front, lobes = region.x_high + origin_x(gap, region), []
-    for run in np.split(loaded, np.flatnonzero(np.diff(loaded) > 1) + 1):
-        weight, (one, other) = load[run], run[[0, -1]].tolist()
-        total = weight.sum()
-        before, after = _reach(*load[[one, min(one + 1, other)]]), _reach(*load[[other, max(other - 1, one)]])
-        top, bottom = ahead[run].min(), behind[run].max()
-        # Longer and wider where they reach the border of the grid.
-        if one == 0 and not math.isfinite(region.y_low):
-            before = _GROW * region.ny
-        if other == region.ny - 1 and not math.isfinite(region.y_high):
-            after = _GROW * region.ny
-        top -= _GROW * region.nx if pressure[0, run].any() else 0.0
-        bottom += _GROW * region.nx if pressure[-1, run].any() else 0.0
-        edges = section.lateral(np.array([s[one] - before * width, s[other] + after * width]))
-        middle, turn = (weight * y[run]).sum() / total, (weight * angle[run]).sum() / total
-        x = front - bottom * length, front - top * length
-        force = total * length * width
-        lobes.append(Lobe(*map(float, (*edges, *x, middle, turn, force))))
+    lobes = []
+    for first, last, lead, trail, before, after, middle, turn, load in _runs(
+        plain(pressure), y, angle
+    ).tolist():
+        # Wider where they reach the border of the grid.
+        before = _GROW * region.ny if first == 0.0 and not math.isfinite(region.y_low) else before
+        after = _GROW * region.ny if last == region.ny - 1.0 and not math.isfinite(region.y_high) else after
+        edges = np.array([first + 0.5 - before, last + 0.5 + after]) * width + region.s_low
+        left, right = section.lateral(edges).tolist()
+        force = load * length * width
+        lobes.append(Lobe(left, right, front - trail * length, front - lead * length, middle, turn, force))
     return lobes
 
 
 @kernel
-def _strip_ends(pressure: FloatArray, ends: FloatArray) -> None:
-    """Fill sum of the pressures, leading and trailing end of each strip (3, ny), in cells from the front."""
-    nx, ny = pressure.shape
+def _runs(pressure: FloatArray, y: FloatArray, angle: FloatArray) -> FloatArray:
+    """Find the runs of loaded strips (k, 9) on a grid.
+
+    First and last strip; leading and trailing end in cells from the front, longer where they reach the border
+    of the grid; how far (in cells) the first and last strip are passed; weighted y and angle, sum of the
+    pressures.
+    """
+    (nx, ny), count = pressure.shape, 0
+    runs, loads = np.zeros((ny, 11)), np.zeros(ny + 1)
     for j in range(ny):
-        first, last, load = nx, -1, 0.0
+        first, behind = nx, -1
         for i in range(nx):
             if pressure[i, j] > 0.0:
-                first, last, load = min(first, i), i, load + pressure[i, j]
-        ends[0, j] = load
-        if last >= 0:
-            lead, trail = pressure[first, j] ** 2, pressure[last, j] ** 2
-            ends[1, j] = first + 0.5 - _reach(lead, pressure[min(first + 1, nx - 1), j] ** 2)
-            ends[2, j] = last + 0.5 + _reach(trail, pressure[max(last - 1, 0), j] ** 2)
+                first, behind, loads[j] = min(first, i), i, loads[j] + pressure[i, j]
+        if behind < 0:
+            continue
+        if j == 0 or loads[j - 1] == 0.0:
+            runs[count, 0], runs[count, 2] = j, nx
+            count += 1
+        run = runs[count - 1]
+        ahead = first + 0.5 - _reach(pressure[first, j] ** 2, pressure[min(first + 1, nx - 1), j] ** 2)
+        back = behind + 0.5 + _reach(pressure[behind, j] ** 2, pressure[max(behind - 1, 0), j] ** 2)
+        run[9] = _GROW * nx if first == 0 else run[9]
+        run[10] = _GROW * nx if behind == nx - 1 else run[10]
+        run[1], run[2], run[3] = j, min(run[2], ahead), max(run[3], back)
+        run[6], run[7] = run[6] + loads[j] * y[j], run[7] + loads[j] * angle[j]
+        run[8] += loads[j]
+    for run in runs[:count]:
+        first, behind = int(run[0]), int(run[1])
+        run[4] = _reach(loads[first], loads[min(first + 1, behind)])
+        run[5] = _reach(loads[behind], loads[max(behind - 1, first)])
+        run[6], run[7] = run[6] / run[8], run[7] / run[8]
+        run[2], run[3] = run[2] - run[9], run[3] + run[10]
+    return runs[:count, :9]
 
 
 @kernel

@@ -91,13 +91,15 @@ class Section:
 @kernel
 def _along(profile: CounterfaceProfile, y: float, z: float, angle: float, k: int) -> float:
     """Position of a point of the profile along a plane through (y, z)."""
-    return (profile.y[k] - y) * np.cos(angle) + (profile.z[k] - z) * np.sin(angle)
+    return float((profile.y[k] - y) * np.cos(angle) + (profile.z[k] - z) * np.sin(angle))
 
 
 @kernel
 def _part(profile: CounterfaceProfile, y: float, angle: float) -> tuple[float, int, int, float, float]:
     """Height z at y, part of the profile around that is the plane's surface, positions of its ends."""
-    middle = min(max(np.searchsorted(profile.y, y), 1), profile.y.size - 1)
+    middle = 1
+    while middle < profile.y.size - 1 and profile.y[middle] < y:
+        middle += 1
     share = (y - profile.y[middle - 1]) / (profile.y[middle] - profile.y[middle - 1])
     z = profile.z[middle - 1] + share * (profile.z[middle] - profile.z[middle - 1])
     first, stop = middle, middle

@@ -20,6 +20,8 @@ References
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -83,7 +85,7 @@ def solve(
             force[m] *= dx * dy
         else:
             _rigid_slip(creepage[m], x, y, pressure, rigid)
-            cells[3:], slipping = rigid, np.count_nonzero((rigid != 0.0).any(axis=0))
+            cells[3:], slipping = rigid, int((rigid != 0.0).any(axis=0).sum())
         slip_area[m] = slipping * dx * dy
     lead, size = (np.repeat(part[:, None], ny, axis=1) for part in (grid.x_lead, grid.cell_length))
     return TangentialSolution(force, slip_area, lead, size, out if fields else None)
@@ -97,7 +99,9 @@ def _box(pressure: FloatArray) -> tuple[slice, slice]:
 
 
 @kernel
-def _rigid_slip(creepage: FloatArray, x: FloatArray, y: FloatArray, pressure: FloatArray, slip: FloatArray) -> None:
+def _rigid_slip(
+    creepage: FloatArray, x: FloatArray, y: FloatArray, pressure: FloatArray, slip: FloatArray
+) -> None:
     """Fill the slip (2, nx, ny) without deformation, zero outside the contact."""
     for i in range(x.size):
         for j in range(y.size):
@@ -117,8 +121,8 @@ def _first_guess(patch: Patch, shear_modulus: float, poisson_ratio: float) -> Fl
 
 @kernel
 def _march(
-    slip_x: FloatArray, creepage: FloatArray, x: FloatArray, flexibility: FloatArray, bound: FloatArray, dx: float,
-    traction: FloatArray,
+    slip_x: FloatArray, creepage: FloatArray, x: FloatArray, flexibility: FloatArray, bound: FloatArray,
+    dx: float, traction: FloatArray,
 ) -> None:  # fmt: skip
     """Fill tractions (2, nx, ny) of simplified theory, from the leading end downstream: to start from."""
     for i in range(bound.shape[0]):
@@ -142,11 +146,16 @@ def _carried_over(cells: FloatArray, pressure: FloatArray) -> FloatArray:
 
 
 def _rolled(
-    operator: SlipOperator, rigid_slip: FloatArray, bound: FloatArray, guess: FloatArray, row: int, looser: float
+    operator: SlipOperator,
+    rigid_slip: FloatArray,
+    bound: FloatArray,
+    guess: FloatArray,
+    row: int,
+    looser: float,
 ) -> RollingSolution:
     """Solution from a guess; if the iteration stalls, by way of smaller creepages."""
     tolerance = looser * steady_rolling.TOLERANCE
-    rule = {"most_steps": steady_rolling.MOST_STEPS, "tolerance": tolerance}
+    rule: dict[str, Any] = {"most_steps": steady_rolling.MOST_STEPS, "tolerance": tolerance}
     rolling = steady_rolling.solve(operator, rigid_slip, bound, guess, **rule)
     if rolling.residual <= tolerance:
         return rolling
