@@ -14,7 +14,7 @@ import math
 import shutil
 import time
 import zlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -113,7 +113,7 @@ class Records:
 
     def row(self, index: int) -> dict[str, np.ndarray]:
         """Read the row of a step whose record must exist."""
-        return self._arrays(index, of_row=True)
+        return self._arrays(index, self.shapes)
 
     def state(self, index: int) -> State:
         """Read the state of a step whose record must exist, bit by bit."""
@@ -138,25 +138,23 @@ class Records:
         own = (label["campaign"], label["index"], of_row) == (self.campaign, index, self.shapes)
         return own and _size_of(label["layout"]) <= _LARGEST_STATE
 
-    def _arrays(self, index: int, *, of_row: bool = False) -> dict[str, np.ndarray]:
-        """Arrays of the row by name, which come first, and of the state by path."""
+    def _arrays(self, index: int, of_row: Iterable[str] = ()) -> dict[str, np.ndarray]:
+        """Arrays of the row by name, which come first and may be wanted alone, and of the state by path."""
         found = self._load(index)
         if found is None or not self._is_own(found[0], index):
             raise ResultError(
                 f"{self.path(index)} was changed while the campaign ran; run the same command again"
             )
-        layout, place = found[0]["layout"], 0
-        if of_row:
-            layout = {name: layout[name] for name in self.shapes}
+        every, place = found[0]["layout"], 0
+        layout = {name: every[name] for name in of_row or every}
         values = zlib.decompressobj().decompress(found[1], max(_size_of(layout), 1))
         arrays = {}
         for name, (kind, shape) in layout.items():
             # copied: where the bytes begin is no matter of the values, and kernels know aligned arrays only
             arrays[name] = np.frombuffer(values, kind, math.prod(shape), place).reshape(shape).copy()
             place += arrays[name].nbytes
-        if of_row:
-            return arrays
-        return arrays | {name: arrays[same] for name, same in found[0].get("same", {}).items()}
+        same = {} if of_row else found[0].get("same", {})
+        return arrays | {name: arrays[known] for name, known in same.items()}
 
     def _load(self, index: int) -> tuple[dict[str, Any], bytes] | None:
         """Label and values of a record with the right digest."""

@@ -81,10 +81,8 @@ def lobes_of(gap: Gap, region: Region, pressure: FloatArray) -> list[Lobe]:
     section, front = Section(gap, region.y, region.angle), region.x_high + origin_x(gap, region)
     y = section.lateral(region.s)
     angle = np.interp(y, gap.counterface.y, gap.counterface.angle)
-    lobes = []
-    for first, last, lead, trail, before, after, middle, turn, load in _runs(
-        plain(pressure), y, angle
-    ).tolist():
+    lobes, runs = [], _runs(plain(pressure), y, angle).tolist()
+    for first, last, lead, trail, before, after, middle, turn, load in runs:
         # Wider where they reach the border of the grid.
         before = _GROW * region.ny if first == 0.0 and not math.isfinite(region.y_low) else before
         after = _GROW * region.ny if last == region.ny - 1.0 and not math.isfinite(region.y_high) else after

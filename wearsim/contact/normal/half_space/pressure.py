@@ -27,6 +27,7 @@ import numpy as np
 
 from wearsim.contact.influence import (
     field_of,
+    multiply,
     normal_influence,
     scalar_product,
     spectrum,
@@ -201,8 +202,8 @@ def _deflection(cells: _Cells, pressure: FloatArray, moved: FloatArray) -> None:
     force, depth = np.zeros((count, NODES, NODES)), np.empty((count, NODES, NODES))
     for k in range(len(cells.shape)):
         (nx, ny), first, behind = cells.shape[k], cells.first[k], cells.first[k + 1]
-        along, across = cells.tables[k, 0], cells.tables[k, 1]
-        waves = waves_of(pressure[first:behind].reshape(nx, ny), along, across)
+        along, across, field = cells.tables[k, 0], cells.tables[k, 1], pressure[first:behind].reshape(nx, ny)
+        waves = waves_of(field, along, across)
         for p in range(2):
             for q in range(2):
                 for i in range(nx):
@@ -210,40 +211,26 @@ def _deflection(cells: _Cells, pressure: FloatArray, moved: FloatArray) -> None:
                         waves[p, q, i, j] *= cells.factor[first + i * ny + j]
         field_of(waves, along, across, moved[first:behind].reshape(nx, ny))
         if count > 0:
-            _add_forces(cells, k, pressure, force[k])
+            of_x, of_y = _nodes(cells, k)
+            half = np.empty((nx, NODES))
+            multiply(field, of_y, half)
+            force[k] = cells.area[first] * np.dot(of_x.T, half)
     for i in range(force.size):
         depth.reshape(-1)[i] = scalar_product(cells.coupling[i], force.reshape(-1))
     for k in range(count):
-        _add_depths(cells, k, depth[k], moved)
+        of_x, of_y = _nodes(cells, k)
+        deep = np.empty((of_x.shape[0], of_y.shape[0]))
+        multiply(of_x, np.dot(depth[k], of_y.T), deep)
+        for i in range(deep.size):
+            moved[cells.first[k] + i] += deep.reshape(-1)[i]
 
 
 @kernel
-def _add_forces(cells: _Cells, k: int, pressure: FloatArray, force: FloatArray) -> None:
-    """Add the pressures of a grid to the forces (NODES, NODES) on its nodes."""
-    (nx, ny), row = cells.shape[k], np.empty(NODES)
-    for i in range(nx):
-        row[:] = 0.0
-        for j in range(ny):
-            size = cells.area[cells.first[k]] * pressure[cells.first[k] + i * ny + j]
-            for m in range(NODES):
-                row[m] += size * cells.tables[k, 3, j * NODES + m]
-        for n in range(NODES):
-            for m in range(NODES):
-                force[n, m] += cells.tables[k, 2, i * NODES + n] * row[m]
-
-
-@kernel
-def _add_depths(cells: _Cells, k: int, depth: FloatArray, moved: FloatArray) -> None:
-    """Add the depths (NODES, NODES) at the nodes of a grid to the displacements of its cells."""
-    (nx, ny), row = cells.shape[k], np.empty(NODES)
-    for i in range(nx):
-        row[:] = 0.0
-        for n in range(NODES):
-            for m in range(NODES):
-                row[m] += cells.tables[k, 2, i * NODES + n] * depth[n, m]
-        for j in range(ny):
-            for m in range(NODES):
-                moved[cells.first[k] + i * ny + j] += row[m] * cells.tables[k, 3, j * NODES + m]
+def _nodes(cells: _Cells, k: int) -> tuple[FloatArray, FloatArray]:
+    """Weights of the nodes of a grid at its rows along and across, (nx, NODES) and (ny, NODES)."""
+    nx, ny = cells.shape[k]
+    of_x, of_y = cells.tables[k, 2, : nx * NODES], cells.tables[k, 3, : ny * NODES]
+    return of_x.reshape(nx, NODES), of_y.reshape(ny, NODES)
 
 
 @kernel
