@@ -101,12 +101,12 @@ class _Cells(NamedTuple):
 
 @lru_cache(maxsize=512)
 def interpolation(count: int) -> FloatArray:
-    """Weights (n, NODES) of Chebyshev nodes at the cells of a row."""
+    """Weights (n, NODES) of Chebyshev nodes at the cells of a row, and transposed, flat."""
     nodes = np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
     places = (np.arange(count) + 0.5) * (2.0 / count) - 1.0
     chebvander = np.polynomial.chebyshev.chebvander
-    table: FloatArray = chebvander(places, NODES - 1) @ np.linalg.inv(chebvander(nodes, NODES - 1))
-    return table
+    table = chebvander(places, NODES - 1) @ np.linalg.inv(chebvander(nodes, NODES - 1))
+    return np.concatenate((table.ravel(), table.T.ravel()))
 
 
 def solve_pressure(
@@ -211,26 +211,20 @@ def _deflection(cells: _Cells, pressure: FloatArray, moved: FloatArray) -> None:
                         waves[p, q, i, j] *= cells.factor[first + i * ny + j]
         field_of(waves, along, across, moved[first:behind].reshape(nx, ny))
         if count > 0:
-            of_x, of_y = _nodes(cells, k)
-            half = np.empty((nx, NODES))
-            multiply(field, of_y, half)
-            force[k] = cells.area[first] * np.dot(of_x.T, half)
+            half, to_x, of_y = np.empty((nx, NODES)), cells.tables[k, 2, nx * NODES :], cells.tables[k, 3]
+            multiply(field, of_y[: ny * NODES].reshape(ny, NODES), half)
+            multiply(to_x[: nx * NODES].reshape(NODES, nx), half, force[k])
+    for i in range(force.size):
+        force.reshape(-1)[i] *= cells.area[cells.first[i // NODES**2]]
     for i in range(force.size):
         depth.reshape(-1)[i] = scalar_product(cells.coupling[i], force.reshape(-1))
     for k in range(count):
-        of_x, of_y = _nodes(cells, k)
-        deep = np.empty((of_x.shape[0], of_y.shape[0]))
-        multiply(of_x, np.dot(depth[k], of_y.T), deep)
+        nx, ny = cells.shape[k]
+        half, deep, to_y = np.empty((NODES, ny)), np.empty((nx, ny)), cells.tables[k, 3, ny * NODES :]
+        multiply(depth[k], to_y[: ny * NODES].reshape(NODES, ny), half)
+        multiply(cells.tables[k, 2, : nx * NODES].reshape(nx, NODES), half, deep)
         for i in range(deep.size):
             moved[cells.first[k] + i] += deep.reshape(-1)[i]
-
-
-@kernel
-def _nodes(cells: _Cells, k: int) -> tuple[FloatArray, FloatArray]:
-    """Weights of the nodes of a grid at its rows along and across, (nx, NODES) and (ny, NODES)."""
-    nx, ny = cells.shape[k]
-    of_x, of_y = cells.tables[k, 2, : nx * NODES], cells.tables[k, 3, : ny * NODES]
-    return of_x.reshape(nx, NODES), of_y.reshape(ny, NODES)
 
 
 @kernel
