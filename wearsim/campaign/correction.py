@@ -227,9 +227,8 @@ def refreshed(
     by_reference = solve_passage(alone, points, true, chosen)
     solved = np.setdiff1d(by_reference.contact.point, [*by_reference.failed, *passage.failed])
     solved = solved[np.isin(solved, passage.contact.point)]
-    index = np.flatnonzero(among & np.isin(ends, solved).all(axis=1))
-    rest = among & ~chosen  # between points without a solution
-    rest[index] = False
+    renewed = among & np.isin(ends, solved).all(axis=1)
+    index, rest = np.flatnonzero(renewed), among & ~chosen & ~renewed  # between points without a solution
     among = among & ~rest
     known, inner = followed[index], np.flatnonzero(share[index] > 0.0)
     low, high = np.searchsorted(solved, ends[index]).T
@@ -242,7 +241,7 @@ def refreshed(
         return result
 
     regimes, change, difference = state.regime_depth.shape[1], {}, {}
-    lost = other & ~np.isin(np.arange(other.size), index)
+    lost = other & ~renewed
     ours, theirs = (_of_points(one, solved, state, setup) for one in (passage, by_reference))
     for name, body, depths in (("wheel", state, regimes), ("below", state.counterface, 1)):
         before = getattr(old, name)
@@ -258,9 +257,8 @@ def refreshed(
     more[index] = interpolated(more[solved])
     place = np.stack([points.conditions.shift, points.conditions.yaw], axis=1)
     same = (old.step == state.step) & (old.run == 0.0) & ~other & as_before
-    forces = old.forces.of(~other).renewed(
-        np.isin(np.arange(other.size), index), old.forces.of(~other).seen(more, place, same)
-    )
+    earlier = old.forces.of(~other)
+    forces = earlier.renewed(renewed, earlier.seen(more, place, same))
     step, run, drift = np.where(among, state.step, old.step), old.run.copy(), old.drift.copy()
     extent = _extent(change["wheel"][:, :, :regimes])
     moved = known & (run[index] > 0.0)

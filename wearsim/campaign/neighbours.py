@@ -72,15 +72,12 @@ def between(
     while start < order.size - 1:
         one, end = order[start], start + 1
         most = _MOST if known[one] else min(_FIRST, _MOST)
-        while (
-            (end + step) % most > 0
-            and end < order.size - 1
-            and all(near(*pair) for pair in ((one, order[end]), (one, order[end + 1]), order[end : end + 2]))
-        ):
+        while (end + step) % most > 0 and end < order.size - 1:
+            if not (near(one, order[end]) and near(one, order[end + 1]) and near(*order[end : end + 2])):
+                break
             end += 1
         inner, last = order[start + 1 : end], order[end]
-        if inner.size > 0:
-            ends[inner] = one, last
-            share[inner] = (shift[inner] - shift[one]) / (shift[last] - shift[one])
+        ends[inner] = one, last
+        share[inner] = (shift[inner] - shift[one]) / max(shift[last] - shift[one], 1e-300)
         start = end
     return ends, share
