@@ -41,7 +41,7 @@ def ends_of(passage, points, step=0, known=None, among=None):
 def test_each_point_lies_between_others_near_by_or_is_solved(fine, passage):
     points, contact = fine.setup.points, passage.contact
     shift, count = points.conditions.shift, len(points.label)
-    for step in range(6):
+    for step in range(4):
         ends, share = ends_of(passage, points, step)
         own = (ends == np.arange(count)[:, None]).all(axis=1)
         assert own[ends].all()
@@ -54,12 +54,12 @@ def test_each_point_lies_between_others_near_by_or_is_solved(fine, passage):
             assert (contact.side[a] == contact.side[b]).all()
             away = np.abs(contact.wheel_y[a] - contact.wheel_y[b])
             assert (away <= 0.15 * np.minimum(contact.width[a], contact.width[b])).all()
-            assert 1 < abs(other - one) <= 6
+            assert 1 < abs(other - one) <= 4
 
 
 def test_every_point_is_solved_in_turn(fine, passage):
     count = len(fine.setup.points.label)
-    ends = [ends_of(passage, fine.setup.points, step)[0] for step in range(6)]
+    ends = [ends_of(passage, fine.setup.points, step)[0] for step in range(4)]
     assert np.unique(ends).size == count
 
 

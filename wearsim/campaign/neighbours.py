@@ -17,7 +17,7 @@ from wearsim.operation.points import OperatingPoints
 _MOVED = 0.15
 """Largest distance between the contacts of two ends, over their width."""
 
-_MOST, _FIRST = 6, 2
+_MOST, _FIRST = 4, 2
 """Points from one end to the other at most, where the difference is known and where it is not."""
 
 
