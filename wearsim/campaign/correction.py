@@ -100,7 +100,8 @@ def new_correction(state: State, points: OperatingPoints) -> Correction:
         np.zeros((count, 2, rows, n)), np.zeros((count, 2, 1, below)), Differences.none(count), never,
         np.zeros(count, dtype=np.int64), np.zeros(count), np.full(count, math.inf),
         np.full(count, math.inf), nothing, nothing,
-        until=np.zeros(count), beyond=np.zeros(count), left=np.zeros_like(state.y),
+        until=np.zeros(count), beyond=np.zeros(count), turn=np.zeros(count, np.int64),
+        left=np.zeros_like(state.y),
     )  # fmt: skip
 
 
@@ -220,7 +221,7 @@ def refreshed(
     model[passage.contact.point] = passage.model
     other = model != old.model  # differences from models that no longer solve the point
     followed = (old.step >= 0) & ~other
-    ends, share = between(passage, points, among, followed, state.step)
+    ends, share = between(passage, points, among, followed, old.turn)
     chosen = np.isin(np.arange(among.size), ends[among])
     true = replace(setup, models=setup.reference, fallbacks=())
     alone = replace(state, correction=None, points=state.points or new_history(points))
@@ -241,10 +242,10 @@ def refreshed(
         return result
 
     regimes, change, difference = state.regime_depth.shape[1], {}, {}
-    lost = other & ~renewed
+    lost, new_difference = other & ~renewed, (renewed & ~followed)[:, None, None, None]
     ours, theirs = (_of_points(one, solved, state, setup) for one in (passage, by_reference))
     for name, body, depths in (("wheel", state, regimes), ("below", state.counterface, 1)):
-        before = getattr(old, name)
+        before = np.where(new_difference, 0.0, getattr(old, name))
         seen = theirs[name] - ours[name] - before[solved]
         change[name] = interpolated(seen)
         if share_short < 1.0 and known.any() and body is not None:
@@ -259,7 +260,8 @@ def refreshed(
     same = (old.step == state.step) & (old.run == 0.0) & ~other & as_before
     earlier = old.forces.of(~other)
     forces = earlier.renewed(renewed, earlier.seen(more, place, same))
-    step, run, drift = np.where(among, state.step, old.step), old.run.copy(), old.drift.copy()
+    step = np.where(among, state.step, np.where(rest & ~followed, -1, old.step))
+    run, drift = old.run.copy(), old.drift.copy()
     extent = _extent(change["wheel"][:, :, :regimes])
     moved = known & (run[index] > 0.0)
     drift[index[np.isinf(drift[index]) & moved]] = 0.0
@@ -268,7 +270,7 @@ def refreshed(
     change["wheel"][~known] = 0.0
     new = replace(
         old, **difference, forces=forces, step=step, model=model, run=run, drift=drift,
-        solved=old.solved + int(chosen.sum()),
+        solved=old.solved + int(chosen.sum()), turn=old.turn + among,
     )  # fmt: skip
     new = _seen(new, among, by_reference)
     for name in ("power", "max_pressure"):

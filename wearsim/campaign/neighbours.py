@@ -1,11 +1,14 @@
 """Operating points that lie between others, alike but for their lateral shift.
 
 Where the contact moves by a small share of its width from one shift to another, what the reference changes
-at both holds for the points between them, in proportion to the shift. The points at both ends are others in
-each step, so that every point is solved itself in turn.
+at both holds for the points between them, in proportion to the shift. The points at both ends are others each
+time, so that every point is solved itself in turn, and lie alike on both sides of the middle: a mirrored
+collective has mirrored ones.
 """
 
 from __future__ import annotations
+
+import itertools
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +25,11 @@ _MOST, _FIRST = 4, 2
 
 
 def between(
-    passage: Passage, points: OperatingPoints, among: NDArray[np.bool_], known: NDArray[np.bool_], step: int
+    passage: Passage,
+    points: OperatingPoints,
+    among: NDArray[np.bool_],
+    known: NDArray[np.bool_],
+    turn: IntArray,
 ) -> tuple[IntArray, FloatArray]:
     """Return the points between which each point lies.
 
@@ -34,8 +41,8 @@ def between(
         All of them; where shifts follow from forces, each is solved itself.
     among, known : (n,) bool array
         Points that are asked for, and those whose difference is known.
-    step : int
-        Number of the step.
+    turn : (n,) int array
+        How often each was asked for.
 
     Returns
     -------
@@ -68,16 +75,23 @@ def between(
 
     order = np.lexsort((shift, alike))
     order = order[among[order] & (behind > first)[order]]
-    start = 0
-    while start < order.size - 1:
-        one, end = order[start], start + 1
-        most = _MOST if known[one] else min(_FIRST, _MOST)
-        while (end + step) % most > 0 and end < order.size - 1:
-            if not (near(one, order[end]) and near(one, order[end + 1]) and near(*order[end : end + 2])):
-                break
-            end += 1
-        inner, last = order[start + 1 : end], order[end]
-        ends[inner] = one, last
-        share[inner] = (shift[inner] - shift[one]) / max(shift[last] - shift[one], 1e-300)
-        start = end
+    apart = [not near(*pair) for pair in itertools.pairwise(order)]
+    for run in np.split(order, np.flatnonzero(apart) + 1):
+        if run.size < 3:
+            continue
+        most = _MOST if known[run[0]] else min(_FIRST, _MOST)
+        from_middle = np.abs(2 * np.arange(run.size) - run.size + 1) // 2
+        chosen = (from_middle + turn[run].max()) % most == 0
+        chosen[[0, -1]] = True
+        if 2 * from_middle[chosen].min() + 1 - run.size % 2 > most:
+            chosen |= from_middle == 0
+        pairs = list(itertools.pairwise(np.flatnonzero(chosen).tolist()))
+        for one, other in pairs:
+            inner, both = run[one + 1 : other], run[[one, other]]
+            if inner.size > 0 and near(*both):
+                ends[inner] = both
+                share[inner] = (shift[inner] - shift[both[0]]) / (shift[both[1]] - shift[both[0]])
+            elif inner.size > 0:  # too far from each other: what lies in the middle is an end, too
+                middle, after = (one + other) // 2, (one + other + 1) // 2
+                pairs += [(one, middle), (after, other)]
     return ends, share

@@ -65,6 +65,7 @@ class Correction:
     max_pressure: FloatArray  # (n, 2) [Pa]
     until: FloatArray  # (n,) depth up to which the reference solves it in all stages, or must not if < 0 [m]
     beyond: FloatArray  # (n,) share of the distance past a jump of the lateral force when it was solved [-]
+    turn: IntArray  # (n,) how often it was solved, or points on both sides of it
     strictness: float = 1.0  # factor on what points may leave out by waiting [-]
     overlap: float = 1.0  # largest depth left out over the sum of the largest ones of the points alone [-]
     solved: int = 0  # points solved with the reference so far
