@@ -100,7 +100,8 @@ def test_only_laws_that_need_fields_take_more_than_the_work_of_cells(law, name, 
     depth = WEAR_LAWS[law].depth(
         replace(fields, **dict.fromkeys(others, unknown)), area, SETS[name], form=form
     )
-    assert law != "archard" or np.isnan(depth).all()
+    # of tables it is a matter of their quantities: those of work alone, too, ask for all
+    assert np.isnan(depth).any() or law == "table" or not WEAR_LAWS[law].needs_fields
     if not WEAR_LAWS[law].needs_fields:
         np.testing.assert_array_equal(depth, WEAR_LAWS[law].depth(fields, area, SETS[name], form=form))
 

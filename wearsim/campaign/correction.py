@@ -241,7 +241,8 @@ def refreshed(
         result[inner] += part * (values[high[inner]] - result[inner])
         return result
 
-    regimes, change, difference = state.regime_depth.shape[1], {}, {}
+    regimes, change = state.regime_depth.shape[1], {}
+    difference: dict[str, Any] = {}
     lost, new_difference = other & ~renewed, (renewed & ~followed)[:, None, None, None]
     ours, theirs = (_of_points(one, solved, state, setup) for one in (passage, by_reference))
     for name, body, depths in (("wheel", state, regimes), ("below", state.counterface, 1)):

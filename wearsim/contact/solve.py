@@ -132,7 +132,7 @@ def solve_each(
     The fields of a batch of points fill a hundred times the memory of the rest; whoever needs them only
     for a sum passes that sum as `each`, which runs on the chunk's thread. Points without a solution are left
     out and put into `failed` with their errors, where it is given; the rest of their chunk is solved without
-    them. With `fields` "work" pressure, shear and slip may be NaN, and are not written to memory. Other
+    them. With `fields` "work" pressure, shear and slip have no meaning: models may not give them. Other
     parameters: see `solve`.
 
     Returns

@@ -340,7 +340,7 @@ def forces_of(
         wheels.friction,
         shear_modulus=task.models.shear_modulus,
         poisson_ratio=task.models.poisson_ratio,
-        fields=fields and task.fields,
+        fields=fields and (model.warm or task.fields),
         **options,
     )
     torque, vertical = np.zeros((2, 2 * speed.size))

@@ -8,8 +8,8 @@ With the lateral force H at axle height and the axle load W, of which the boxes 
 
 (`wearsim.operation.resultants`). The force over the shift is flat on the tread and not monotonic, so that up
 to five shifts belong to one force: the branch is part of the state. The wheelset moves from where it was, at
-first from the middle of the track, in the direction of the force that is missing, and stays at the first
-shift that balances it with dH/dy > 0.
+first from the middle of the track or from where the fast models let it run, in the direction of the force
+that is missing, and stays at the first shift that balances it with dH/dy > 0.
 
 Where the contact moves on a worn flank, or a second patch closes, the force may jump past the one wanted
 within a micrometre, so that no shift balances it. The wheelset then runs at both sides of the jump in turn,

@@ -309,7 +309,7 @@ def test_a_profile_that_ends_beyond_the_patch_gives_its_patch(load):
 
 @pytest.mark.parametrize("place", [2.725e-3, 2.75e-3, 2.775e-3, 2.8e-3])
 def test_a_ridge_as_narrow_as_a_strip_keeps_its_length(place):
-    """Beside a gap without pressure, where a strip or two carry a quarter of the load: no second solution.
+    """Next to a gap without pressure, where a strip or two carry a quarter of the load: no second solution.
 
     Of two strips that take their ratio from each other neither would know its length: pressures of 28 GPa,
     three times that of the half-space. Strips as wide as the ridge lose up to 40 % of its pressure.

@@ -97,6 +97,7 @@ def solve(
     poisson_ratio: float,
     fields: Wanted,
     start: TangentialSolution | None = None,
+    looser: float = 1.0,
 ) -> TangentialSolution:
     """Shear, slip and creep forces of each patch; contract in `tangential.model`.
 

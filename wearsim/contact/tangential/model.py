@@ -55,6 +55,7 @@ class TangentialSolver(Protocol):
         poisson_ratio: float,
         fields: Wanted,
         start: TangentialSolution | None = None,
+        looser: float = 1.0,
     ) -> TangentialSolution:
         """Shear, slip and creep forces of each patch.
 
@@ -73,9 +74,8 @@ class TangentialSolver(Protocol):
         start : TangentialSolution, optional
             Of the same patches under creepages nearby: saves work and changes nothing beyond the tolerance. A
             patch without pressure in it has no start.
-
-        Models that a start saves work also take `looser`, a factor on the tolerance of their iteration
-        where the solution only leads nearer to equilibrium.
+        looser : float
+            Factor on the tolerance of an iteration, where the solution only leads nearer to equilibrium.
 
         Returns
         -------

@@ -79,7 +79,7 @@ def solve(
             if known is not None and warm[m]:
                 guess = _carried_over(known[:3, m][(slice(None), *box)], pressure)
             else:
-                _march(rigid[0], creepage[m], x, first[:, m], bound, dx, guess)
+                _march(rigid[0], creepage[m], x, plain(first[:, m]), bound, dx, guess)
             rolling = _rolled(operator, rigid, bound, guess, int(patch.row[m]), looser)
             slipping = _sum_up(rolling.traction, rolling.slip, rolling.slipping, x, y, cells, force[m])
             force[m] *= dx * dy
