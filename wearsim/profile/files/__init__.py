@@ -239,32 +239,6 @@ def write_profile(
     write_whole(path, "\n".join(_lines(profile, path, format)) + "\n")
 
 
-_SIMPACK_HEADER = """\
-! {kind} profile written by wearsim: {file}
-header.begin
-  version       = 1
-  type          = {type}
-header.end
-spline.begin
-  approx.smooth  = 0
-  comment        = '{comment}'
-  type           = {type}
-  point.dist.min = 0
-  shift.y        = 0
-  shift.z        = 0
-  rotate         = 0
-  bound.y.min    = 1
-  bound.y.max    = 0
-  bound.z.min    = 1
-  bound.z.max    = 0
-  mirror.y       = 0
-  mirror.z       = 0
-  inversion      = 0
-  units.len.f    = 1000
-  units.ang.f    = 1
-  point.begin"""
-
-
 def _lines(profile: Profile, path: Path, format: str) -> list[str]:
     """Lines of a file."""
     wheel, name = profile.kind == "wheel", profile.name
@@ -279,11 +253,13 @@ def _lines(profile: Profile, path: Path, format: str) -> list[str]:
     about = one_line(f"{name}; {profile.source}" if profile.source else name)
     about = about.replace('"', "'").replace("!", "")
     if format == "simpack":
-        keys = {"file": one_line(path.name), "kind": profile.kind, "type": int(wheel)}
-        head = _SIMPACK_HEADER.format(**keys, comment=about.replace("'", "")).splitlines()
+        title, comment = (
+            f"{profile.kind} profile written by wearsim: {one_line(path.name)}",
+            about.replace("'", ""),
+        )
         rows = [f"    {y:f} {z:f}" for y, z in points]
         # SIMPACK lists wheels from the field side to the flange
-        return [*head, *(rows[::-1] if wheel else rows), "  point.end", "spline.end"]
+        return simpack.framed(rows[::-1] if wheel else rows, title, comment, profile.kind)
     head = [f"Filename={one_line(path.name)}", "ProgramName=wearsim", f"XYPoints={len(points)}"]
     head += ["ColumnDef=X,Y", f"UOF1={about}", f"{miniprof.AXIS_KEY}={miniprof.AXIS_FIELD}"]
     if wheel:

@@ -17,8 +17,8 @@ from wearsim.profile.shape import Kind
 SUFFIXES = {".prr": "rail", ".prw": "wheel"}
 _BLOCK = re.compile(r"(header|spline|point)\.(begin|end)", re.IGNORECASE)
 _KIND = {"0": "rail", "1": "wheel"}
-_APPLIED = {"shift.y": "0", "shift.z": "0", "bound.y.min": "1", "bound.y.max": "0", "bound.z.min": "1",
-            "bound.z.max": "0", "mirror.y": "0", "mirror.z": "0", "inversion": "0", "rotate": "0",
+_APPLIED = {"shift.y": "0", "shift.z": "0", "rotate": "0", "bound.y.min": "1", "bound.y.max": "0",
+            "bound.z.min": "1", "bound.z.max": "0", "mirror.y": "0", "mirror.z": "0", "inversion": "0",
             "units.len.f": "1000"}  # fmt: skip
 """Keys of the spline block that act, with their defaults; bounds whose least is above the largest are off."""
 
@@ -99,3 +99,13 @@ def read(text: Text, kind: Kind, faults: Faults) -> Points:
         header=header,
         notes=tuple(notes),
     )
+
+
+def framed(points: list[str], title: str, comment: str, kind: Kind) -> list[str]:
+    """Lines of a file with these lines of points, and with keys at their defaults."""
+    kinds = {word: number for number, word in _KIND.items()}
+    keys = {"approx.smooth": "0", "comment": f"'{comment}'", "type": kinds[kind], "point.dist.min": "0"}
+    spline = [f"  {key:<14} = {value}" for key, value in (keys | _APPLIED | {"units.ang.f": "1"}).items()]
+    header = ["  version       = 1", f"  type          = {kinds[kind]}"]
+    head = [f"! {title}", "header.begin", *header, "header.end", "spline.begin", *spline, "  point.begin"]
+    return [*head, *points, "  point.end", "spline.end"]
