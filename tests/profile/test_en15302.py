@@ -34,12 +34,12 @@ def test_radius_difference_is_the_published_one(letter, rail_a):
     """0.5 um of the published digits and 0.3 um of the grid; 8 um on edges."""
     shift, published = table("profile_en15302_delta_r.csv", letter).T
     profile = wheel(f"EN15302_{letter}", spacing=0.05e-3)
-    result = rolling_radius_difference(profile, profile, rail_a, shift * 1e-3) * 1e3
+    result = rolling_radius_difference(profile, profile, rail_a)(shift * 1e-3) * 1e3
     edge = np.isin(shift, ON_EDGES.get(letter, ()))
     assert len(shift) > 15
     assert np.max(np.abs(result - published)[~edge]) < 0.8e-3
     assert np.max(np.abs(result - published)) < 8e-3
-    back = rolling_radius_difference(profile, profile, rail_a, -shift * 1e-3) * 1e3
+    back = rolling_radius_difference(profile, profile, rail_a)(-shift * 1e-3) * 1e3
     assert back == pytest.approx(-result, abs=1e-9)
 
 

@@ -168,7 +168,7 @@ def test_conicity_and_radius_difference_of_pairs(row):
         result = equivalent_conicity(profile, profile, placed, amplitude=millimetres * 1e-3)
         bound = 0.005 if millimetres in BESIDE_A_JUMP.get(pair, ()) else 0.0015
         assert result == pytest.approx(float(row[3 + millimetres]), abs=bound), millimetres
-    result = rolling_radius_difference(profile, profile, placed, np.array([3e-3, 5e-3])) * 1e3
+    result = rolling_radius_difference(profile, profile, placed)(np.array([3e-3, 5e-3])) * 1e3
     # 1 um of y is 2.7 um of radius on the flank, which S1002 touches at 5 mm on gauge 1432
     on_flank = float(row[11]) > 5.0
     assert result[0] == pytest.approx(float(row[10]), abs=0.6e-3)

@@ -141,24 +141,10 @@ def _with_jumps(
     return all_shift[order], np.concatenate((difference, below, above))[order]
 
 
-def _radius_difference(right: Profile, left: Profile, rail: Profile) -> Callable[[FloatArray], FloatArray]:
-    """Right minus left rolling radius [m] over shifts [m], NaN where a contact leaves the profiles."""
-    at_right = _touching_heights(right, rail)
-    if not (np.array_equal(right.y, left.y) and np.array_equal(right.z, left.z)):
-        at_left = _touching_heights(left, rail)
-        return lambda shift: at_right(shift) - at_left(-shift)
-
-    def alike(shift: FloatArray) -> FloatArray:
-        both = at_right(np.concatenate((shift, -shift)))
-        return both[: len(shift)] - both[len(shift) :]
-
-    return alike
-
-
 def rolling_radius_difference(
-    wheel_right: Profile, wheel_left: Profile, rail: Profile, shift: FloatArray
-) -> FloatArray:
-    """Difference of the rolling radii of both wheels over the lateral shift of the wheelset.
+    wheel_right: Profile, wheel_left: Profile, rail: Profile
+) -> Callable[[FloatArray], FloatArray]:
+    """Difference of the rolling radii of both wheels as a function of the lateral shift of the wheelset.
 
     Parameters
     ----------
@@ -166,18 +152,12 @@ def rolling_radius_difference(
         Both in the axes of a right wheel; equal radius at z = 0.
     rail : Profile
         Placed in the track (its half_span is that of the wheelset), both sides alike.
-    shift : (n,) array
-        Lateral shift, positive to the right [m].
 
     Returns
     -------
-    (n,) array
-        Rolling radius of the right minus that of the left wheel [m].
-
-    Raises
-    ------
-    ProfileError
-        A contact would lie beyond the end of its own or the rail's profile.
+    function
+        Of shifts (n,), positive to the right [m]: rolling radius of the right minus that of the left wheel
+        (n,) [m], NaN where a contact would lie beyond the end of its own or the rail's profile.
 
     Notes
     -----
@@ -188,15 +168,16 @@ def rolling_radius_difference(
     ----------
     .. [1] EN 15302, Railway applications: method for determining the equivalent conicity.
     """
-    shift = np.atleast_1d(np.asarray(shift, dtype=np.float64))
-    difference = _radius_difference(wheel_right, wheel_left, rail)(shift)
-    lost = np.flatnonzero(np.isnan(difference))
-    if len(lost):
-        raise ProfileError(
-            f"{wheel_right.name} on {rail.name}: at shift = {shift[lost[0]] * 1e3:.4g} mm the contact lies "
-            "beyond the end of a profile; give longer profiles or smaller shifts"
-        )
-    return difference
+    at_right = _touching_heights(wheel_right, rail)
+    if not (np.array_equal(wheel_right.y, wheel_left.y) and np.array_equal(wheel_right.z, wheel_left.z)):
+        at_left = _touching_heights(wheel_left, rail)
+        return lambda shift: at_right(shift) - at_left(-shift)
+
+    def alike(shift: FloatArray) -> FloatArray:
+        both = at_right(np.concatenate((shift, -shift)))
+        return both[: len(shift)] - both[len(shift) :]
+
+    return alike
 
 
 def equivalent_conicity(
@@ -240,7 +221,7 @@ def equivalent_conicity(
         raise ProfileError(fault)
     reach = math.ceil((amplitude + _CENTRE_RANGE) / _GRID)
     shift: FloatArray = _GRID * np.arange(-reach, reach + 1, dtype=np.float64)
-    difference_at = _radius_difference(wheel_right, wheel_left, rail)
+    difference_at = rolling_radius_difference(wheel_right, wheel_left, rail)
     difference = difference_at(shift)
     lost = np.isnan(difference)
     first = int(np.max(np.flatnonzero(lost[:reach]), initial=-1)) + 1
@@ -364,9 +345,8 @@ class Running:
     # lateral shift (n,), as far as both stay on their profiles, and right minus left rolling radius (n,) [m]
     shift: FloatArray = field(repr=False)
     difference: FloatArray = field(repr=False)
-    rolling_radius_difference: tuple[
-        RadiusDifference, ...
-    ]  # at the amplitudes, to either side if they differ
+    # at the amplitudes, to either side if they differ
+    rolling_radius_difference: tuple[RadiusDifference, ...]
     equivalent_conicity: tuple[Conicity, ...]
     track: str  # rail, inclination, gauge and back-to-back distance in words
 
@@ -396,7 +376,7 @@ def running(
         other, right = _from_running_circle(other), _from_running_circle(right)
         other = replace(other, z=other.z - 0.5 * diameter_difference)
     shifts = sorted(sign * each for sign in ((-1.0, 1.0) if differ else (1.0,)) for each in amplitudes)
-    radius_difference = _radius_difference(right, other, rail)
+    radius_difference = rolling_radius_difference(right, other, rail)
     differences = zip(shifts, radius_difference(np.array(shifts)), strict=True)
     drawn = radius_difference(_DRAWN)
     inside = np.abs(_DRAWN) < np.min(np.abs(_DRAWN)[np.isnan(drawn)], initial=np.inf)
