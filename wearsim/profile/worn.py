@@ -69,10 +69,9 @@ def wear_between(before: Profile, after: Profile) -> WearBetween:
         raise ProfileError(f"{before.name} is a {before.kind} and {after.name} a {after.kind}: no wear")
     old, new = resample(before, _SPACING), resample(after, _SPACING)
     s = arc_length(old.y, old.z)
-    ny, nz = vertex_normals(old.y, old.z)
-    if before.kind == "rail":
-        ny, nz = -ny, -nz  # z points into a rail, out of a wheel
-    depth, place = cut_along_normals(old, new, ny, nz)
+    outward = -1.0 if before.kind == "rail" else 1.0  # z points into a rail, out of a wheel
+    normal = outward * np.stack(vertex_normals(old.y, old.z))
+    depth, place = cut_along_normals(old, new, *normal)
     hit = np.flatnonzero(np.isfinite(depth))
     shorter = min(float(s[-1]), float(arc_length(new.y, new.z)[-1]))
     if len(hit) < 2 or s[hit[-1]] - s[hit[0]] < _LEAST_COMMON * shorter:
@@ -85,9 +84,7 @@ def wear_between(before: Profile, after: Profile) -> WearBetween:
             f"y = {old.y[lost] * 1e3:.4g} mm; align the profiles, or check that they are of one wheel"
         )
     part = slice(first, last + 1)
-    swept = _areas(old, new, part, depth, place, ny, nz)
-    if before.kind == "rail":
-        swept = -swept
+    swept = outward * _areas(old, new, part, depth, place, normal)
     zones = WHEEL_ZONES if before.kind == "wheel" else _rail_zones(before)
     which = _zone_of(old, part, zones)
     deepest = first + int(np.argmax(depth[part]))
@@ -147,17 +144,11 @@ def cut_along_normals(
 
 
 def _areas(
-    old: Profile,
-    new: Profile,
-    part: slice,
-    depth: FloatArray,
-    place: FloatArray,
-    ny: FloatArray,
-    nz: FloatArray,
+    old: Profile, new: Profile, part: slice, depth: FloatArray, place: FloatArray, normal: FloatArray
 ) -> FloatArray:
     """Signed area between neighbouring normals, both polygons exact; z outward [m2]."""
     oy, oz, d, at = old.y[part], old.z[part], depth[part], place[part]
-    hy, hz = oy + d * ny[part], oz + d * nz[part]
+    hy, hz = oy + d * normal[0, part], oz + d * normal[1, part]
     # quadrilateral between two normals, by half the cross product of its diagonals
     swept = 0.5 * ((hy[1:] - oy[:-1]) * (oz[1:] - hz[:-1]) - (hz[1:] - oz[:-1]) * (oy[1:] - hy[:-1]))
     # and what the new polygon bulges beyond the side between its two cuts, where it has vertices there

@@ -132,11 +132,8 @@ def inspect_profile(
         The profile cannot be smoothed, aligned or compared.
     """
     at = conditions or Conditions()
-    given, left, against = (
-        _prepared(given, at),
-        left and _prepared(left, at),
-        against and _prepared(against, at),
-    )
+    given = _prepared(given, at)
+    left, against = left and _prepared(left, at), against and _prepared(against, at)
     measures = _measures(given, left, at)
     if measures:
         given = given.noted(*inputs.measure_notes(given, measures["right"].values))
