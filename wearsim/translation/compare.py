@@ -49,12 +49,6 @@ _SETTINGS = {
 """What laws of one name must share to be compared, with all their numbers."""
 
 
-def flags(meaning: str, names: Collection[str], first: int = 0, **attrs: str) -> dict[str, Any]:
-    """Attributes of a variable of flags, numbered from the first one on."""
-    numbers = np.arange(first, first + len(names), dtype=np.int8)
-    return {"long_name": meaning, "flag_values": numbers, "flag_meanings": " ".join(names), **attrs}
-
-
 class Comparison:
     """Two campaigns, where they are compared, and what comes out.
 
@@ -90,6 +84,19 @@ class Comparison:
         self.regimes = list(dict.fromkeys(own[0] + own[1]))
         self.regime_numbers = [np.array([*map(self.regimes.index, names), -1]) for names in own]
 
+    def add(self, name: str, dims: Any, values: Any, meaning: str, unit: str = "", **attrs: str) -> None:
+        """Add a variable with its unit, long name and further attributes, if they are not empty."""
+        about = {"units": unit, "long_name": meaning} | attrs
+        self.variables[name] = (dims, values, {key: text for key, text in about.items() if text})
+
+    def add_flags(
+        self, name: str, dims: Any, values: Any, meaning: str, names: Collection[str], first: int = 0,
+        comment: str = "",
+    ) -> None:  # fmt: skip
+        """Add a variable of flags, numbered from the first one on."""
+        self.add(name, dims, values.astype(np.int8), meaning, flag_meanings=" ".join(names), comment=comment)
+        self.variables[name][2]["flag_values"] = np.arange(first, first + len(names), dtype=np.int8)
+
     def add_factor(
         self, variable: str, dims: tuple[str, ...], values: FloatArray, quantity: str, meaning: str = "",
         comment: str = "", *, scale: FloatArray | None = None, share: float | None = None,
@@ -106,24 +113,17 @@ class Comparison:
         reach = self.axes.reachable if reachable is None else reachable
         reach = reach.reshape(reach.shape + (1,) * (values.ndim - 3))
         factor = factors.ratio(values[:, :, 0], values[:, :, 1], scale, share, reach)
-        attrs = {"units": QUANTITIES[quantity].unit, "long_name": meaning, "quantity": quantity}
-        self.variables[variable] = (dims, values, attrs | ({"comment": comment} if comment else {}))
-        rest = tuple(dim for dim in dims if dim != "campaign")
-        self.variables[f"{variable}_factor"] = (
-            rest,
-            factor.value,
-            {"units": "1", "long_name": f"{meaning}, rig over field", "quantity": quantity,
-             "ancillary_variables": f"{variable}_factor_status"},
-        )  # fmt: skip
+        unit, rest = QUANTITIES[quantity].unit, tuple(dim for dim in dims if dim != "campaign")
+        self.add(variable, dims, values, meaning, unit, quantity=quantity, comment=comment)
+        attrs = {"quantity": quantity, "ancillary_variables": f"{variable}_factor_status"}
+        self.add(f"{variable}_factor", rest, factor.value, f"{meaning}, rig over field", "1", **attrs)
         remark = f"a field value below the part {share:g} of the largest one is too small to divide by"
         self.add_status(f"{variable}_factor", rest, factor.status, meaning, comment=remark)
 
-    def add_status(
-        self, variable: str, dims: tuple[str, ...], status: IntArray, meaning: str, **attrs: str
-    ) -> None:
+    def add_status(self, variable: str, dims: Any, status: IntArray, meaning: str, comment: str = "") -> None:
         """Add `{variable}_status`."""
-        about = flags(f"why the factor of {meaning} is undefined, if it is", STATUS)
-        self.variables[f"{variable}_status"] = (dims, status.astype(np.int8), about | attrs)
+        text = f"why the factor of {meaning} is undefined, if it is"
+        self.add_flags(f"{variable}_status", dims, status, text, STATUS, comment=comment)
 
     def add_rows(
         self, variable: str, dims: tuple[str, ...], rows: Sequence[FloatArray], quantity: str,
@@ -196,12 +196,11 @@ def _add_points(comparison: Comparison) -> None:
     """Add conditions and labels of the equal operating points."""
     pair, matched = comparison.pair, comparison.matched
     for name in factors.MATCH_KEYS:
-        attrs = {"units": QUANTITIES[name].unit, "long_name": QUANTITIES[name].meaning}
-        comparison.variables[name] = ("matched_point", pair[0][name].values[matched[:, 0]], attrs)
+        values, quantity = pair[0][name].values[matched[:, 0]], QUANTITIES[name]
+        comparison.add(name, "matched_point", values, quantity.meaning, quantity.unit)
     for c, (role, data) in enumerate(zip(CAMPAIGN, pair, strict=True)):
         labels = [str(label) for label in data["operating_point_name"].values[matched[:, c]]]
-        text = f"operating point of the {role} campaign"
-        comparison.variables[f"{role}_label"] = ("matched_point", labels, {"long_name": text})
+        comparison.add(f"{role}_label", "matched_point", labels, f"operating point of the {role} campaign")
 
 
 def add_profile(comparison: Comparison) -> None:
@@ -227,13 +226,11 @@ def add_profile(comparison: Comparison) -> None:
     names = ["none", *(name.replace(" ", "_") for name in comparison.regimes)]
     meaning = "wear regime that removed most"
     remark = "where it differs, the factor depends on the wear law"
-    comparison.variables["regime_profile"] = (
-        dims, np.stack(regimes, axis=2).astype(np.int8), flags(meaning, names, -1)
-    )  # fmt: skip
-    comparison.variables["regime_profile_differs"] = (
-        ("basis", "stage", "wheel", "arc"), factors.regime_differs(*regimes).astype(np.int8),
-        flags(f"whether the {meaning} differs between rig and field", ("no_wear", "same", "differs"), -1,
-              comment=remark),
+    comparison.add_flags("regime_profile", dims, np.stack(regimes, axis=2), meaning, names, -1)
+    comparison.add_flags(
+        "regime_profile_differs", ("basis", "stage", "wheel", "arc"), factors.regime_differs(*regimes),
+        f"whether the {meaning} differs between rig and field", ("no_wear", "same", "differs"), -1,
+        comment=remark,
     )  # fmt: skip
     new = [np.stack([data[f"profile_{axis}"].values[0] for axis in "yz"]) for data in pair]
     if not same or np.abs(new[0] - new[1]).max() > _SAME_PROFILE:
@@ -260,18 +257,16 @@ def add_similarity(comparison: Comparison) -> None:
     arc = comparison.pair[0]["arc_length"].values
     alike = factors.similarity(depth[:, :, 0], depth[:, :, 1], arc)
     for name, (unit, meaning) in factors.SIMILARITY.items():
-        attrs = {"units": unit, "long_name": f"{meaning}, of the depth curves of rig and field"}
-        comparison.variables[name] = (("basis", "stage", "wheel"), alike[name], attrs)
+        text = f"{meaning}, of the depth curves of rig and field"
+        comparison.add(name, ("basis", "stage", "wheel"), alike[name], text, unit)
 
 
 def add_zones(comparison: Comparison) -> None:
     """Add the largest depth by zone of the wheel profile, (basis, progress, zone, wheel_group)."""
     borders = [-np.inf, *WHEEL_ZONES.values()]
     limits = [f"{name} to y = {1e3 * end:g} mm" for name, end in list(WHEEL_ZONES.items())[:-1]]
-    comparison.variables["zone_name"] = (
-        "zone", list(WHEEL_ZONES),
-        {"long_name": "zone of the wheel profile", "comment": "of the new profile: " + ", ".join(limits)},
-    )  # fmt: skip
+    remark = "of the new profile: " + ", ".join(limits)
+    comparison.add("zone_name", "zone", list(WHEEL_ZONES), "zone of the wheel profile", comment=remark)
     rows = []
     for data in comparison.pair:
         depth, y = data["wear_depth"].values, data["profile_y"].values[0]
@@ -292,9 +287,7 @@ def add_equivalent_distance(comparison: Comparison) -> None:
     for of, (role, other) in enumerate((CAMPAIGN, CAMPAIGN[::-1])):
         asked = np.linspace(0.0, run[of][-1], comparison.axes.distance.shape[1])
         dims = (f"{role}_progress", "wheel_group")
-        comparison.variables[f"{role}_distance"] = (
-            dims[0], asked, {"units": "m", "long_name": f"distance run by the {role} campaign"}
-        )  # fmt: skip
+        comparison.add(f"{role}_distance", dims[0], asked, f"distance run by the {role} campaign", "m")
         order = slice(None, None, -1 if of else 1)
         for name, meaning in EQUIVALENT_BY.items():
             found = [
@@ -304,8 +297,7 @@ def add_equivalent_distance(comparison: Comparison) -> None:
             variable, text = f"equivalent_{other}_distance_{name}", f"{other} distance of equal {meaning}"
             distance = np.stack(found, axis=1)
             status = np.where(np.isfinite(distance), STATUS["defined"], STATUS["beyond_range"])
-            attrs = {"units": "m", "long_name": text, "ancillary_variables": f"{variable}_status"}
-            comparison.variables[variable] = (dims, distance, attrs)
+            comparison.add(variable, dims, distance, text, "m", ancillary_variables=f"{variable}_status")
             comparison.add_status(variable, dims, status, text)
 
 
@@ -378,7 +370,7 @@ def add_damage(comparison: Comparison) -> None:
         comparison.notes += [f"{what} {name}: its settings differ, it is not compared" for name in other]
         if not same:
             continue
-        comparison.variables[f"{group}_name"] = (group, same, {"long_name": f"{what} of both campaigns"})
+        comparison.add(f"{group}_name", group, same, f"{what} of both campaigns")
         wear = group == "comparison"
         for name in ("comparison_worn_area",) if wear else ("fatigue_damage", "fatigue_damage_rate"):
             meaning = QUANTITIES[name].meaning.removesuffix(", by regime")

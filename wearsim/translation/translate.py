@@ -92,20 +92,14 @@ def translate(
             )
     comparison = compare.Comparison(rig, field, count, reach)
     axes = comparison.axes
-    comparison.variables |= {
-        "basis_name": ("basis", list(BASIS), {"long_name": "what is equal in both campaigns"}),
-        "campaign_name": ("campaign", list(CAMPAIGN), {"long_name": "campaign"}),
-        "wheel_name": ("wheel", list(WHEELS[:2]), {"long_name": "wheel"}),
-        "wheel_group_name": ("wheel_group", list(WHEELS), {"long_name": "wheel, or both together"}),
-        "worn_depth": (
-            STATIONS, axes.depth,
-            {"units": "m", "long_name": "largest wear depth of both wheels where the campaigns are compared"},
-        ),
-        "reachable": (
-            STATIONS[:2], axes.reachable.astype(np.int8),
-            compare.flags("whether both campaigns reach this distance or depth", ("no", "yes")),
-        ),
-    }  # fmt: skip
+    comparison.add("basis_name", "basis", list(BASIS), "what is equal in both campaigns")
+    comparison.add("campaign_name", "campaign", list(CAMPAIGN), "campaign")
+    comparison.add("wheel_name", "wheel", list(WHEELS[:2]), "wheel")
+    comparison.add("wheel_group_name", "wheel_group", list(WHEELS), "wheel, or both together")
+    meaning = "largest wear depth of both wheels where the campaigns are compared"
+    comparison.add("worn_depth", STATIONS, axes.depth, meaning, "m")
+    meaning = "whether both campaigns reach this distance or depth"
+    comparison.add_flags("reachable", STATIONS[:2], axes.reachable, meaning, ("no", "yes"))
     for add in compare.PARTS:
         add(comparison)
     share = {"units": "1", "long_name": "share of the range both campaigns cover"}
