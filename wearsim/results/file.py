@@ -38,7 +38,7 @@ from wearsim.results.schema import (
     structure_fault,
     value_fault,
 )
-from wearsim.whole_files import require_utf8, signals_wait, utf8
+from wearsim.whole_files import replacing, require_utf8, signals_wait, utf8
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -57,6 +57,10 @@ _CACHE = 2**18
 UNREADABLE = (OSError, RuntimeError, ValueError, AttributeError, KeyError)
 """What reading a damaged netCDF file raises: its libraries find damage in many places."""
 
+_ADVICE = (
+    "finished steps are safe, make room or give write access and run the same command again, or choose "
+    "another --out"
+)
 _T = TypeVar("_T")
 
 
@@ -72,9 +76,7 @@ def create(path: Path, header: Header, rows: Iterable[Row] = ()) -> None:
     rows : iterable of mappings
         First rows, see `Row`; taken a few at a time.
     """
-    temporary = path.with_name(f".{path.name}.tmp")
-    try:
-        temporary.unlink(missing_ok=True)
+    with replacing(path, _ADVICE) as temporary:
         with netCDF4.Dataset(temporary, "w", format="NETCDF4") as file:
             _define(file, header)
             _keep_little(file)
@@ -85,9 +87,6 @@ def create(path: Path, header: Header, rows: Iterable[Row] = ()) -> None:
                 _write_rows(file, first, batch)
         with open(temporary, "rb") as written:
             os.fsync(written.fileno())
-        os.replace(temporary, path)
-    except (OSError, RuntimeError) as error:  # the netCDF library knows a failed write as RuntimeError
-        raise ResultError(_not_written(path, _reason(error))) from error
 
 
 def append(
@@ -123,7 +122,7 @@ def append(
                 _keep_little(file)
                 _write_rows(file, first, rows)
         except (OSError, RuntimeError) as error:  # written in part: HDF5 may crash if it goes on with it
-            raise ResultError(_not_written(path, _reason(error))) from error
+            raise _not_written(path, _reason(error)) from error
 
     for row in rows:
         check_row(header, row)
@@ -396,14 +395,11 @@ def _need_room(path: Path, rows: Sequence[Row]) -> None:
     except OSError:  # a file system that does not report it
         return
     if free < needed:
-        raise ResultError(_not_written(path, f"the disk is full, {free / 1e6:.1f} MB left"))
+        raise _not_written(path, f"the disk is full, {free / 1e6:.1f} MB left")
 
 
-def _not_written(path: Path, reason: str) -> str:
-    return (
-        f"{path} cannot be written: {reason}; finished steps are safe, make room or give write access and "
-        f"run the same command again, or choose another --out"
-    )
+def _not_written(path: Path, reason: str) -> ResultError:
+    return ResultError(f"{path} cannot be written: {reason}; {_ADVICE}")
 
 
 def _keep_little(file: netCDF4.Dataset) -> None:
