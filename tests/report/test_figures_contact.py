@@ -14,10 +14,14 @@ from wearsim.contact.solve import ContactConditions, ContactModels, Counterface,
 from wearsim.errors import ResultError
 from wearsim.profile import standard
 from wearsim.report.figures import contact
-from wearsim.report.style import COLOURS, to_svg, write_figure
+from wearsim.report.style import COLOURS, grid, to_svg, write_figure
 from wearsim.studies.contact_state import contact_state
 
 STRIPS, CELLS = 24, 20
+
+
+def axes():
+    return grid()[1][0, 0]
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +54,7 @@ def two(make):
 
 
 def test_the_outline_goes_through_the_ends_of_the_strips(state):
-    line = contact.plot_outline(state).lines[0]
+    line = contact.plot_outline(state, axes()).lines[0]
     y, x = line.get_data()
     assert (y[0], x[0]) == (y[-1], x[-1])
     for end, name in ((slice(1, 2 * STRIPS, 2), "x_lead"), (slice(-2, 2 * STRIPS, -2), "x_trail")):
@@ -65,7 +69,7 @@ def test_the_outline_goes_through_the_ends_of_the_strips(state):
 def test_states_lie_over_each_other_with_their_labels(make, state):
     """As in figure 5 of the seed paper: outlines of rail and rollers."""
     rollers = [make(3e-3, yaw=2e-3, kappa=kappa) for kappa in (1.0, 2.0)]
-    ax = contact.plot_outline(state)
+    ax = contact.plot_outline(state, axes())
     contact.plot_outline(rollers[0], ax)
     contact.plot_outline(rollers[1], ax, linestyle="--", label="small roller")
     assert [line.get_label() for line in ax.lines] == ["rail", "roller 1000 mm", "small roller"]
@@ -74,7 +78,7 @@ def test_states_lie_over_each_other_with_their_labels(make, state):
 
 
 def test_pressure_map_holds_every_cell(state):
-    ax = contact.plot_field(state)
+    ax = contact.plot_field(state, "pressure", axes())
     mesh = next(item for item in ax.collections if isinstance(item, QuadMesh))
     values = np.asarray(mesh.get_array()).reshape(CELLS, 2 * STRIPS)
     np.testing.assert_allclose(values[:, ::2], 1e-6 * state["pressure"].values[0], rtol=1e-12)
@@ -84,14 +88,14 @@ def test_pressure_map_holds_every_cell(state):
 
 
 def test_work_is_shown_where_the_patch_slips(state):
-    ax = contact.plot_field(state, "work_density")
+    ax = contact.plot_field(state, "work_density", axes())
     mesh = next(item for item in ax.collections if isinstance(item, QuadMesh))
     shown = ~np.ma.getmaskarray(mesh.get_array()).reshape(CELLS, 2 * STRIPS)[:, ::2]
     np.testing.assert_array_equal(shown, state["work_density"].values[0] > 0.0)
 
 
 def test_arrows_of_stick_and_slip_are_the_shear_of_their_cells(state):
-    ax = contact.plot_shear(state)
+    ax = contact.plot_shear(state, axes())
     y, x = 1e3 * state["lateral"].values[0], 1e3 * state["longitudinal"].values[0]
     quivers = [item for item in ax.collections if isinstance(item, Quiver)]
     assert len(quivers) == 2
@@ -108,7 +112,7 @@ def test_arrows_of_stick_and_slip_are_the_shear_of_their_cells(state):
 
 def test_arrows_do_not_reach_each_other(make):
     """The longest is a little more than their spacing; shear turns slowly, so neighbours are parallel."""
-    ax = contact.plot_shear(make(3e-3, yaw=2e-3, grid=(50, 50)))
+    ax = contact.plot_shear(make(3e-3, yaw=2e-3, grid=(50, 50)), axes())
     quivers = [item for item in ax.collections if isinstance(item, Quiver)]
     places = np.concatenate([np.stack((q.X, q.Y), axis=1) for q in quivers])
     longest = max(np.hypot(q.U, q.V).max() / q.scale for q in quivers)
@@ -119,7 +123,11 @@ def test_arrows_do_not_reach_each_other(make):
 
 def test_arrows_of_several_states_can_have_one_scale(state):
     alone, shared = (
-        next(item for item in contact.plot_shear(state, largest=top).collections if isinstance(item, Quiver))
+        next(
+            item
+            for item in contact.plot_shear(state, axes(), largest=top).collections
+            if isinstance(item, Quiver)
+        )
         for top in (None, 2e9)
     )
     top = 1e-6 * float(np.hypot(state["shear_x"], state["shear_y"]).max())
@@ -128,7 +136,7 @@ def test_arrows_of_several_states_can_have_one_scale(state):
 
 def test_section_marks_each_contact_on_the_counterface(two):
     for side, count in ((0, 2), (1, 1)):
-        ax = contact.plot_section(two, side=side)
+        ax = contact.plot_section(two, axes(), side=side)
         lines = {line.get_label(): line for line in ax.lines}
         assert set(lines) == {"rail 60E1", "wheel S1002", "contact"}
         own = two["side"].values == side
@@ -142,7 +150,7 @@ def test_section_marks_each_contact_on_the_counterface(two):
 
 def test_gap_shows_each_patch_and_keeps_the_direction_of_the_track(two):
     for side in (0, 1):
-        ax = contact.plot_gap(two, side=side)
+        ax = contact.plot_gap(two, axes(), side=side)
         assert ax.xaxis_inverted() == (side == 1)
         assert len(ax.patches) == int((two["side"] == side).sum())
         assert ax.lines[0].get_ydata().min() == pytest.approx(0.0, abs=0.05)
