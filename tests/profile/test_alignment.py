@@ -169,13 +169,6 @@ def test_zones_that_hold_one_direction_only_are_refused(monkeypatch):
         align(NEW, NEW, "best_fit", rotation=True)
 
 
-def test_unknown_rules_and_mixed_kinds_are_refused():
-    with pytest.raises(ProfileError, match=r"'bestfit' is no rule .*did you mean 'best_fit'"):
-        align(NEW, NEW, "bestfit")
-    with pytest.raises(ProfileError, match="S1002 is a wheel and 60E1 a rail"):
-        align(NEW, RAIL, "none")
-
-
 @pytest.mark.parametrize("rule", ALIGNMENTS)
 @settings(max_examples=40, deadline=None, derandomize=True)
 @given(

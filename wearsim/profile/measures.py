@@ -119,14 +119,7 @@ def wheel_measures(profile: Profile, *, diameter: float | None = None) -> Measur
         Wheel with the flange back at y = -70 mm, see `wearsim.profile.alignment`.
     diameter : float, optional
         At the running circle as it is now, which is not in the profile [m].
-
-    Raises
-    ------
-    ProfileError
-        The profile is a rail.
     """
-    if profile.kind != "wheel":
-        raise ProfileError(f"{profile.name} is a {profile.kind}; gauge values are of wheels")
     gauge: dict[str, Callable[[FloatArray, FloatArray], float]] = {
         "flange_height": flange_height,
         "flange_thickness": flange_thickness,

@@ -45,7 +45,7 @@ def reprofile(worn: Profile, template: Profile) -> Reprofiling:
     Raises
     ------
     ProfileError
-        No wheels with a flange, or the worn profile does not reach from the template's flange tip past
+        A wheel without a flange, or the worn profile does not reach from the template's flange tip past
         the running circle.
 
     Notes
@@ -56,9 +56,6 @@ def reprofile(worn: Profile, template: Profile) -> Reprofiling:
     worn wheel's lower branch count: below it the wheel is whole. A flank of slope :math:`\tan\delta` worn
     sideways by w costs :math:`w \tan\delta` of radius: 2.7 w on a flank of 70 degrees.
     """
-    for profile in (worn, template):
-        if profile.kind != "wheel":
-            raise ProfileError(f"{profile.name} is a {profile.kind}: only wheels are reprofiled")
     start = float(template.y[int(np.argmax(template.z))])
     end = min(float(worn.y.max()), float(template.y.max()))
     if float(worn.y.min()) > start or end <= 0.0:

@@ -107,7 +107,7 @@ def smoothed(profile: Profile, wavelength: float) -> Profile:
     Raises
     ------
     ProfileError
-        The wavelength is negative, not finite or above a fifth of the length.
+        The wavelength is above a fifth of the length.
 
     Notes
     -----
@@ -122,8 +122,6 @@ def smoothed(profile: Profile, wavelength: float) -> Profile:
     ----------
     .. [1] ISO 16610-22, Geometrical product specifications: linear profile filters, spline filters.
     """
-    if not np.isfinite(wavelength) or wavelength < 0.0:
-        raise ProfileError(f"{profile.name}: wavelength = {wavelength * 1e3:g} mm must not be below 0 mm")
     if wavelength == 0.0:
         return profile
     s = arc_length(profile.y, profile.z)

@@ -55,7 +55,7 @@ def wear_between(before: Profile, after: Profile) -> WearBetween:
     Raises
     ------
     ProfileError
-        The kinds differ, the profiles are more than 12 mm apart, or less than half of the shorter one has
+        The profiles are more than 12 mm apart, or less than half of the shorter one has
         a counterpart.
 
     Notes
@@ -65,8 +65,6 @@ def wear_between(before: Profile, after: Profile) -> WearBetween:
     loop along the old profile, across, and back along the new one, exact for both polygons, and each zone
     ends at a normal, so zones add up to the whole. It equals the integral of :math:`d - \kappa d^2/2`.
     """
-    if before.kind != after.kind:
-        raise ProfileError(f"{before.name} is a {before.kind} and {after.name} a {after.kind}: no wear")
     old, new = resample(before, _SPACING), resample(after, _SPACING)
     s = arc_length(old.y, old.z)
     outward = -1.0 if before.kind == "rail" else 1.0  # z points into a rail, out of a wheel
