@@ -25,7 +25,7 @@ from wearsim.report.figures.campaign import (
 )
 from wearsim.report.html import render
 from wearsim.report.inspect import inspect, summary, summary_text
-from wearsim.report.style import grid
+from wearsim.report.style import grid, style
 from wearsim.report.tables import reprofiled_wheels
 from wearsim.report.tables_damage import fatigue_laws, wear_laws
 from wearsim.report.tables_quality import quality
@@ -54,7 +54,8 @@ cut_mm = 0.3
 
 
 def axes():
-    return grid()[1][0, 0]
+    with style():
+        return grid()[1][0, 0]
 
 
 @pytest.fixture(scope="module")

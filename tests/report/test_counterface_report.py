@@ -11,7 +11,7 @@ from wearsim.report import plates
 from wearsim.report.figures import campaign
 from wearsim.report.html import write_report
 from wearsim.report.inspect import inspect, summary_text
-from wearsim.report.style import grid
+from wearsim.report.style import grid, style
 from wearsim.report.tables import counterface
 
 ROLLERS = "[counterface.wear]\nfactor = 0.5\nredress_every_km = 6"
@@ -19,7 +19,8 @@ RAILS = "[counterface.wear]\narea_mm2_per_1000km = 3"
 
 
 def axes():
-    return grid()[1][0, 0]
+    with style():
+        return grid()[1][0, 0]
 
 
 @pytest.fixture(scope="module")

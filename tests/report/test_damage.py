@@ -12,7 +12,7 @@ from wearsim.report.figures import campaign
 from wearsim.report.html import render, write_report
 from wearsim.report.inspect import inspect, summary_text
 from wearsim.report.sections import SECTIONS, Campaigns
-from wearsim.report.style import grid, plain
+from wearsim.report.style import grid, plain, style
 from wearsim.report.texts import words
 from wearsim.results.fatigue import crack_distances, cycles
 from wearsim.scene import build, load_scene
@@ -30,7 +30,8 @@ BLOCK = {"name": "curve", "shift_mm": 5, "yaw_mrad": 3, "distance_km": 2}
 
 
 def axes():
-    return grid()[1][0, 0]
+    with style():
+        return grid()[1][0, 0]
 
 
 @pytest.fixture(scope="module")

@@ -4,12 +4,13 @@ import pytest
 from wearsim.quantities import QUANTITIES
 from wearsim.report.figures import campaign as figures
 from wearsim.report.figures import translation as figures_translation
-from wearsim.report.style import COLOURS, grid, plain, to_svg
+from wearsim.report.style import COLOURS, grid, plain, style, to_svg
 from wearsim.translation.translate import translate
 
 
 def axes():
-    return grid()[1][0, 0]
+    with style():
+        return grid()[1][0, 0]
 
 
 @pytest.fixture(scope="module")

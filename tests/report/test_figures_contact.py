@@ -14,14 +14,15 @@ from wearsim.contact.solve import ContactConditions, ContactModels, Counterface,
 from wearsim.errors import ResultError
 from wearsim.profile import standard
 from wearsim.report.figures import contact
-from wearsim.report.style import COLOURS, grid, to_svg, write_figure
+from wearsim.report.style import COLOURS, grid, style, to_svg, write_figure
 from wearsim.studies.contact_state import contact_state
 
 STRIPS, CELLS = 24, 20
 
 
 def axes():
-    return grid()[1][0, 0]
+    with style():
+        return grid()[1][0, 0]
 
 
 @pytest.fixture(scope="module")

@@ -15,13 +15,14 @@ from wearsim.profile.inspection.fleet import fleet_rows
 from wearsim.profile.inspection.inputs import read_input
 from wearsim.profile.limits import load_limits
 from wearsim.report.figures import profile as figures_profile
-from wearsim.report.style import COLOURS, grid, write_figure
+from wearsim.report.style import COLOURS, grid, style, write_figure
 
 MEASURED = Path(__file__).parents[2] / "profiles" / "measured"
 
 
 def axes():
-    return grid()[1][0, 0]
+    with style():
+        return grid()[1][0, 0]
 
 
 def state_of(name, against=None, left=None):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -56,42 +57,32 @@ def inspect(path: str | Path) -> dict[str, Any]:
 def summary(dataset: xr.Dataset) -> dict[str, Any]:
     """Summarise an opened result, see `inspect`."""
     end = checks.last_worn_row(dataset)
+    measures = (*MEASURES, "equivalent_conicity")
+    depth = checks.depth_by_regime(dataset).sum(axis=0)
+    share = depth / depth.sum() if depth.sum() > 0.0 else np.full(depth.shape, np.nan)
+    closing = [text] if (text := checks.closing_reprofiling(dataset)) else []
     content: dict[str, Any] = {
         "title": str(dataset.attrs.get("title", "")),
         "kind": role_of(dataset),
         "finished": "finished" in dataset.attrs,
-        "distance": _plain(dataset["distance"].values[-1]),
+        "distance": dataset["distance"].values[-1],
         "steps": checks.wear_steps(dataset),
         "step_limits": checks.step_limits(dataset),
         "operating_points": dataset.sizes["operating_point"],
         "monitoring_points": int((dataset["weight"].values == 0.0).sum()),
-        "environment": _plain(_ends(dataset["environment"].values)),
-        "warnings": [
-            *stated_warnings(dataset),
-            *result_warnings(dataset),
-            *filter(None, [checks.closing_reprofiling(dataset)]),
-        ],
-        "settings": {key: _plain(dataset.attrs[key]) for key in _SETTINGS if key in dataset.attrs},
+        "environment": _ends(dataset["environment"].values),
+        "warnings": [*stated_warnings(dataset), *result_warnings(dataset), *closing],
+        "settings": {key: dataset.attrs[key] for key in _SETTINGS if key in dataset.attrs},
+        "new": {name: dataset[name].values[0] for name in measures},
+        "worn": {name: dataset[name].values[end] for name in measures},
+        "contact": {name: _ends(np.abs(dataset[name].values[end])) for name in _CONTACT},
+        "regime_share": dict(zip(dataset["regime_name"].values, share, strict=True)),
+        "faint": {name: dataset[name].values.max() for name in FAINT if name in dataset},
+        "ended": str(dataset.attrs.get("finished", "")) or None,
+        "limits": {one.name: {"limit": one.limit, "met": one.distance} for one in limits_met(dataset)},
+        "reprofilings": [one._asdict() for one in checks.reprofilings(dataset)],
+        "cracks_left": checks.cracks_left(dataset),
     }
-    for state, row in (("new", 0), ("worn", end)):
-        names = (*MEASURES, "equivalent_conicity")
-        content[state] = {name: _plain(dataset[name].values[row]) for name in names}
-    content["contact"] = {name: _plain(_ends(np.abs(dataset[name].values[end]))) for name in _CONTACT}
-    depth = checks.depth_by_regime(dataset).sum(axis=0)
-    share = depth / depth.sum() if depth.sum() > 0.0 else np.full(depth.shape, np.nan)
-    content["regime_share"] = {
-        str(name): _plain(part) for name, part in zip(dataset["regime_name"].values, share, strict=True)
-    }
-    content["faint"] = {name: _plain(dataset[name].values.max()) for name in FAINT if name in dataset}
-    content["ended"] = str(dataset.attrs.get("finished", "")) or None
-    content["limits"] = {
-        entry.name: {"limit": entry.limit, "met": list(entry.distance)} for entry in limits_met(dataset)
-    }
-    content["reprofilings"] = [
-        {"distance": one.distance, "before": _plain(one.before), "after": _plain(one.after)}
-        for one in checks.reprofilings(dataset)
-    ]
-    content["cracks_left"] = checks.cracks_left(dataset)
     if "comparison_name" in dataset or "fatigue_name" in dataset:
         content["damage"] = _damage(dataset)
     if "contact_model_name" in dataset:
@@ -99,14 +90,13 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
             "points": models_in_use(dataset),
             "reference": str(dataset["contact_model_name"].values[-1]),
             "reference_solved": int(dataset["reference_solved"].values[-1]),
-            "correction_error": float(dataset["correction_error"].values[-1]),
+            "correction_error": dataset["correction_error"].values[-1],
         }
     if wears(dataset):
-        content["counterface"] = {
-            "counterface_redressed_count": int(dataset["counterface_redressed_count"].values[-1]),
-            **{name: _plain(dataset[name].values[-1]) for name in COUNTERFACE_MEASURES},
-        }
-    return content
+        count = int(dataset["counterface_redressed_count"].values[-1])
+        ends = {name: dataset[name].values[-1] for name in COUNTERFACE_MEASURES}
+        content["counterface"] = {"counterface_redressed_count": count, **ends}
+    return dict(_plain(content))
 
 
 def _damage(dataset: xr.Dataset) -> dict[str, Any]:
@@ -117,7 +107,7 @@ def _damage(dataset: xr.Dataset) -> dict[str, Any]:
         if f"{group}_name" in dataset:
             largest = {name: dataset[of].values[end].max(axis=2) for name, of in variables.items()}
             damage_by[group] = {
-                str(law): {name: _plain(values[:, k]) for name, values in largest.items()}
+                law: {name: values[:, k] for name, values in largest.items()}
                 for k, law in enumerate(dataset[f"{group}_name"].values)
             }
     if "fatigue" in damage_by:
@@ -174,10 +164,12 @@ def write_animation(path: str | Path, target: Path) -> Path:
 
 
 def _plain(value: Any) -> Any:
-    """Value, or list of values, as JSON knows it; None where it is not a number."""
-    if isinstance(value, str):
+    """Value as JSON knows it; None where it is not a number."""
+    if value is None or isinstance(value, str | bool | int):
         return value
-    if np.ndim(value):
+    if isinstance(value, Mapping):
+        return {str(key): _plain(one) for key, one in value.items()}
+    if np.ndim(value) or isinstance(value, list):
         return [_plain(one) for one in value]
     return float(value) if np.isfinite(value) else None
 
