@@ -51,8 +51,6 @@ class Table:
         Title it is folded under, "" if it is not.
     shaded : set of int
         Rows that stand out.
-    title : str
-        Heading before it, if it has one.
     bands : sequence of (str, int)
         Heads over several columns, if there are any: text and number of columns.
     """
@@ -64,7 +62,6 @@ class Table:
     look: str = "laws"
     fold: str = ""
     shaded: frozenset[int] = frozenset()
-    title: str = ""
     bands: Sequence[tuple[str, int]] = ()
 
     macro = "table"

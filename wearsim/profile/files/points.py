@@ -43,7 +43,6 @@ Row = tuple[int, str]
 class Text:
     """Lines of a file without line ends, and notes on its encoding."""
 
-    path: Path
     lines: tuple[str, ...]
     notes: tuple[str, ...] = ()
 
@@ -128,7 +127,7 @@ def read_text(path: Path) -> Text:
         line = text.count("\n", 0, bad.start()) + 1
         message = f"holds the control character {bad[0]!r}, so it is not UTF-8 text; save it as UTF-8"
         raise ProfileError(f"{path}:{line}: {message}")
-    return Text(path, tuple(text.split("\n")), notes)
+    return Text(tuple(text.split("\n")), notes)
 
 
 def number_fault(cell: str) -> str | None:
