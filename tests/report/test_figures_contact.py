@@ -149,22 +149,13 @@ def test_section_marks_each_contact_on_the_counterface(two):
         assert ax.yaxis_inverted()
 
 
-def test_gap_shows_each_patch_and_keeps_the_direction_of_the_track(two):
-    for side in (0, 1):
-        ax = contact.plot_gap(two, axes(), side=side)
-        assert ax.xaxis_inverted() == (side == 1)
-        assert len(ax.patches) == int((two["side"] == side).sum())
-        assert ax.lines[0].get_ydata().min() == pytest.approx(0.0, abs=0.05)
-        assert "µm" in ax.get_ylabel()
-
-
 def test_the_whole_figure_has_axes_for_every_side_and_patch(two):
     figure = contact.contact_figure(two)
     titles = [ax.get_title(loc="left") for ax in figure.axes]
     assert titles[0] == "Section, right wheel"
-    assert titles[2] == "Section, left wheel"
-    # 2 sections, 2 gaps, 3 patches with 3 axes and 2 bars each
-    assert len(figure.axes) == 4 + 3 * 5
+    assert titles[1] == "Section, left wheel"
+    # 2 sections, 3 patches with 3 axes and 2 bars each
+    assert len(figure.axes) == 2 + 3 * 5
     assert sum(title.startswith("Right wheel, patch") for title in titles) == 2
     heading = figure.get_suptitle()
     for part in ("shift 5.1 mm", "load 80 kN", "friction 0.35", "72 km/h", "(free)", "S1002", "rail 60E1"):

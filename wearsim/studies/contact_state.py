@@ -18,10 +18,7 @@ _SECTIONS = (
     ("wheel_section_z", "section_z", "wheel_point"),
     ("counterface_section_y", "section_y", "counterface_point"),
     ("counterface_section_z", "section_z", "counterface_point"),
-    ("gap_rail_y", "rail_y", "gap_point"),
-    ("gap", "gap", "gap_point"),
 )
-_GAP_SPAN = 1.5  # patch widths of gap on either side of the patches
 
 
 def contact_state(
@@ -52,7 +49,7 @@ def contact_state(
         SI units. Over `patch`: side (0 right, 1 left) and the summary of result files. Over (patch, strip)
         and (patch, cell, strip): the fields, cells from the leading edge, lateral directions those of the
         track, so that those of a left wheel are mirrored. Over `wheel` and points: wheel and counterface in
-        the plane across the track, the wheel in initial contact, and the gap around the patches.
+        the plane across the track, the wheel in initial contact.
 
     Raises
     ------
@@ -88,7 +85,7 @@ def contact_state(
 
 
 def _sections(wheelset: Wheelset, counterface: Counterface, state: xr.Dataset) -> dict[str, xr.Variable]:
-    """Wheel and counterface across the track, and the gap around the patches, of each solved side."""
+    """Wheel and counterface across the track, of each solved side."""
     sides = np.unique(state["side"])
     shift, yaw, roll = (float(state[name]) for name in ("shift", "yaw", "roll"))
     lines = []
@@ -107,13 +104,7 @@ def _sections(wheelset: Wheelset, counterface: Counterface, state: xr.Dataset) -
         )
         height = float(gap.gap.min())
         y, z = _trace(profile, wheelset, kappa, *pose[:, 0])
-        patches = state.isel(patch=np.flatnonzero(state["side"] == side))
-        rail_y, half = patches["rail_y"].values, 0.5 * patches["width"].values
-        margin = _GAP_SPAN * float(half.max())
-        low, high = (rail_y - half).min() - margin, (rail_y + half).max() + margin
-        at = np.linspace(max(low, surface.y[0]), min(high, surface.y[-1]), 401)
-        distance = np.interp(at, surface.y, (gap.gap[0] - height) * np.cos(surface.angle))
-        lines.append((sign * y, z + height, sign * rail.y, rail.z, at, distance))
+        lines.append((sign * y, z + height, sign * rail.y, rail.z))
     variables = {"wheel": xr.Variable("wheel", sides, {"long_name": "wheel", "comment": "0 right, 1 left"})}
     for (name, quantity, along), values in zip(_SECTIONS, zip(*lines, strict=True), strict=True):
         variables[name] = variable(quantity, ("wheel", along), np.stack(values))

@@ -177,30 +177,6 @@ def plot_section(dataset: xr.Dataset, ax: Axes, *, side: int = 0) -> Axes:
     return label_axes(ax, "Lateral in the track, to the right [mm]", "Height, down [mm]")
 
 
-def plot_gap(dataset: xr.Dataset, ax: Axes, *, side: int = 0) -> Axes:
-    """Draw the gap of the unloaded profiles around the patches of a side, their width and approach."""
-    row = int(np.flatnonzero(dataset["wheel"].values == side)[0])
-    at, gap = shown("rail_y", dataset["gap_rail_y"].values[row]), values_of(dataset, "gap", row)
-    ax.plot(at, gap, color=_WHEEL)
-    highest = 0.0
-    for k, patch in enumerate(map(int, np.flatnonzero(dataset["side"].values == side))):
-        place = _ends(dataset, patch)[0]
-        flat = np.cos(float(dataset["contact_angle"][patch]))  # of the contact plane
-        ends = values_of(dataset, "rail_y", patch) + (-1.0 if side else 1.0) * flat * place[[0, -1]]
-        # counted from the initial contact within the patch
-        inside = gap[(at >= ends.min()) & (at <= ends.max())]
-        approach = inside.min(initial=gap.max()) + values_of(dataset, "approach", patch)
-        highest = max(highest, float(approach))
-        ax.axvspan(ends.min(), ends.max(), color=STICK, lw=0.0, label="" if k else "patch")
-        ax.hlines(approach, ends.min(), ends.max(), color=_CONTACT, lw=1.2, ls="--",
-                  label="" if k else "approach")  # fmt: skip
-    ax.set_ylim(0.0, 3.0 * highest)
-    ax.set_xlim(at[0], at[-1])
-    if side and not ax.xaxis_inverted():
-        ax.invert_xaxis()
-    return label_axes(ax, "Lateral on the counterface profile [mm]", "Gap along the normal [µm]")
-
-
 def title_of(dataset: xr.Dataset) -> str:
     """Conditions of a contact state in two lines."""
 
@@ -227,7 +203,7 @@ def title_of(dataset: xr.Dataset) -> str:
 
 
 def contact_figure(dataset: xr.Dataset) -> Figure:
-    """Draw section and gap of each side of a contact state, then pressure, shear and work of each patch."""
+    """Draw the section of each side of a contact state, then pressure, shear and work of each patch."""
     sides = [int(side) for side in dataset["wheel"].values]
     patches = dataset.sizes["patch"]
     heights = [2.6] * len(sides) + [2.9] * patches
@@ -236,12 +212,9 @@ def contact_figure(dataset: xr.Dataset) -> Figure:
         figure.suptitle(title_of(dataset), fontsize=9.5, x=0.01, ha="left")
         grid = figure.add_gridspec(len(heights), 6, height_ratios=heights)
         for row, side in enumerate(sides):
-            section = plot_section(dataset, figure.add_subplot(grid[row, :4]), side=side)
+            section = plot_section(dataset, figure.add_subplot(grid[row, :]), side=side)
             section.set_title(f"Section, {WHEELS[side]} wheel")
             section.legend(loc="best")
-            gap = plot_gap(dataset, figure.add_subplot(grid[row, 4:]), side=side)
-            gap.legend(loc="best", frameon=True, facecolor="white", edgecolor="none")
-            gap.set_title("Gap before loading")
         spans = _spans(dataset)
         for patch in range(patches):
             axes = [figure.add_subplot(grid[len(sides) + patch, 2 * k : 2 * k + 2]) for k in range(3)]
