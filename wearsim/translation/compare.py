@@ -22,7 +22,7 @@ from wearsim.translation.axes import (
     distance_at,
     equivalent_distance,
 )
-from wearsim.translation.factors import STATUS, WORN_SHARE
+from wearsim.translation.factors import COMPARED, STATUS, WORN_SHARE
 
 CAMPAIGN = ("rig", "field")
 STAGES = (0.25, 0.5, 0.75, 1.0)
@@ -33,20 +33,9 @@ STATIONS = ("basis", "progress", "campaign")
 EQUIVALENT_BY = {"max_wear_depth": "largest wear depth", "worn_area": "worn area"}
 """Measures of wear by which distances of rig and field are equivalent."""
 
-_BOTH_WHEELS = {
-    "sum": "both wheels: sum",
-    "largest": "both wheels: the larger one",
-    "change": "both wheels: the change of larger magnitude",
-}
+_BOTH_WHEELS = COMPARED["both_wheels"]
 _BARE = ("wear_area_rate", "wear_depth_rate_max")  # of the law as it is
 _SAME_PROFILE = 1e-7  # [m]
-
-
-_SETTINGS = {
-    "comparison": ("coefficients", "form"),
-    "fatigue": ("coefficients", "form", "crack_width", "crack_depth", "shear_yield"),
-}
-"""What laws of one name must share to be compared, with all their numbers."""
 
 
 class Comparison:
@@ -358,7 +347,7 @@ def common_laws(pair: tuple[xr.Dataset, xr.Dataset], group: str) -> tuple[list[s
 
 def _settings(dataset: xr.Dataset, group: str) -> dict[str, list[str]]:
     """Return the settings by law."""
-    columns = [dataset[f"{group}_{key}"].values for key in ("name", *_SETTINGS[group])]
+    columns = [dataset[f"{group}_{key}"].values for key in ("name", *COMPARED["laws"][group])]
     rows = zip(*columns, dataset.attrs[f"{group}_numbers"].split("\n"), strict=True)
     return {str(name): [str(value) for value in settings] for name, *settings in rows}
 

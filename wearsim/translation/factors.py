@@ -6,7 +6,9 @@ no meaning it is NaN in memory and its status says why; files hold a fill value 
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,13 +18,8 @@ from numpy.typing import NDArray
 from wearsim.damage.fatigue.loads import WEAR_NUMBERS
 from wearsim.translation.axes import FloatArray, IntArray, at_distances
 
-STATUS: dict[str, int] = {
-    "defined": 0,
-    "zero_denominator": 1,
-    "missing": 2,
-    "beyond_range": 3,
-    "small_denominator": 4,
-}
+_STATUS = ("defined", "zero_denominator", "missing", "beyond_range", "small_denominator")
+STATUS: dict[str, int] = {name: number for number, name in enumerate(_STATUS)}
 """Why a factor is undefined; `small_denominator`: not zero, but too small to divide by."""
 
 ZERO_SHARE = 1e-6
@@ -42,67 +39,24 @@ WORN_SHARE = 0.01
 """Along the profile, a depth below this share of the largest one counts as not worn: what smoothing
 spreads beyond the running band is not compared."""
 
-MATCH_KEYS: dict[str, float] = {
-    "shift": 1e-9,
-    "yaw": 1e-9,
-    "roll": 1e-9,
-    "wheel_load": 1e-3,
-    "speed": 1e-9,
-    "friction": 1e-9,
-    "track_curvature": 1e-12,
-}
-"""What two operating points must share to be compared, with the rounding allowed [SI unit of each]."""
+COMPARED: dict[str, Any] = tomllib.loads(
+    Path(__file__).with_name("compared.toml").read_text(encoding="utf-8")
+)
+"""What is compared."""
 
-POINT_QUANTITIES: dict[str, str] = {
-    "area": "sum",
-    "max_pressure": "largest",
-    "normal_force": "sum",
-    "creepage_x": "load-weighted mean",
-    "creepage_y": "load-weighted mean",
-    "spin": "load-weighted mean",
-    "force_x": "sum",
-    "force_y": "sum",
-    "slip_area": "sum",
-    "power": "sum",
-    "wear_number_without_spin": "sum",
-    "wear_number_with_spin": "sum",
-    "wear_index_mean": "area-weighted mean",
-    "wear_index_max": "largest",
-    "wear_area_rate": "sum",
-    "wear_depth_rate_max": "largest",
-}
-"""Quantities of operating points compared, and how the patches of one wheel make one value."""
+COMPARED_KEYS, MATCH_KEYS, POINT_QUANTITIES, WEAR_QUANTITIES, SIMILARITY = (
+    COMPARED[key] for key in ("settings", "match", "points", "wear", "similarity")
+)
 
 _WEAR_NUMBERS: dict[str, Callable[[Any], Any]] = {
     f"wear_number_{kind}": number for kind, number in WEAR_NUMBERS.items()
 }
 
-COMPARED_KEYS = (
-    "rotation_rule", "axle_torque", "wheel_radius", "half_span", "youngs_modulus", "poisson_ratio",
-    "contact_normal", "contact_tangential", "contact_parameters", "strips", "cells", "cell_size",
-    "most_cells", "wear_law", "wear_coefficients", "wear_law_numbers", "wear_form", "seizure_cap",
-    "wheel_density", "wheel_profile_right", "wheel_profile_left", "counterface_profile",
-    "smoothing_wavelength", "integrator",
-)  # fmt: skip
-"""Attributes of model, material and wheelset: what differs between the campaigns is listed by name."""
-
 NUMBERS_KEY = "wear_law_numbers"
-"""The one of them that is a list of numbers, of which only those that differ are listed."""
+"""The one of `COMPARED_KEYS` that is a list of numbers, of which only those that differ are listed."""
 
 ROTATION_KEYS = ("rotation_rule", "axle_torque")
 """Those that are part of the operating point: where they differ, no point of the campaigns is equal."""
-
-WEAR_QUANTITIES: dict[str, str] = {
-    "max_wear_depth": "largest",
-    "worn_area": "sum",
-    "worn_mass": "sum",
-    "flange_height": "change",
-    "flange_thickness": "change",
-    "flange_gradient": "change",
-    "hollowing": "change",
-}
-"""Wear measures compared. "change": from the new wheel, the larger magnitude of the two wheels; the others
-are values, and both wheels together are their sum or the larger one."""
 
 
 class Factor(NamedTuple):
@@ -259,15 +213,6 @@ def with_both(value: FloatArray, rule: str) -> FloatArray:
     else:
         both = right + left if rule == "sum" else np.maximum(right, left)
     return np.concatenate([value, both[..., None]], axis=-1)
-
-
-SIMILARITY: dict[str, tuple[str, str]] = {
-    "depth_correlation": ("1", "correlation over the places worn on either"),
-    "depth_shift": ("m", "centroid on the rig less that in the field, along the arc"),
-    "depth_width": ("1", "ratio of widths, twice the standard deviation of place each, rig over field"),
-    "depth_overlap": ("1", "common share of the curves, each normalised to area one"),
-}
-"""Measures of `similarity`: unit and meaning."""
 
 
 def similarity(rig: FloatArray, field: FloatArray, arc: FloatArray) -> dict[str, FloatArray]:

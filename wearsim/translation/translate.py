@@ -17,7 +17,7 @@ from wearsim.results.file import UNREADABLE, load_derived, load_results
 from wearsim.results.index import INDEXES
 from wearsim.translation import compare, factors
 from wearsim.translation.compare import CAMPAIGN, STAGES, STATIONS
-from wearsim.translation.factors import NUMBERS_KEY, STATUS
+from wearsim.translation.factors import COMPARED, NUMBERS_KEY, STATUS
 from wearsim.whole_files import require_utf8, write_netcdf
 
 Result = str | Path | xr.Dataset
@@ -31,10 +31,6 @@ POINT_STATES = (("new wheels", 0, 0), ("equal distance", 0, -1), ("equal worn de
 
 _STATUS_NAMES = {number: name for name, number in STATUS.items()}
 _SAME_PLACE = 1e-7  # [m]
-_ATTRIBUTE_UNITS = {
-    "axle_torque": "N m", "wheel_radius": "m", "half_span": "m", "youngs_modulus": "Pa",
-    "wheel_density": "kg/m3", "smoothing_wavelength": "m", "cell_size": "m",
-}  # fmt: skip
 _FILL = 9.969209968386869e36  # the netCDF library's own fill value: every viewer knows it
 _NEEDED = ("distance", "max_wear_depth", "arc_length", "wear_depth_by_regime", "side", "weight")
 
@@ -115,13 +111,6 @@ def translate(
     )
 
 
-CAUSES = (
-    "power_cause_name", "power_cause_factor", "power_factor",
-    "way", "cause_name", "cause_factor", "cause_zone_factor", "rate_factor", "rate_zone_factor",
-)  # fmt: skip
-"""Variables of the causes of a factor, where a comparison has looked for them."""
-
-
 def with_known_causes(dataset: xr.Dataset, file: Path) -> xr.Dataset:
     """Return a dataset of `translate` with the causes that a file of the same two results holds, if any."""
     if not file.is_file():
@@ -135,7 +124,7 @@ def with_known_causes(dataset: xr.Dataset, file: Path) -> xr.Dataset:
     if "causes" in other.attrs:
         dataset = dataset.assign_attrs(causes=other.attrs["causes"])
     same_points = other.attrs.get("matched_points") == dataset.attrs["matched_points"]
-    names = [name for name in CAUSES if same_points or not name.startswith("power")]
+    names = [name for name in COMPARED["causes"] if same_points or not name.startswith("power")]
     return dataset.assign({name: other[name].variable for name in names if name in other})
 
 
@@ -296,7 +285,7 @@ def differences(rig: xr.Dataset, field: xr.Dataset) -> list[str]:
             mine, theirs = _unlike(rig, field, str(mine), str(theirs))
         if mine == theirs:
             continue
-        unit = _ATTRIBUTE_UNITS.get(key, "")
+        unit = COMPARED["units"].get(key, "")
         texts = [_text(value, unit) for value in (mine, theirs)]
         notes.append(f"{key.replace('_', ' ')} differs: {texts[0]} on the rig, {texts[1]} in the field")
     names = [data.attrs.get("counterface_profile", "") for data in (rig, field)]
