@@ -17,7 +17,7 @@ from wearsim.report.sections import Campaigns, all_figures
 from wearsim.report.style import plain, role_of, save_svg, with_unit
 from wearsim.report.tables import MEASURES, UNDEFINED, limit_text
 from wearsim.report.tables_quality import models_in_use
-from wearsim.report.texts import environment, stated_warnings, wears
+from wearsim.report.texts import environment, stated_warnings, wears, words
 from wearsim.results import checks, load_results, result_warnings
 from wearsim.results.fatigue import largest_index, quantity_of
 from wearsim.results.limits import limits_met
@@ -29,11 +29,6 @@ _ALONG = {
 }
 """Variables along the profile of which the largest value is listed, by the laws' group and its name there."""
 _CONTACT = ("area", "max_pressure", "power", "spin")
-_SETTINGS = (
-    "wear_law", "wear_coefficients", "wear_form", "contact_normal", "contact_tangential",
-    "counterface_curvature", "counterface_curvature_left", "counterface_wear_factor", "redress_distance",
-    "redress_depth", "counterface_area_rate", "wheel_radius", "source", "history",
-)  # fmt: skip
 
 
 def inspect(path: str | Path) -> dict[str, Any]:
@@ -57,7 +52,7 @@ def inspect(path: str | Path) -> dict[str, Any]:
 def summary(dataset: xr.Dataset) -> dict[str, Any]:
     """Summarise an opened result, see `inspect`."""
     end = checks.last_worn_row(dataset)
-    measures = (*MEASURES, "equivalent_conicity")
+    measures, stated = (*MEASURES, "equivalent_conicity"), words("variables")["inspect"]
     depth = checks.depth_by_regime(dataset).sum(axis=0)
     share = depth / depth.sum() if depth.sum() > 0.0 else np.full(depth.shape, np.nan)
     closing = [text] if (text := checks.closing_reprofiling(dataset)) else []
@@ -72,7 +67,7 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
         "monitoring_points": int((dataset["weight"].values == 0.0).sum()),
         "environment": _ends(dataset["environment"].values),
         "warnings": [*stated_warnings(dataset), *result_warnings(dataset), *closing],
-        "settings": {key: dataset.attrs[key] for key in _SETTINGS if key in dataset.attrs},
+        "settings": {key: dataset.attrs[key] for key in stated if key in dataset.attrs},
         "new": {name: dataset[name].values[0] for name in measures},
         "worn": {name: dataset[name].values[end] for name in measures},
         "contact": {name: _ends(np.abs(dataset[name].values[end])) for name in _CONTACT},

@@ -27,15 +27,11 @@ from wearsim.report.style import (
     values_of,
     wrapped,
 )
-from wearsim.report.texts import caption, run, wears
+from wearsim.report.texts import caption, run, wears, words
 from wearsim.results.checks import last_worn_row
 from wearsim.translation.bands import PER_KM, asked_of
 from wearsim.translation.compare import CAMPAIGN
 
-_FACTOR_POINTS = (
-    "area", "max_pressure", "spin", "creepage_x", "force_x", "force_y", "power", "wear_area_rate",
-    "wear_depth_rate_max",
-)  # fmt: skip
 BASES = ("Equal distance", "Equal worn depth", "Equal worn area")
 COUNTERFACE_MEASURES = ("counterface_max_wear_depth", "counterface_worn_area", "counterface_redressed_depth")
 
@@ -360,7 +356,7 @@ def factors_at_points(_: Datasets, factors: xr.Dataset) -> Figure | None:
         return None
 
     def draw(ax: Axes, row: int, column: int) -> None:
-        name = _FACTOR_POINTS[3 * row + column]
+        name = words("variables")["factors_at_points"][3 * row + column]
         for progress in (0, -1):
             translation.plot_factor_at_points(factors, name, ax, progress=progress)
         translation.mark_one(ax)

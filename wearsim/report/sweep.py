@@ -29,14 +29,11 @@ from wearsim.report.style import (
     with_unit,
 )
 from wearsim.report.tables import GIVEN, Table, given, table
-from wearsim.report.texts import caption, lines
+from wearsim.report.texts import caption, lines, words
 from wearsim.studies.sweep import sweep_dataset, sweep_rows
 from wearsim.whole_files import write_whole
 
-RESULTS = (
-    "max_wear_depth", "worn_area", "flange_height", "flange_thickness", "flange_gradient", "hollowing",
-    "equivalent_conicity", "counterface_max_wear_depth", "counterface_worn_area",
-)  # fmt: skip
+RESULTS = words("variables")["sweep"]
 """Results drawn over each varied key."""
 _TABLED = ("max_wear_depth", "worn_area", "equivalent_conicity")
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")

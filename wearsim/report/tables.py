@@ -23,10 +23,7 @@ from wearsim.results.limits import LIMITED, LimitMet, distances_to, limits_met
 UNDEFINED = "undefined"
 GIVEN = 0
 """Digits of a number somebody chose, shown without digits it does not have."""
-MEASURES = (
-    "max_wear_depth", "worn_area", "worn_mass", "flange_height", "flange_thickness", "flange_gradient",
-    "hollowing",
-)  # fmt: skip
+MEASURES = words("variables")["measures"]
 """Measures of each wheel."""
 
 
@@ -119,10 +116,7 @@ def span(values: np.ndarray, digits: int = 4) -> str:
 
 def operating_points(dataset: xr.Dataset) -> Table:
     """Operating points of a campaign."""
-    names = [
-        "shift", "yaw", "roll", "wheel_load", "speed", "friction", "track_curvature",
-        "environment", "weight", "block_length",
-    ]  # fmt: skip
+    names = words("variables")["operating_points"]
     data = (dataset["operating_point_name"].values, *(values_of(dataset, name) for name in names))
     heads = (label(dataset, name) for name in names)
     fold = f"{role_title(dataset)}: all {len(data[0])} operating points"
@@ -134,11 +128,7 @@ def running(dataset: xr.Dataset) -> list[Table]:
     """Where the wheelset ran at the end, and the forces on it; nothing of results that do not hold it."""
     if "lateral_position" not in dataset:
         return []
-    acting = dataset["weight"].values > 0.0
-    names = (
-        "lateral_position", "wheelset_yaw", "lateral_force", "steering_moment", "axle_wear_number",
-        "wear_share", "derailment_quotient",
-    )  # fmt: skip
+    acting, names = dataset["weight"].values > 0.0, words("variables")["running"]
     columns = [values_of(dataset, name, last_worn_row(dataset))[acting] for name in names]
     points = dataset["operating_point_name"].values[acting]
     heads = [*(label(dataset, name) for name in names[:-1]), "Y/Q right", "left"]
