@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import tomllib
 from argparse import Namespace
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -20,25 +21,9 @@ from wearsim.quantities import QUANTITIES
 from wearsim.toml_faults import decimal
 
 _PICTURES = (".png", ".svg", ".pdf")
-_NUMBERS = {  # quantity whose input range holds
-    "gauge_mm": "gauge",
-    "back_to_back_mm": "back_to_back",
-    "diameter_mm": "wheel_diameter",
-    "left_diameter_mm": "wheel_diameter",
-    "smooth_mm": "noise_wavelength",
-}
-_NAMES = ("name", "left", "rail", "wheel", "against", "reprofile_to", "limits", "fleet", "out", "csv", "plot")
-_SINGLE = ("name", "left", "convert", "out", "left_diameter_mm", "reprofile_to", "at_km")
-_WHEEL_ONLY = ("left", "limits", "rail", "reprofile_to", "origin")
+_RULES: dict[str, Any] = tomllib.loads(Path(__file__).with_name("flags.toml").read_text(encoding="utf-8"))
 _CHOICES = {"units": UNITS, "origin": ORIGINS, "format": FORMATS, "kind": ("wheel", "rail"),
             "convert": WRITTEN_FORMATS, "align": ALIGNMENTS}  # fmt: skip
-_NEEDS = {  # each acts with one of the others only
-    "out": ("convert",), "overwrite": ("convert", "csv"), "align": ("against",), "rotate": ("against",),
-    "left_diameter_mm": ("diameter_mm",),
-}  # fmt: skip
-_EXCLUDE = (
-    ("rail", "wheel"), ("mirror", "no_mirror"), ("z_up", "z_down"), *(("fleet", key) for key in _SINGLE),
-)  # fmt: skip
 _LONGEST = 250  # bytes of a file name, with room for the extension of one that is being written
 _T = TypeVar("_T")
 
@@ -56,7 +41,7 @@ class Request:
         self.given: dict[str, Any] = {
             key: None if value is False else value for key, value in vars(arguments).items()
         }
-        names = {key: self.given[key] for key in _NAMES if self.given[key] is not None}
+        names = {key: self.given[key] for key in _RULES["names"] if self.given[key] is not None}
         self.faults = [
             f"{flag_of(key)} = {name[:60]!r} must not be empty, hold zero bytes or be too long for a file"
             for key, name in names.items()
@@ -76,7 +61,7 @@ class Request:
             if self.given[key] or self.given[no]:
                 self.statements[key] = bool(self.given[key])
         self.numbers: dict[str, float] = {}  # stated lengths [m]
-        for key, quantity in _NUMBERS.items():
+        for key, quantity in _RULES["numbers"].items():
             if (text := self.given[key]) is not None:
                 (low, high), number = QUANTITIES[quantity].span, decimal(text)
                 self.numbers[key.removesuffix("_mm")] = number * 1e-3
@@ -128,7 +113,7 @@ class Request:
     def check_kind(self, kind: str, name: str) -> None:
         """Note flags that say nothing about this kind of profile."""
         if kind == "rail":
-            for key in _WHEEL_ONLY:
+            for key in _RULES["wheel_only"]:
                 if self.given[key] is not None:
                     fix = "give the wheel on it with --wheel" if key == "rail" else "leave it out"
                     self.faults.append(f"{flag_of(key)} belongs to wheels, {name} is a rail; {fix}")
@@ -171,10 +156,10 @@ class Request:
         given = self.given
         if given["fleet"] is None and given["name"] is None:
             yield "give a profile, NAME or FILE, or a folder with --fleet DIR"
-        for key, others in _NEEDS.items():
+        for key, others in _RULES["needs"].items():
             if given[key] and not any(given[other] for other in others):
                 yield f"{flag_of(key)} acts with {' or '.join(map(flag_of, others))} only; leave it out"
-        for pair in _EXCLUDE:
+        for pair in _RULES["exclude"]:
             if all(given[key] for key in pair):
                 yield f"{' and '.join(map(flag_of, pair))} exclude each other; give one of them"
         if self.rotate and self.align not in (None, "best_fit"):

@@ -5,8 +5,10 @@ from __future__ import annotations
 import csv
 import io
 import textwrap
+import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass
+from pathlib import Path
 from typing import Any
 
 from wearsim.profile.conicity import Running
@@ -20,31 +22,9 @@ from wearsim.profile.placement import BACK_TO_BACK, RUNNING_CIRCLE
 from wearsim.profile.shape import arc_length
 from wearsim.quantities import QUANTITIES
 
-MEASURES = {
-    "flange_height": "Sh", "flange_thickness": "Sd", "flange_gradient": "qR", "hollowing": "hollow",
-    "rim_width": "rim", "wheel_diameter": "D", "wheel_diameter_difference": "ΔD", "back_to_back": "AR",
-    "front_to_front": "SR",
-}  # fmt: skip
-"""Measures in the order of tables, with their short names."""
-
+_COLUMNS: dict[str, Any] = tomllib.loads(Path(__file__).with_name("columns.toml").read_text(encoding="utf-8"))
+MEASURES, _FLEET = _COLUMNS["measures"], _COLUMNS["fleet"]
 _SHORT = {**MEASURES, "equivalent_conicity": "conicity"}
-_SYMBOLS = ("Sh", "Sd", "qR", "AR", "SR")
-_HEADER_KEYS = ("Stock", "CarNo", "AxleNo", "Side", "WheelID", "Sh", "Sd", "qR", "Line", "Date", "Time",
-                "UOF1", "comment")  # fmt: skip
-_FLEET = {
-    # column of the CSV: quantity, digits, title on screen
-    "Sh_mm": ("flange_height", 3, "Sh"),
-    "Sd_mm": ("flange_thickness", 3, "Sd"),
-    "qR_mm": ("flange_gradient", 3, "qR"),
-    "hollowing_mm": ("hollowing", 3, "hollow"),
-    "rim_width_mm": ("rim_width", 3, ""),
-    "diameter_mm": ("wheel_diameter", 3, "D"),
-    "conicity_3mm": ("equivalent_conicity", 4, "conicity"),
-    "worn_area_mm2": ("worn_area", 3, "area mm²"),
-    "max_wear_depth_mm": ("max_wear_depth", 4, "depth"),
-    "rms_um": ("alignment_rms", 1, "rms µm"),
-}
-_IDENTITY = ("file", "wheel", "kind", "format", "stock", "car", "axle", "side", "align")
 
 
 def as_text(result: Inspection) -> str:
@@ -70,7 +50,7 @@ def _origin(given: ProfileInput, before: str = "") -> list[str]:
     ]
     if given.measured:
         lines.append(f"  file       {given.given}")
-    header = [f"{key} {value}" for key in _HEADER_KEYS if (value := value_of(given.header, key))]
+    header = [f"{key} {value}" for key in _COLUMNS["header"] if (value := value_of(given.header, key))]
     if header:
         lines += _wrapped("header", "; ".join(one_line(each)[:300] for each in header))
     lines += _notes(given)
@@ -174,8 +154,8 @@ def _measures(result: Inspection) -> list[str]:
 
 
 def _named(name: str) -> str:
-    symbol = MEASURES.get(name)
-    return f"{QUANTITIES[name].meaning} {symbol}" if symbol in _SYMBOLS else QUANTITIES[name].meaning
+    meaning, symbol = QUANTITIES[name].meaning, MEASURES.get(name)
+    return f"{meaning} {symbol}" if symbol in _COLUMNS["symbols"] else meaning
 
 
 def _limits(result: Inspection) -> list[str]:
@@ -321,7 +301,7 @@ def fleet_json(row: FleetRow) -> dict[str, Any]:
 def _fleet_cells(row: FleetRow) -> dict[str, str]:
     """Cells of a row by column of the CSV."""
     value = row.values
-    cells = {key: value.get(key, "") for key in _IDENTITY}
+    cells = {key: value.get(key, "") for key in _COLUMNS["identity"]}
     for column, (name, digits, _) in _FLEET.items():
         number = value.get(name)
         cells[column] = "" if number is None else f"{number * QUANTITIES[name].shown_factor:.{digits}f}"
