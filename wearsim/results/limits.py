@@ -9,21 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearsim.damage.fatigue import counts_cycles
-from wearsim.results.schema import FILL_FLOAT
+from wearsim.results.schema import FILL_FLOAT, STATED
 
 if TYPE_CHECKING:
     import xarray as xr
 
-LIMITED: Mapping[str, float] = {
-    "max_wear_depth": 1.0,
-    "flange_height": 1.0,
-    "flange_thickness": -1.0,
-    "flange_gradient": -1.0,
-    "hollowing": 1.0,
-    "equivalent_conicity": 1.0,
-    "fatigue_damage": 1.0,
-    "wheel_diameter": -1.0,
-}
+LIMITED: Mapping[str, float] = STATED["limited"]
 """Measures that may have a limit: 1 where it is a largest value, -1 where it is a smallest one."""
 
 _ATTRIBUTE = "limit_"

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+import tomllib
 from collections.abc import Container, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import netCDF4
@@ -106,17 +108,11 @@ FAINT = tuple(f"faint_{name}{largest}" for name in ("load", "power", "wear") for
 KINDS: dict[str, Any] = {"f8": np.dtype("f8"), "i4": np.dtype("i4"), "str": str}
 """Types of variables in result files by the kind of their quantity."""
 
-LEAST = {"point": 4, "counterface_point": 4}
-"""Smallest lengths of dimensions, where more than 1 is needed."""
+STATED: dict[str, Any] = tomllib.loads(Path(__file__).with_name("schema.toml").read_text(encoding="utf-8"))
+"""What result files hold beyond the table of quantities."""
 
 PACKED = 1100
 """No byte of a result file unpacks to more bytes: deflate reaches 1030."""
-
-TEXTS = ("title", "scene_kind", "wear_law", "wear_coefficients", "rotation_rule")
-"""Global attributes that are read as texts."""
-
-NUMBERS = ("stability_limit", "error_tolerance", "target_distance")
-"""Global attributes that are read as numbers; so are limits, and those that have the name of a quantity."""
 
 
 def structure_fault(file: netCDF4.Dataset, size: int) -> str:
@@ -132,7 +128,7 @@ def structure_fault(file: netCDF4.Dataset, size: int) -> str:
         if variable.dtype != KINDS[quantity.kind]:
             return f"{name} has type {variable.dtype} where {quantity.kind} is needed"
         for dimension, length in zip(quantity.dimensions, variable.shape, strict=True):
-            if length < LEAST.get(dimension, 1) or (dimension == "wheel" and length != 2):
+            if length < STATED["least"].get(dimension, 1) or (dimension == "wheel" and length != 2):
                 return f"{name} has {length} values along {dimension}"
         unpacked += 8 * math.prod(variable.shape)
         if unpacked > PACKED * size:
@@ -147,20 +143,12 @@ def structure_fault(file: netCDF4.Dataset, size: int) -> str:
             return f"{name} has another {(*decoded, '_FillValue')[0]} than wearsim writes"
     for name in file.ncattrs():
         value, known = file.getncattr(name), QUANTITIES.get(name)
-        number = name in NUMBERS or name.startswith("limit_") or (known is not None and known.unit != "")
+        number = name in STATED["numbers"] or name.startswith("limit_") or bool(known and known.unit)
         if np.size(value) != 1 or (number and (isinstance(value, str) or not np.isfinite(value))):
             return f"attribute {name} = {brief(str(value))} must be {'a number' if number else 'one value'}"
-        if name in TEXTS and not isinstance(value, str):
+        if name in STATED["texts"] and not isinstance(value, str):
             return f"attribute {name} = {brief(str(value))} must be a text"
     return ""
-
-
-PLACES = {
-    **dict.fromkeys(REGIME_FLAGS, "regime"),
-    "contact_model": "contact_model_name",
-    **dict.fromkeys(("last_reprofiling", "reference_step"), "step"),
-}
-"""Dimension along which the values of a variable are places, -1 for none."""
 
 
 def value_fault(name: str, values: np.ndarray, sizes: Mapping[Any, int]) -> str:
@@ -172,8 +160,8 @@ def value_fault(name: str, values: np.ndarray, sizes: Mapping[Any, int]) -> str:
         return f"{name} has values that are missing or no numbers"
     if np.isinf(values).any():
         return f"{name} has infinite values"
-    if quantity.flags or name in PLACES:
-        low, count = (0, len(quantity.flags)) if quantity.flags else (-1, sizes[PLACES[name]])
+    if quantity.flags or name in STATED["places"]:
+        low, count = (0, len(quantity.flags)) if quantity.flags else (-1, sizes[STATED["places"][name]])
         if np.any((values < low) | (values >= count)):
             return f"{name} has values beyond {low} to {count - 1}"
     falls = {"distance": lambda step: step < 0.0, "arc_length": lambda step: step <= 0.0}
