@@ -128,14 +128,19 @@ def test_scene_and_command_line_allow_the_same_range(section, key, column):
     assert (limits["ge"], limits["le"]) == QUANTITIES[COLUMNS[column].quantity].span
 
 
+def test_label_shows_meaning_symbol_and_unit_of_dimensional_quantities():
+    assert QUANTITIES["max_pressure"].label == "largest contact pressure p₀ [MPa]"
+    assert QUANTITIES["equivalent_conicity"].label == "equivalent conicity at 3 mm amplitude λ"
+    assert QUANTITIES["normal"].label == "normal contact model"
+
+
 def test_stored_text_survives_netcdf(tmp_path):
     """Greek letters and signs of the table must come back from a file as they went in."""
     with Dataset(tmp_path / "text.nc", "w") as file:
         for name, quantity in QUANTITIES.items():
-            file.setncattr(f"t_{name}", quantity.symbol + quantity.shown_unit + quantity.meaning)
+            file.setncattr(f"t_{name}", quantity.label)
     with Dataset(tmp_path / "text.nc") as file:
-        texts = {n: q.symbol + q.shown_unit + q.meaning for n, q in QUANTITIES.items()}
-        assert all(file.getncattr(f"t_{name}") == text for name, text in texts.items())
+        assert all(file.getncattr(f"t_{n}") == q.label for n, q in QUANTITIES.items())
 
 
 def test_table_cannot_be_changed_at_run_time():

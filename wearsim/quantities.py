@@ -79,6 +79,12 @@ class Quantity:
     flags: tuple[str, ...] = ()
 
     @property
+    def label(self) -> str:
+        """Axis label: meaning, symbol and shown unit."""
+        unit = f" [{self.shown_unit}]" if self.shown_unit not in ("", "1") else ""
+        return f"{self.meaning} {self.symbol}{unit}" if self.symbol else f"{self.meaning}{unit}"
+
+    @property
     def attributes(self) -> dict[str, str]:
         """Attributes of a variable of a dataset: `long_name`, `units` and, with a sign, `comment`."""
         texts = {"long_name": self.meaning, "units": self.unit, "comment": self.sign}
