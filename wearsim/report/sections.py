@@ -1,6 +1,6 @@
-"""The sections of a report, in order: each is one entry of `LAYERS` and the function that fills it.
+"""The sections of a report: what fills each; order and headings are in [sections] of `templates/texts.toml`.
 
-To add a section: its figure or table in a file of its own subject, and an entry here.
+To add a section: its figure or table in a file of its own subject, and an entry in `CONTENT`.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from wearsim.report import answer, plates, sources, tables, tables_damage, table
 from wearsim.report.plates import Plate
 from wearsim.report.style import role_of, role_title
 from wearsim.report.tables import Table
-from wearsim.report.texts import lines
+from wearsim.report.texts import lines, words
 from wearsim.translation.translate import table
 
 
@@ -150,35 +150,29 @@ def _quality(c: Campaigns) -> Content:
     yield from figures(c, plates.steps)
 
 
-LAYERS: Mapping[str, tuple[tuple[str, str, Callable[[Campaigns], Content]], ...]] = {
-    "": (("answer", "Answer", _answer),),
-    "For engineers": (
-        (
-            "warnings",
-            "Before you use these numbers",
-            lambda c: _list(lines("warnings", datasets=c.datasets, factors=c.factors)),
-        ),
-        ("verdict", "Values at the end", _verdict),
-        ("profiles", "Profiles", lambda c: figures(c, plates.profiles, of=c.factors)),
-        ("wear", "Wear", _wear),
-        ("measures", "Wheel measures and limits", _measures),
-        ("running", "Where the wheelset runs and wears", _running),
-        ("contact", "Contact", lambda c: figures(c, plates.contact, plates.wear_index)),
-        ("fatigue", "Rolling contact fatigue", _fatigue),
-        ("factors", "Factors and causes", _factors),
-        ("bands", "How sure it is", _bands),
-        ("quality", "Numerical quality", _quality),
-    ),
-    "Appendix": (
-        ("settings", "Settings and operating points", _settings),
-        (
-            "coefficients",
-            "Coefficients and their certainty",
-            lambda c: [sources.laws(c.datasets), sources.coefficients(c.datasets)],
-        ),
-        ("bibliography", "Bibliography", lambda c: _list(sources.bibliography(c.datasets))),
-        ("again", "How to make it again", _again),
-    ),
+CONTENT: Mapping[str, Callable[[Campaigns], Content]] = {
+    "answer": _answer,
+    "warnings": lambda c: _list(lines("warnings", datasets=c.datasets, factors=c.factors)),
+    "verdict": _verdict,
+    "profiles": lambda c: figures(c, plates.profiles, of=c.factors),
+    "wear": _wear,
+    "measures": _measures,
+    "running": _running,
+    "contact": lambda c: figures(c, plates.contact, plates.wear_index),
+    "fatigue": _fatigue,
+    "factors": _factors,
+    "bands": _bands,
+    "quality": _quality,
+    "settings": _settings,
+    "coefficients": lambda c: [sources.laws(c.datasets), sources.coefficients(c.datasets)],
+    "bibliography": lambda c: _list(sources.bibliography(c.datasets)),
+    "again": _again,
+}
+"""What stands in each section, if anything."""
+
+LAYERS = {
+    layer: tuple((key, title, CONTENT[key]) for key, title in titles.items())
+    for layer, titles in words("sections").items()
 }
 """Sections by layer (page one, what engineers ask for, where it comes from): id, heading, content if any."""
 
