@@ -15,7 +15,17 @@ from matplotlib.colors import Normalize
 from wearsim.errors import ResultError
 from wearsim.profile.shape import arc_length
 from wearsim.report.figures.campaign import DRAWN_DEPTH, WHEELS, exaggeration, worn_shape
-from wearsim.report.style import COLOURS, grid, label, label_axes, plain, role_of, shown, style, with_unit
+from wearsim.report.style import (
+    COLOURS,
+    grid,
+    label,
+    label_axes,
+    plain,
+    role_of,
+    shown,
+    style,
+    with_unit,
+)
 from wearsim.translation.axes import rows_at
 from wearsim.whole_files import replacing
 

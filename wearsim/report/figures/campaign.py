@@ -132,7 +132,12 @@ def plot_profile(
 
 
 def plot_wear_depth(
-    dataset: xr.Dataset, ax: Axes, *, wheel: int = 0, distance: float | None = None, history: bool = False
+    dataset: xr.Dataset,
+    ax: Axes,
+    *,
+    wheel: int = 0,
+    distance: float | None = None,
+    history: bool = False,
 ) -> Axes:
     """Draw the wear depth along the profile, with `history` faintly that at quarters of the distance, too."""
     role = role_of(dataset)

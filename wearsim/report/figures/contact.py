@@ -98,7 +98,13 @@ def plot_field(dataset: xr.Dataset, name: str, ax: Axes, *, patch: int = 0) -> A
     return ax
 
 
-def plot_shear(dataset: xr.Dataset, ax: Axes, *, patch: int = 0, largest: float | None = None) -> Axes:
+def plot_shear(
+    dataset: xr.Dataset,
+    ax: Axes,
+    *,
+    patch: int = 0,
+    largest: float | None = None,
+) -> Axes:
     """Draw the areas of stick and slip of a patch with the shear stress on the wheel as arrows.
 
     The longest arrow is that of the shear stress `largest` [Pa], to compare patches, or that of the patch.

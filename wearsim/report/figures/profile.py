@@ -18,7 +18,15 @@ from wearsim.profile.measures import BELOW_TIP, LEVEL
 from wearsim.profile.placement import RUNNING_CIRCLE
 from wearsim.profile.shape import Profile, extremum
 from wearsim.quantities import QUANTITIES
-from wearsim.report.style import COLOURS, SERIES_COLOURS, WHEEL_LINES, label_axes, plain, style, wrapped
+from wearsim.report.style import (
+    COLOURS,
+    SERIES_COLOURS,
+    WHEEL_LINES,
+    label_axes,
+    plain,
+    style,
+    wrapped,
+)
 
 EXCEEDED = "#882255"
 """Measures beyond a limit."""
