@@ -385,9 +385,7 @@ def test_a_campaign_that_ends_with_a_turning_still_tells_its_fatigue(data):
     assert not any(line.startswith(message) for line in another["warnings"])
     assert message in render([ended])
     for draw in (plot_fatigue_damage, plot_wear_depth):
-        np.testing.assert_array_equal(
-            draw(ended, axes()).lines[-1].get_xydata(), draw(before, axes()).lines[-1].get_xydata()
-        )
+        np.testing.assert_array_equal(draw(ended).lines[-1].get_xydata(), draw(before).lines[-1].get_xydata())
 
 
 def test_a_life_of_cracks_costs_the_diameter_that_they_are_deep(tmp_path, rig_text):
@@ -435,7 +433,7 @@ def test_figures_stand_at_the_points_of_the_profile_that_was_turned(reshaped):
     x = 1e3 * y
     assert len(reprofiled_rows(reshaped)) < reshaped.sizes["step"] - 2  # runs on
     for draw in (plot_fatigue_damage, plot_wear_depth, plot_wear_by_regime):
-        np.testing.assert_allclose(draw(reshaped, axes()).lines[-1].get_xdata(), x, rtol=1e-15)
+        np.testing.assert_allclose(draw(reshaped).lines[-1].get_xdata(), x, rtol=1e-15)
     lines = {line.get_label(): line for line in plot_profile(reshaped, axes()).lines}
     np.testing.assert_allclose(lines["reprofiled wheel"].get_xydata(), 1e3 * np.stack([y, z], 1), rtol=1e-15)
     start = plot_wear_depth(reshaped, axes(), distance=0.0).lines[-1].get_xdata()
