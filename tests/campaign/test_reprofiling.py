@@ -25,7 +25,6 @@ from wearsim.report.figures.campaign import (
 )
 from wearsim.report.html import render
 from wearsim.report.inspect import inspect, summary, summary_text
-from wearsim.report.style import grid, style
 from wearsim.report.tables import reprofiled_wheels
 from wearsim.report.tables_damage import fatigue_laws, wear_laws
 from wearsim.report.tables_quality import quality
@@ -51,11 +50,6 @@ at_limits = ["depth_mm"]
 at_km = [10]
 cut_mm = 0.3
 """
-
-
-def axes():
-    with style():
-        return grid()[1][0, 0]
 
 
 @pytest.fixture(scope="module")
@@ -434,9 +428,9 @@ def test_figures_stand_at_the_points_of_the_profile_that_was_turned(reshaped):
     assert len(reprofiled_rows(reshaped)) < reshaped.sizes["step"] - 2  # runs on
     for draw in (plot_fatigue_damage, plot_wear_depth, plot_wear_by_regime):
         np.testing.assert_allclose(draw(reshaped).lines[-1].get_xdata(), x, rtol=1e-15)
-    lines = {line.get_label(): line for line in plot_profile(reshaped, axes()).lines}
+    lines = {line.get_label(): line for line in plot_profile(reshaped).lines}
     np.testing.assert_allclose(lines["reprofiled wheel"].get_xydata(), 1e3 * np.stack([y, z], 1), rtol=1e-15)
-    start = plot_wear_depth(reshaped, axes(), distance=0.0).lines[-1].get_xdata()
+    start = plot_wear_depth(reshaped, distance=0.0).lines[-1].get_xdata()
     np.testing.assert_allclose(start, 1e3 * reshaped["profile_y"].values[0, 0], rtol=1e-15)
     damage = reshaped["fatigue_damage"].values[-1, 0, 1]
     table = fatigue_laws(reshaped)

@@ -11,16 +11,10 @@ from wearsim.report import plates
 from wearsim.report.figures import campaign
 from wearsim.report.html import write_report
 from wearsim.report.inspect import inspect, summary_text
-from wearsim.report.style import grid, style
 from wearsim.report.tables import counterface
 
 ROLLERS = "[counterface.wear]\nfactor = 0.5\nredress_every_km = 6"
 RAILS = "[counterface.wear]\narea_mm2_per_1000km = 3"
-
-
-def axes():
-    with style():
-        return grid()[1][0, 0]
 
 
 @pytest.fixture(scope="module")
@@ -95,7 +89,7 @@ def test_lives_of_the_rollers_are_drawn(pair):
     assert shown == sorted(set(shown))
     assert 2 < len(shown) <= min(4, field.sizes["step"] - 1)
     assert shown[-1] == field.sizes["step"] - 1
-    ax = campaign.plot_over_distance(rig, "counterface_max_wear_depth", axes())
+    ax = campaign.plot_over_distance(rig, "counterface_max_wear_depth")
     x, y = ax.lines[0].get_data()
     at = np.flatnonzero(np.diff(x) == 0.0)
     np.testing.assert_allclose(x[at], [6.0, 12.0], rtol=1e-12)

@@ -12,7 +12,7 @@ from wearsim.report.figures import campaign
 from wearsim.report.html import render, write_report
 from wearsim.report.inspect import inspect, summary_text
 from wearsim.report.sections import SECTIONS, Campaigns
-from wearsim.report.style import grid, plain, style
+from wearsim.report.style import plain
 from wearsim.report.texts import words
 from wearsim.results.fatigue import crack_distances, cycles
 from wearsim.scene import build, load_scene
@@ -27,11 +27,6 @@ branch = "rising"
 crack_depth_mm = 2
 """
 BLOCK = {"name": "curve", "shift_mm": 5, "yaw_mrad": 3, "distance_km": 2}
-
-
-def axes():
-    with style():
-        return grid()[1][0, 0]
 
 
 @pytest.fixture(scope="module")
@@ -294,9 +289,7 @@ def test_shakedown_map_has_every_patch(pair):
     friction, ratio = campaign.shakedown_place(pair[0], -1)
     count = int(np.isfinite(pair[0]["max_pressure"].values[[0, -1]]).sum())
     assert np.isfinite(friction).sum() == np.isfinite(ratio).sum()
-    marks = [
-        line for line in campaign.plot_shakedown(pair[0], axes()).lines if line.get_marker() in ("o", "^")
-    ]
+    marks = [line for line in campaign.plot_shakedown(pair[0]).lines if line.get_marker() in ("o", "^")]
     assert sum(len(line.get_xdata()) for line in marks) == count
     known = ratio[np.isfinite(ratio)]
     np.testing.assert_allclose(known.max(), np.nanmax(pair[0]["max_pressure"].values[-1]) / 300e6, rtol=1e-12)

@@ -8,18 +8,13 @@ from wearsim.report.style import COLOURS, grid, plain, style, to_svg
 from wearsim.translation.translate import translate
 
 
-def axes():
-    with style():
-        return grid()[1][0, 0]
-
-
 @pytest.fixture(scope="module")
 def translation(rig, field):
     return translate(rig, field)
 
 
 def test_profile_lines_are_the_data(rig):
-    ax = figures.plot_profile(rig, axes(), wheel=1)
+    ax = figures.plot_profile(rig, wheel=1)
     lines = {line.get_label(): line for line in ax.lines}
     np.testing.assert_array_equal(lines["worn, rig"].get_xdata(), 1e3 * rig["profile_y"].values[-1, 1])
     np.testing.assert_array_equal(lines["worn, rig"].get_ydata(), 1e3 * rig["profile_z"].values[-1, 1])
@@ -38,8 +33,8 @@ def test_exaggerated_wear_is_a_factor_on_the_depth_and_stated_on_the_axis(rig):
     np.testing.assert_allclose(moved, factor * rig["wear_depth"].values[-1, 0], rtol=1e-9, atol=1e-15)
     at = int(moved.argmax())
     assert drawn[1, at] < worn[1, at] < new[1, at]  # out is down: wear goes up
-    assert f"wear drawn {factor:g} times" in figures.plot_profile(rig, axes(), factor=factor).get_ylabel()
-    assert "drawn" not in figures.plot_profile(rig, axes()).get_ylabel()
+    assert f"wear drawn {factor:g} times" in figures.plot_profile(rig, factor=factor).get_ylabel()
+    assert "drawn" not in figures.plot_profile(rig).get_ylabel()
     unworn = rig.assign(wear_depth=0.0 * rig["wear_depth"])
     assert figures.exaggeration([unworn]) == 1.0
 
@@ -48,11 +43,11 @@ def test_limits_stand_in_figures_of_measures_where_they_are_near(rig):
     worn = rig["max_wear_depth"].values.max()
     near, far = (rig.assign_attrs(limit_max_wear_depth=part * worn) for part in (1.5, 10.0))
     for data, count in ((rig, 2), (near, 3), (far, 2)):
-        assert len(figures.plot_over_distance(data, "max_wear_depth", axes()).lines) == count
+        assert len(figures.plot_over_distance(data, "max_wear_depth").lines) == count
 
 
 def test_axes_have_no_offsets(rig):
-    ax = figures.plot_over_distance(rig, "flange_height", axes())
+    ax = figures.plot_over_distance(rig, "flange_height")
     formatter = ax.yaxis.get_major_formatter()
     formatter.set_axis(ax.yaxis)
     texts = formatter.format_ticks([28.0, 28.00001, 28.00002])
@@ -62,14 +57,14 @@ def test_axes_have_no_offsets(rig):
 
 def test_counterface_touches_the_new_wheel(rig):
     """Neither gap nor overlap, within the wheel's chords."""
-    lines = {line.get_label(): line for line in figures.plot_profile(rig, axes()).lines}
+    lines = {line.get_label(): line for line in figures.plot_profile(rig).lines}
     wheel, rail = lines["new wheel"], lines["counterface profile"]
     gap = rail.get_ydata() - np.interp(rail.get_xdata(), wheel.get_xdata(), wheel.get_ydata())
     assert gap.min() == pytest.approx(0.0, abs=1e-12)
 
 
 def test_wear_depth_line_is_the_data(field):
-    ax = figures.plot_wear_depth(field, axes(), wheel=0)
+    ax = figures.plot_wear_depth(field, wheel=0)
     np.testing.assert_array_equal(ax.lines[-1].get_xdata(), 1e3 * field["profile_y"].values[0, 0])
     np.testing.assert_array_equal(ax.lines[-1].get_ydata(), 1e3 * field["wear_depth"].values[-1, 0])
     assert ax.lines[-1].get_color() == COLOURS["field"]
@@ -78,7 +73,7 @@ def test_wear_depth_line_is_the_data(field):
 
 def test_second_campaign_does_not_leave_the_axes(rig, field):
     """The deeper one drawn last must still be inside."""
-    ax = figures.plot_wear_depth(field, axes())
+    ax = figures.plot_wear_depth(field)
     figures.plot_wear_depth(rig, ax)
     assert ax.get_ylim()[0] == 0.0
     assert ax.get_ylim()[1] >= 1e3 * rig["wear_depth"].values.max()
@@ -86,7 +81,7 @@ def test_second_campaign_does_not_leave_the_axes(rig, field):
 
 @pytest.mark.parametrize("name", ["flange_height", "hollowing", "worn_area", "max_wear_depth"])
 def test_measure_lines_are_the_data(rig, name):
-    ax = figures.plot_over_distance(rig, name, axes())
+    ax = figures.plot_over_distance(rig, name)
     for wheel in (0, 1):
         expected = rig[name].values[:, wheel] * QUANTITIES[name].shown_factor
         np.testing.assert_array_equal(ax.lines[wheel].get_ydata(), expected)
@@ -94,13 +89,13 @@ def test_measure_lines_are_the_data(rig, name):
 
 
 def test_undefined_conicity_leaves_a_gap(rig):
-    line = figures.plot_over_distance(rig, "equivalent_conicity", axes()).lines[0].get_ydata()
+    line = figures.plot_over_distance(rig, "equivalent_conicity").lines[0].get_ydata()
     assert np.isfinite(line[:4]).all()
     assert np.isnan(line[4:]).all()
 
 
 def test_contact_marks_are_the_patches(rig):
-    ax = figures.plot_contact(rig, "max_pressure", axes(), new=True)
+    ax = figures.plot_contact(rig, "max_pressure", new=True)
     side = rig["side"].values[0]
     for wheel in (0, 1):
         expected = rig["max_pressure"].values[0][side == wheel] * 1e-6
@@ -108,17 +103,17 @@ def test_contact_marks_are_the_patches(rig):
 
 
 def test_regimes_add_up_to_the_depth(rig):
-    ax = figures.plot_wear_by_regime(rig, axes())
+    ax = figures.plot_wear_by_regime(rig)
     np.testing.assert_allclose(ax.lines[0].get_ydata(), 1e3 * rig["wear_depth"].values[-1, 0], rtol=1e-12)
 
 
 def test_factor_lines_are_the_translation(translation):
-    ax = figures_translation.plot_factor(translation, "worn_area", axes(), basis=1)
+    ax = figures_translation.plot_factor(translation, "worn_area", basis=1)
     expected = translation["worn_area_factor"].values[1, :, 2]
     np.testing.assert_array_equal(ax.lines[0].get_ydata(), expected)
     np.testing.assert_array_equal(ax.lines[0].get_xdata(), 1e3 * translation["worn_depth"].values[1, :, 0])
     for of, other in (("rig", "field"), ("field", "rig")):
-        ax = figures_translation.plot_equivalent_distance(translation, axes(), of=of)
+        ax = figures_translation.plot_equivalent_distance(translation, of=of)
         expected = 1e-3 * translation[f"equivalent_{other}_distance_max_wear_depth"].values[:, 2]
         np.testing.assert_array_equal(ax.lines[0].get_ydata(), expected)
 

@@ -14,15 +14,10 @@ from wearsim.contact.solve import ContactConditions, ContactModels, Counterface,
 from wearsim.errors import ResultError
 from wearsim.profile import standard
 from wearsim.report.figures import contact
-from wearsim.report.style import COLOURS, grid, style, to_svg, write_figure
+from wearsim.report.style import COLOURS, to_svg, write_figure
 from wearsim.studies.contact_state import contact_state
 
 STRIPS, CELLS = 24, 20
-
-
-def axes():
-    with style():
-        return grid()[1][0, 0]
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +50,7 @@ def two(make):
 
 
 def test_the_outline_goes_through_the_ends_of_the_strips(state):
-    line = contact.plot_outline(state, axes()).lines[0]
+    line = contact.plot_outline(state).lines[0]
     y, x = line.get_data()
     assert (y[0], x[0]) == (y[-1], x[-1])
     for end, name in ((slice(1, 2 * STRIPS, 2), "x_lead"), (slice(-2, 2 * STRIPS, -2), "x_trail")):
@@ -70,7 +65,7 @@ def test_the_outline_goes_through_the_ends_of_the_strips(state):
 def test_states_lie_over_each_other_with_their_labels(make, state):
     """As in figure 5 of the seed paper: outlines of rail and rollers."""
     rollers = [make(3e-3, yaw=2e-3, kappa=kappa) for kappa in (1.0, 2.0)]
-    ax = contact.plot_outline(state, axes())
+    ax = contact.plot_outline(state)
     contact.plot_outline(rollers[0], ax)
     contact.plot_outline(rollers[1], ax, linestyle="--", label="small roller")
     assert [line.get_label() for line in ax.lines] == ["rail", "roller 1000 mm", "small roller"]
@@ -79,7 +74,7 @@ def test_states_lie_over_each_other_with_their_labels(make, state):
 
 
 def test_pressure_map_holds_every_cell(state):
-    ax = contact.plot_field(state, "pressure", axes())
+    ax = contact.plot_field(state)
     mesh = next(item for item in ax.collections if isinstance(item, QuadMesh))
     values = np.asarray(mesh.get_array()).reshape(CELLS, 2 * STRIPS)
     np.testing.assert_allclose(values[:, ::2], 1e-6 * state["pressure"].values[0], rtol=1e-12)
@@ -89,14 +84,14 @@ def test_pressure_map_holds_every_cell(state):
 
 
 def test_work_is_shown_where_the_patch_slips(state):
-    ax = contact.plot_field(state, "work_density", axes())
+    ax = contact.plot_field(state, "work_density")
     mesh = next(item for item in ax.collections if isinstance(item, QuadMesh))
     shown = ~np.ma.getmaskarray(mesh.get_array()).reshape(CELLS, 2 * STRIPS)[:, ::2]
     np.testing.assert_array_equal(shown, state["work_density"].values[0] > 0.0)
 
 
 def test_arrows_of_stick_and_slip_are_the_shear_of_their_cells(state):
-    ax = contact.plot_shear(state, axes())
+    ax = contact.plot_shear(state)
     y, x = 1e3 * state["lateral"].values[0], 1e3 * state["longitudinal"].values[0]
     quivers = [item for item in ax.collections if isinstance(item, Quiver)]
     assert len(quivers) == 2
@@ -113,7 +108,7 @@ def test_arrows_of_stick_and_slip_are_the_shear_of_their_cells(state):
 
 def test_arrows_do_not_reach_each_other(make):
     """The longest is a little more than their spacing; shear turns slowly, so neighbours are parallel."""
-    ax = contact.plot_shear(make(3e-3, yaw=2e-3, grid=(50, 50)), axes())
+    ax = contact.plot_shear(make(3e-3, yaw=2e-3, grid=(50, 50)))
     quivers = [item for item in ax.collections if isinstance(item, Quiver)]
     places = np.concatenate([np.stack((q.X, q.Y), axis=1) for q in quivers])
     longest = max(np.hypot(q.U, q.V).max() / q.scale for q in quivers)
@@ -124,11 +119,7 @@ def test_arrows_do_not_reach_each_other(make):
 
 def test_arrows_of_several_states_can_have_one_scale(state):
     alone, shared = (
-        next(
-            item
-            for item in contact.plot_shear(state, axes(), largest=top).collections
-            if isinstance(item, Quiver)
-        )
+        next(item for item in contact.plot_shear(state, largest=top).collections if isinstance(item, Quiver))
         for top in (None, 2e9)
     )
     top = 1e-6 * float(np.hypot(state["shear_x"], state["shear_y"]).max())
@@ -137,7 +128,7 @@ def test_arrows_of_several_states_can_have_one_scale(state):
 
 def test_section_marks_each_contact_on_the_counterface(two):
     for side, count in ((0, 2), (1, 1)):
-        ax = contact.plot_section(two, axes(), side=side)
+        ax = contact.plot_section(two, side=side)
         lines = {line.get_label(): line for line in ax.lines}
         assert set(lines) == {"rail 60E1", "wheel S1002", "contact"}
         own = two["side"].values == side
@@ -147,6 +138,15 @@ def test_section_marks_each_contact_on_the_counterface(two):
         assert [text.get_text() for text in ax.texts] == (["1", "2"] if count == 2 else [])
         assert ax.get_aspect() == 1.0
         assert ax.yaxis_inverted()
+
+
+def test_gap_shows_each_patch_and_keeps_the_direction_of_the_track(two):
+    for side in (0, 1):
+        ax = contact.plot_gap(two, side=side)
+        assert ax.xaxis_inverted() == (side == 1)
+        assert len(ax.patches) == int((two["side"] == side).sum())
+        assert ax.lines[0].get_ydata().min() == pytest.approx(0.0, abs=0.05)
+        assert "µm" in ax.get_ylabel()
 
 
 def test_the_whole_figure_has_axes_for_every_side_and_patch(two):

@@ -15,14 +15,9 @@ from wearsim.profile.inspection.fleet import fleet_rows
 from wearsim.profile.inspection.inputs import read_input
 from wearsim.profile.limits import load_limits
 from wearsim.report.figures import profile as figures_profile
-from wearsim.report.style import COLOURS, grid, style, write_figure
+from wearsim.report.style import COLOURS, write_figure
 
 MEASURED = Path(__file__).parents[2] / "profiles" / "measured"
-
-
-def axes():
-    with style():
-        return grid()[1][0, 0]
 
 
 def state_of(name, against=None, left=None):
@@ -73,7 +68,7 @@ def overlaps(figure):
 
 
 def test_the_shape_is_drawn_in_mm_flange_down_with_equal_aspect(worn):
-    ax = figures_profile.plot_shape(worn, axes())
+    ax = figures_profile.plot_shape(worn)
     drawn = {"wheel_worn_right": worn.aligned, "S1002": worn.comparison.reference.profile,
              "wheel_worn_left (left wheel), beyond": worn.left.profile}  # fmt: skip
     for label, profile in drawn.items():
@@ -87,7 +82,7 @@ def test_the_shape_is_drawn_in_mm_flange_down_with_equal_aspect(worn):
 
 def test_dimension_lines_have_the_length_of_the_measures(worn):
     """Ends of the arrows of Sh, Sd and qR, and the texts on them."""
-    ax = figures_profile.plot_shape(worn, axes())
+    ax = figures_profile.plot_shape(worn)
     profile_z, gauge = 1e3 * worn.aligned.z, 1e3 * figures_profile.gauge_points(worn)
     texts = {text.get_text().split()[0]: float(text.get_text().split()[1].rstrip("!"))
              for text in ax.texts if text.get_text()[:2] in ("Sh", "Sd", "qR")}  # fmt: skip
@@ -112,24 +107,24 @@ def test_gauge_points_lie_on_the_profile(worn):
 
 
 def test_a_measure_beyond_its_limit_stands_out():
-    ax = figures_profile.plot_shape(state_of(MEASURED / "wheel_worn_left.whl"), axes())
+    ax = figures_profile.plot_shape(state_of(MEASURED / "wheel_worn_left.whl"))
     (text,) = [text for text in ax.texts if text.get_text().startswith("Sd")]
     assert text.get_text().endswith("!")
     assert text.get_color() == figures_profile.EXCEEDED
     ax = figures_profile.plot_shape(
-        state_of(MEASURED / "wheel_worn_right.whl", left=MEASURED / "wheel_worn_left.whl"), axes()
+        state_of(MEASURED / "wheel_worn_right.whl", left=MEASURED / "wheel_worn_left.whl")
     )
     (text,) = [text for text in ax.texts if text.get_text().startswith("Sd")]
     assert not text.get_text().endswith("!")  # the left one is beyond, the right one is drawn
 
 
 def test_a_left_wheel_beyond_a_limit_is_marked_in_its_label():
-    ax = figures_profile.plot_shape(state_of("S1002", left=MEASURED / "wheel_worn_left.whl"), axes())
+    ax = figures_profile.plot_shape(state_of("S1002", left=MEASURED / "wheel_worn_left.whl"))
     assert line_of(ax, "wheel_worn_left (left wheel), beyond: flange thickness !")
 
 
 def test_depth_over_arc_length_with_the_lateral_position_above(worn):
-    ax, wear = figures_profile.plot_depth(worn.comparison, axes()), worn.comparison.wear
+    ax, wear = figures_profile.plot_depth(worn.comparison), worn.comparison.wear
     line = next(line for line in ax.lines if len(line.get_xdata()) == len(wear.s))
     np.testing.assert_allclose(line.get_xdata(), 1e3 * wear.s, rtol=1e-15)
     np.testing.assert_allclose(line.get_ydata(), 1e3 * wear.depth, rtol=1e-15)
@@ -141,10 +136,10 @@ def test_depth_over_arc_length_with_the_lateral_position_above(worn):
 
 
 def test_running_behaviour_of_both(worn):
-    ax = figures_profile.plot_radius_difference(worn, axes())
+    ax = figures_profile.plot_radius_difference(worn)
     np.testing.assert_allclose(line_of(ax, "wheel_worn_right").get_ydata(), 1e3 * worn.running.difference)
     np.testing.assert_allclose(line_of(ax, "S1002").get_ydata(), 1e3 * worn.comparison.running.difference)
-    ax = figures_profile.plot_conicity(worn, axes())
+    ax = figures_profile.plot_conicity(worn)
     values = [at.value for at in worn.running.equivalent_conicity]
     np.testing.assert_allclose(ax.lines[-1].get_ydata(), values)
 
@@ -164,7 +159,7 @@ def test_whole_figures_of_comparisons_have_no_texts_on_each_other(worn, rail):
 
 
 def test_rails_are_drawn_top_up(rail):
-    ax = figures_profile.plot_shape(rail, axes())
+    ax = figures_profile.plot_shape(rail)
     assert ax.yaxis_inverted()
     assert ax.get_ylabel() == "Height, down [mm]"
 

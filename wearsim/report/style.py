@@ -127,6 +127,14 @@ def panels(
     return figure
 
 
+def own_axes(ax: Axes | None) -> Axes:
+    """Return the axes given, or those of a new figure."""
+    if ax is None:
+        with style():
+            ax = grid(width=6.4, height=3.2)[1][0, 0]
+    return ax
+
+
 def role_of(dataset: xr.Dataset) -> str:
     """Rig or field, from the scene behind a result."""
     kind = str(dataset.attrs.get("scene_kind", ""))

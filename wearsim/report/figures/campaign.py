@@ -22,6 +22,7 @@ from wearsim.report.style import (
     WHEEL_LINES,
     label,
     label_axes,
+    own_axes,
     role_of,
     shown,
     values_of,
@@ -93,7 +94,7 @@ def worn_shape(dataset: xr.Dataset, wheel: int, distance: float | None, factor: 
 
 def plot_profile(
     dataset: xr.Dataset,
-    ax: Axes,
+    ax: Axes | None = None,
     *,
     wheel: int = 0,
     distance: float | None = None,
@@ -104,6 +105,7 @@ def plot_profile(
 
     The wear is drawn `factor` times as deep as it is; the vertical axis says so.
     """
+    ax = own_axes(ax)
     role = role_of(dataset)
     if new:
         reprofiled = new_row(dataset, _row(dataset, distance))
@@ -133,13 +135,14 @@ def plot_profile(
 
 def plot_wear_depth(
     dataset: xr.Dataset,
-    ax: Axes,
+    ax: Axes | None = None,
     *,
     wheel: int = 0,
     distance: float | None = None,
     history: bool = False,
 ) -> Axes:
     """Draw the wear depth along the profile, with `history` faintly that at quarters of the distance, too."""
+    ax = own_axes(ax)
     role = role_of(dataset)
     end = float(dataset["distance"].values[-1]) if distance is None else distance
     faint: dict[str, Any] = {"lw": 0.8, "alpha": 0.45}
@@ -152,12 +155,12 @@ def plot_wear_depth(
     return label_axes(ax, NEW_Y, label(dataset, "wear_depth"), 0.0)
 
 
-def plot_over_distance(dataset: xr.Dataset, name: str, ax: Axes) -> Axes:
+def plot_over_distance(dataset: xr.Dataset, name: str, ax: Axes | None = None) -> Axes:
     """Draw a measure of the wheels, wheelset, counterfaces or wear steps over the distance.
 
     Gaps where it is undefined; the depth of rollers is 0 after a redressing. A limit stands as a dotted line.
     """
-    role = role_of(dataset)
+    ax, role = own_axes(ax), role_of(dataset)
     colour, run, values = COLOURS[role], values_of(dataset, "distance"), values_of(dataset, name)
     wheels, of_step, counterface = values.ndim > 1, name in _OF_STEPS, name.startswith("counterface")
     if name == "counterface_max_wear_depth":
@@ -191,12 +194,13 @@ def _patch_marks(ax: Axes, dataset: xr.Dataset, row: int, x: np.ndarray, y: np.n
         )  # fmt: skip
 
 
-def plot_contact(dataset: xr.Dataset, name: str, ax: Axes, *, new: bool = False) -> Axes:
+def plot_contact(dataset: xr.Dataset, name: str, ax: Axes | None = None, *, new: bool = False) -> Axes:
     """Draw a contact quantity of every patch over the lateral shift of its operating point.
 
     `name` is a variable over (step, operating_point, patch), such as "wheel_y"; drawn is the end, or with
     `new` the new wheel (hollow marks).
     """
+    ax = own_axes(ax)
     row = 0 if new else last_worn_row(dataset)
     values = values_of(dataset, name, row)
     shift = np.broadcast_to(values_of(dataset, "shift")[:, None], values.shape)
@@ -204,8 +208,9 @@ def plot_contact(dataset: xr.Dataset, name: str, ax: Axes, *, new: bool = False)
     return label_axes(ax, label(dataset, "shift"), label(dataset, name))
 
 
-def plot_wear_by_regime(dataset: xr.Dataset, ax: Axes, *, wheel: int = 0) -> Axes:
+def plot_wear_by_regime(dataset: xr.Dataset, ax: Axes | None = None, *, wheel: int = 0) -> Axes:
     """Draw the wear depth along the profile, stacked by wear regime."""
+    ax = own_axes(ax)
     y = shown("profile_y", new_place(dataset, wheel))
     depth = shown("wear_depth_by_regime", along(dataset, "wear_depth_by_regime", None)[wheel])
     total = np.zeros_like(y)
@@ -234,8 +239,9 @@ def states_shown(dataset: xr.Dataset) -> list[int]:
     return sorted({*(int(row) for row in earlier if 0 < row < last), last})
 
 
-def plot_counterface_depth(dataset: xr.Dataset, ax: Axes, *, side: int = 0) -> Axes:
+def plot_counterface_depth(dataset: xr.Dataset, ax: Axes | None = None, *, side: int = 0) -> Axes:
     """Draw the wear depth of a rail or roller along its profile, of `states_shown`, earlier ones faintly."""
+    ax = own_axes(ax)
     y = shown("counterface_y", dataset["counterface_profile_y"].values[0, side])
     *earlier, end = states_shown(dataset)
     faint: dict[str, Any] = {"lw": 0.8, "alpha": 0.45, "label": "earlier"}
@@ -246,8 +252,9 @@ def plot_counterface_depth(dataset: xr.Dataset, ax: Axes, *, side: int = 0) -> A
     return label_axes(ax, place, label(dataset, "counterface_wear_depth"), 0.0)
 
 
-def plot_wear_laws(dataset: xr.Dataset, ax: Axes, *, wheel: int = 0) -> Axes:
+def plot_wear_laws(dataset: xr.Dataset, ax: Axes | None = None, *, wheel: int = 0) -> Axes:
     """Draw the wear depth along the profile by the active law and by each comparison law."""
+    ax = own_axes(ax)
     row, y = last_worn_row(dataset), shown("profile_y", new_place(dataset, wheel))
     active = str(dataset.attrs.get("wear_law", "active law"))
     depth = values_of(dataset, "wear_depth", row, wheel)
@@ -258,8 +265,9 @@ def plot_wear_laws(dataset: xr.Dataset, ax: Axes, *, wheel: int = 0) -> Axes:
     return label_axes(ax, NEW_Y, label(dataset, "wear_depth"), 0.0)
 
 
-def plot_fatigue_damage(dataset: xr.Dataset, ax: Axes, *, wheel: int = 0) -> Axes:
+def plot_fatigue_damage(dataset: xr.Dataset, ax: Axes | None = None, *, wheel: int = 0) -> Axes:
     """Draw the fatigue damage along the profile, each law over its largest value on both wheels."""
+    ax = own_axes(ax)
     y = shown("profile_y", new_place(dataset, wheel))
     damage = dataset["fatigue_damage"].values[last_worn_row(dataset)]
     for k, name in enumerate(dataset["fatigue_name"].values):
@@ -270,8 +278,9 @@ def plot_fatigue_damage(dataset: xr.Dataset, ax: Axes, *, wheel: int = 0) -> Axe
     return label_axes(ax, NEW_Y, "Fatigue damage over the largest of the law")
 
 
-def plot_magic_wear_rate(dataset: xr.Dataset, ax: Axes, *, law: int, wheel: int = 0) -> Axes:
+def plot_magic_wear_rate(dataset: xr.Dataset, ax: Axes | None = None, *, law: int, wheel: int = 0) -> Axes:
     """Draw the wear rate, and the one at which cracks of a law just do not grow, along the profile."""
+    ax = own_axes(ax)
     row = last_worn_row(dataset)
     y = shown("profile_y", new_place(dataset, wheel))
     wear = values_of(dataset, "wear_depth_rate", row, wheel)
@@ -292,8 +301,9 @@ def shakedown_place(dataset: xr.Dataset, row: int) -> tuple[np.ndarray, np.ndarr
     return friction, dataset["max_pressure"].values[row] / shear_yield(dataset)
 
 
-def plot_shakedown(dataset: xr.Dataset, ax: Axes) -> Axes:
+def plot_shakedown(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the shakedown map with every contact patch, new and worn."""
+    ax = own_axes(ax)
     places = {row: shakedown_place(dataset, row) for row in (0, last_worn_row(dataset))}
     most = max(float(np.nanmax(friction, initial=0.0)) for friction, _ in places.values())
     for line, curve in zip(_BOUNDARY_LINES, boundaries(max(0.6, 1.1 * most)), strict=True):
@@ -305,11 +315,12 @@ def plot_shakedown(dataset: xr.Dataset, ax: Axes) -> Axes:
     return label_axes(ax, "Utilised friction", "Largest pressure over yield stress in shear", 0.0, width=60)
 
 
-def plot_positions(dataset: xr.Dataset, ax: Axes, *, most: int = 6) -> Axes:
+def plot_positions(dataset: xr.Dataset, ax: Axes | None = None, *, most: int = 6) -> Axes:
     """Draw where the wheelset runs over the distance: the lateral position of each operating point.
 
     The `most` that wear the most have colours and names; where a force is controlled wear moves the wheelset.
     """
+    ax = own_axes(ax)
     x, y = values_of(dataset, "distance"), values_of(dataset, "lateral_position")
     worn = dataset["wear_share"].values.max(axis=0)
     order = [int(point) for point in np.argsort(-worn, kind="stable") if worn[point] > 0.0]
@@ -321,12 +332,12 @@ def plot_positions(dataset: xr.Dataset, ax: Axes, *, most: int = 6) -> Axes:
     return label_axes(ax, label(dataset, "distance"), label(dataset, "lateral_position"))
 
 
-def plot_binning(dataset: xr.Dataset, ax: Axes, *, wheel: int = 0, worn: bool = False) -> Axes:
+def plot_binning(dataset: xr.Dataset, ax: Axes | None = None, *, wheel: int = 0, worn: bool = False) -> Axes:
     """Draw the wear of all samples of a record and of the points in their place, on new or worn wheels.
 
     The place where they differ most is marked, with the difference over the largest depth of both wheels.
     """
-    end = "_worn" if worn else ""
+    ax, end = own_axes(ax), "_worn" if worn else ""
     y = values_of(dataset, "binning_y")
     samples, points = (values_of(dataset, f"binning_depth_{name}{end}") for name in ("samples", "points"))
     ax.plot(y, samples[wheel], color=COLOURS["new"], lw=3.0, alpha=0.5, label="all samples")
@@ -343,13 +354,13 @@ def plot_binning(dataset: xr.Dataset, ax: Axes, *, wheel: int = 0, worn: bool = 
     return label_axes(ax, "Lateral position on the wheel [mm]", "Mean wear depth of one passage [nm]", 0.0)
 
 
-def plot_wear_index(dataset: xr.Dataset, ax: Axes) -> Axes:
+def plot_wear_index(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the wear index of every patch at the end over the shift, mean to largest, and limits of regimes.
 
     The mean has the colour of the regime that wears most; limits are those numbers of the law that are wear
     indices.
     """
-    row = last_worn_row(dataset)
+    ax, row = own_axes(ax), last_worn_row(dataset)
     mean, most = (values_of(dataset, f"wear_index_{what}", row) for what in ("mean", "max"))
     shift = np.broadcast_to(values_of(dataset, "shift")[:, None], mean.shape)
     regime = dataset["wear_regime"].values[row]

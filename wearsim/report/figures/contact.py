@@ -1,4 +1,4 @@
-"""Figures of one contact solution: `plot_x(dataset, ax) -> Axes`, seen from above, rolling upwards.
+"""Figures of one contact solution: `plot_x(dataset, ax=None) -> Axes`, seen from above, rolling upwards.
 
 The datasets are those of `wearsim.studies.contact_state`. `patch` is the index of a patch, `side` 0 for the
 right and 1 for the left wheel, one of those solved. Outlines of several states can be laid over each other by
@@ -18,7 +18,7 @@ from matplotlib.patches import Patch as Swatch
 
 from wearsim.quantities import QUANTITIES
 from wearsim.report.figures.campaign import WHEELS
-from wearsim.report.style import COLOURS, label, label_axes, plain, shown, style, values_of, wrapped
+from wearsim.report.style import COLOURS, label, label_axes, own_axes, plain, shown, style, values_of, wrapped
 
 STICK, SLIP = "#cfe3ee", "#f6dca6"
 """Areas of stick and slip."""
@@ -76,16 +76,20 @@ def _cells(dataset: xr.Dataset, patch: int, values: np.ndarray) -> tuple[np.ndar
     return np.broadcast_to(place, x.shape), x, np.ma.repeat(values, 2, axis=1)
 
 
-def plot_outline(dataset: xr.Dataset, ax: Axes, *, patch: int = 0, **line: Any) -> Axes:
+def plot_outline(dataset: xr.Dataset, ax: Axes | None = None, *, patch: int = 0, **line: Any) -> Axes:
     """Draw the outline of a patch; `line` are further properties of the line."""
+    ax = own_axes(ax)
     look = {"color": _colour(dataset), "label": dataset.attrs["label"], "linewidth": 1.3} | line
     ax.plot(*outline(dataset, patch), **look)
     ax.set_aspect("equal", adjustable="datalim")
     return label_axes(ax, "Lateral, to the right [mm]", "Rolling direction [mm]")
 
 
-def plot_field(dataset: xr.Dataset, name: str, ax: Axes, *, patch: int = 0) -> Axes:
+def plot_field(
+    dataset: xr.Dataset, name: str = "pressure", ax: Axes | None = None, *, patch: int = 0
+) -> Axes:
     """Draw a field of a patch, "pressure" or "work_density", as colours with their scale."""
+    ax = own_axes(ax)
     y, x, values = _cells(dataset, patch, values_of(dataset, name, patch))
     top = float(values.max())
     if name == "work_density":
@@ -100,7 +104,7 @@ def plot_field(dataset: xr.Dataset, name: str, ax: Axes, *, patch: int = 0) -> A
 
 def plot_shear(
     dataset: xr.Dataset,
-    ax: Axes,
+    ax: Axes | None = None,
     *,
     patch: int = 0,
     largest: float | None = None,
@@ -109,6 +113,7 @@ def plot_shear(
 
     The longest arrow is that of the shear stress `largest` [Pa], to compare patches, or that of the patch.
     """
+    ax = own_axes(ax)
     slips = dataset["slipping"].values[patch] == 1
     y, x, area = _cells(dataset, patch, slips.astype(np.float64))
     ax.pcolormesh(y, x, area, cmap=ListedColormap([STICK, SLIP]), vmin=0.0, vmax=1.0,
@@ -157,8 +162,9 @@ def _sampled(dataset: xr.Dataset, patch: int) -> tuple[float, np.ndarray, np.nda
     return spacing, np.array(strips), np.array(cells)
 
 
-def plot_section(dataset: xr.Dataset, ax: Axes, *, side: int = 0) -> Axes:
+def plot_section(dataset: xr.Dataset, ax: Axes | None = None, *, side: int = 0) -> Axes:
     """Draw wheel and counterface across the track, with the contacts marked."""
+    ax = own_axes(ax)
     row = int(np.flatnonzero(dataset["wheel"].values == side)[0])
     names = {
         "counterface": f"{dataset.attrs['counterface']} {dataset.attrs['counterface_profile']}",
@@ -181,6 +187,31 @@ def plot_section(dataset: xr.Dataset, ax: Axes, *, side: int = 0) -> Axes:
     if not ax.yaxis_inverted():
         ax.invert_yaxis()
     return label_axes(ax, "Lateral in the track, to the right [mm]", "Height, down [mm]")
+
+
+def plot_gap(dataset: xr.Dataset, ax: Axes | None = None, *, side: int = 0) -> Axes:
+    """Draw the gap of the unloaded profiles around the patches of a side, their width and approach."""
+    ax = own_axes(ax)
+    row = int(np.flatnonzero(dataset["wheel"].values == side)[0])
+    at, gap = shown("rail_y", dataset["gap_rail_y"].values[row]), values_of(dataset, "gap", row)
+    ax.plot(at, gap, color=_WHEEL)
+    highest = 0.0
+    for k, patch in enumerate(map(int, np.flatnonzero(dataset["side"].values == side))):
+        place = _ends(dataset, patch)[0]
+        flat = np.cos(float(dataset["contact_angle"][patch]))  # of the contact plane
+        ends = values_of(dataset, "rail_y", patch) + (-1.0 if side else 1.0) * flat * place[[0, -1]]
+        # counted from the initial contact within the patch
+        inside = gap[(at >= ends.min()) & (at <= ends.max())]
+        approach = inside.min(initial=gap.max()) + values_of(dataset, "approach", patch)
+        highest = max(highest, float(approach))
+        ax.axvspan(ends.min(), ends.max(), color=STICK, lw=0.0, label="" if k else "patch")
+        ax.hlines(approach, ends.min(), ends.max(), color=_CONTACT, lw=1.2, ls="--",
+                  label="" if k else "approach")  # fmt: skip
+    ax.set_ylim(0.0, 3.0 * highest)
+    ax.set_xlim(at[0], at[-1])
+    if side and not ax.xaxis_inverted():
+        ax.invert_xaxis()
+    return label_axes(ax, "Lateral on the counterface profile [mm]", "Gap along the normal [µm]")
 
 
 def title_of(dataset: xr.Dataset) -> str:

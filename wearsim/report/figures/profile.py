@@ -1,4 +1,4 @@
-"""Figures of profiles: `plot_x(inspection, ax) -> Axes`; wheels are drawn flange down."""
+"""Figures of profiles: `plot_x(inspection, ax=None) -> Axes`; wheels are drawn flange down."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ from wearsim.report.style import (
     SERIES_COLOURS,
     WHEEL_LINES,
     label_axes,
+    own_axes,
     plain,
     style,
     wrapped,
@@ -43,8 +44,9 @@ _GAUGED = {"Sh": "flange_height", "Sd": "flange_thickness", "qR": "flange_gradie
 _MOST_NAMES = 12  # profiles beyond a limit that a legend names
 
 
-def plot_shape(result: Inspection, ax: Axes) -> Axes:
+def plot_shape(result: Inspection, ax: Axes | None = None) -> Axes:
     """Draw a profile over its reference, equal aspect, with Sh, Sd and qR of a wheel that has them."""
+    ax = own_axes(ax)
     y, z = _mm(result.aligned)
     wheel = result.given.kind == "wheel"
     back = min(float(z.min()) - _BEHIND, 0.0) if wheel else float(z.max())
@@ -128,8 +130,9 @@ def _dimensions(result: Inspection, ax: Axes) -> None:
     ax.plot(*points, "o", color="white", markeredgecolor=_BODY, ms=4.0, zorder=5)
 
 
-def plot_depth(comparison: Comparison, ax: Axes) -> Axes:
+def plot_depth(comparison: Comparison, ax: Axes | None = None) -> Axes:
     """Draw the wear depth along the reference, positive where material is gone."""
+    ax = own_axes(ax)
     s, y, depth = (1e3 * each for each in (comparison.wear.s, comparison.wear.y, comparison.wear.depth))
     ax.axhline(0.0, color=_GREY, lw=0.8)
     ax.fill_between(s, depth, 0.0, color=COLOURS["field"], alpha=0.18, lw=0.0)
@@ -165,8 +168,9 @@ def _runs(result: Inspection) -> list[tuple[Running, str, dict[str, Any]]]:
     return runs
 
 
-def plot_radius_difference(result: Inspection, ax: Axes) -> Axes:
+def plot_radius_difference(result: Inspection, ax: Axes | None = None) -> Axes:
     """Draw the rolling radius difference over the lateral shift."""
+    ax = own_axes(ax)
     ax.axhline(0.0, color=_GREY, lw=0.8)
     ax.axvline(0.0, color=_GREY, lw=0.8)
     for run, name, look in _runs(result):
@@ -180,8 +184,9 @@ def plot_radius_difference(result: Inspection, ax: Axes) -> Axes:
     return label_axes(ax, x_label, "Rolling radius difference [mm]", width=40)
 
 
-def plot_conicity(result: Inspection, ax: Axes) -> Axes:
+def plot_conicity(result: Inspection, ax: Axes | None = None) -> Axes:
     """Draw the equivalent conicity over the amplitude, amplitudes without one left out."""
+    ax = own_axes(ax)
     highest, known = 0.1, list[tuple[float, float]]()
     for run, name, look in _runs(result):
         known = [(1e3 * at.amplitude, at.value) for at in run.equivalent_conicity if at.value is not None]

@@ -1,4 +1,4 @@
-"""Figures of rig against field: `plot_x(translation, ax) -> Axes`.
+"""Figures of rig against field: `plot_x(translation, ax=None) -> Axes`.
 
 The datasets are those of `wearsim.translation.translate.translate`. `basis` is 0 at equal distance, 1 at
 equal worn depth, 2 at equal worn area; `wheel` 0 for the right, 1 for the left one.
@@ -19,6 +19,7 @@ from wearsim.report.style import (
     capital,
     label,
     label_axes,
+    own_axes,
     plain,
     shown,
     values_of,
@@ -42,7 +43,7 @@ def basis_axis(translation: xr.Dataset, basis: int) -> np.ndarray:
 def plot_factor(
     translation: xr.Dataset,
     variable: str,
-    ax: Axes,
+    ax: Axes | None = None,
     *,
     basis: int = 0,
     series: int = 0,
@@ -53,6 +54,7 @@ def plot_factor(
     `variable` is one over (basis, progress) or (basis, progress, wheel), of which the last is drawn: both
     wheels; `series` is its colour among the series, `text` its name in the legend.
     """
+    ax = own_axes(ax)
     values = translation[f"{variable}_factor"].values[basis]
     values = values[:, -1] if values.ndim == 2 else values
     x = basis_axis(translation, basis)
@@ -68,12 +70,15 @@ def mark_one(ax: Axes) -> Axes:
     return ax
 
 
-def plot_factor_at_points(translation: xr.Dataset, name: str, ax: Axes, *, progress: int = -1) -> Axes:
+def plot_factor_at_points(
+    translation: xr.Dataset, name: str, ax: Axes | None = None, *, progress: int = -1
+) -> Axes:
     """Draw the factor of a contact quantity, such as "area", over the shift of equal operating points.
 
     There must be one; the basis is equal distance. `progress` is the index of the state: 0 new wheels, -1 as
     far as both campaigns come.
     """
+    ax = own_axes(ax)
     shift = values_of(translation, "shift")
     order = np.argsort(shift, kind="stable")
     values = translation[f"{name}_point_factor"].values[0, progress]
@@ -89,8 +94,9 @@ def plot_factor_at_points(translation: xr.Dataset, name: str, ax: Axes, *, progr
     return label_axes(ax, label(translation, "shift"), _FACTOR)
 
 
-def plot_equivalent_distance(translation: xr.Dataset, ax: Axes, *, of: str = "rig") -> Axes:
+def plot_equivalent_distance(translation: xr.Dataset, ax: Axes | None = None, *, of: str = "rig") -> Axes:
     """Draw the distance of the other campaign that wears as much as one, by depth and by worn area."""
+    ax = own_axes(ax)
     x = shown("distance", translation[f"{of}_distance"].values)
     other = next(role for role in CAMPAIGN if role != of)
     for series, (name, text) in enumerate(EQUIVALENT_BY.items()):
@@ -101,8 +107,9 @@ def plot_equivalent_distance(translation: xr.Dataset, ax: Axes, *, of: str = "ri
     return label_axes(ax, f"Distance run {where[of]} [km]", f"Equivalent distance\n{where[other]} [km]", 0.0)
 
 
-def plot_causes(translation: xr.Dataset, ax: Axes, *, way: int = -1) -> Axes:
+def plot_causes(translation: xr.Dataset, ax: Axes | None = None, *, way: int = -1) -> Axes:
     """Draw how the causes lead from the wear of the field to that of the rig, the largest first."""
+    ax = own_axes(ax)
     factors = translation["cause_factor"].values[way]
     order = np.argsort(-np.abs(np.log(factors)), kind="stable")
     ends = np.cumprod([1.0, *factors[order]])
