@@ -4,7 +4,7 @@ import pytest
 from wearsim.quantities import QUANTITIES
 from wearsim.report.figures import campaign as figures
 from wearsim.report.figures import translation as figures_translation
-from wearsim.report.style import COLOURS, grid, plain, style, to_svg
+from wearsim.report.style import COLOURS, grid, plain, to_svg
 from wearsim.translation.translate import translate
 
 

@@ -140,15 +140,6 @@ def test_section_marks_each_contact_on_the_counterface(two):
         assert ax.yaxis_inverted()
 
 
-def test_gap_shows_each_patch_and_keeps_the_direction_of_the_track(two):
-    for side in (0, 1):
-        ax = contact.plot_gap(two, side=side)
-        assert ax.xaxis_inverted() == (side == 1)
-        assert len(ax.patches) == int((two["side"] == side).sum())
-        assert ax.lines[0].get_ydata().min() == pytest.approx(0.0, abs=0.05)
-        assert "µm" in ax.get_ylabel()
-
-
 def test_the_whole_figure_has_axes_for_every_side_and_patch(two):
     figure = contact.contact_figure(two)
     titles = [ax.get_title(loc="left") for ax in figure.axes]

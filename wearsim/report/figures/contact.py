@@ -189,31 +189,6 @@ def plot_section(dataset: xr.Dataset, ax: Axes | None = None, *, side: int = 0) 
     return label_axes(ax, "Lateral in the track, to the right [mm]", "Height, down [mm]")
 
 
-def plot_gap(dataset: xr.Dataset, ax: Axes | None = None, *, side: int = 0) -> Axes:
-    """Draw the gap of the unloaded profiles around the patches of a side, their width and approach."""
-    ax = own_axes(ax)
-    row = int(np.flatnonzero(dataset["wheel"].values == side)[0])
-    at, gap = shown("rail_y", dataset["gap_rail_y"].values[row]), values_of(dataset, "gap", row)
-    ax.plot(at, gap, color=_WHEEL)
-    highest = 0.0
-    for k, patch in enumerate(map(int, np.flatnonzero(dataset["side"].values == side))):
-        place = _ends(dataset, patch)[0]
-        flat = np.cos(float(dataset["contact_angle"][patch]))  # of the contact plane
-        ends = values_of(dataset, "rail_y", patch) + (-1.0 if side else 1.0) * flat * place[[0, -1]]
-        # counted from the initial contact within the patch
-        inside = gap[(at >= ends.min()) & (at <= ends.max())]
-        approach = inside.min(initial=gap.max()) + values_of(dataset, "approach", patch)
-        highest = max(highest, float(approach))
-        ax.axvspan(ends.min(), ends.max(), color=STICK, lw=0.0, label="" if k else "patch")
-        ax.hlines(approach, ends.min(), ends.max(), color=_CONTACT, lw=1.2, ls="--",
-                  label="" if k else "approach")  # fmt: skip
-    ax.set_ylim(0.0, 3.0 * highest)
-    ax.set_xlim(at[0], at[-1])
-    if side and not ax.xaxis_inverted():
-        ax.invert_xaxis()
-    return label_axes(ax, "Lateral on the counterface profile [mm]", "Gap along the normal [µm]")
-
-
 def title_of(dataset: xr.Dataset) -> str:
     """Conditions of a contact state in two lines."""
 
