@@ -76,6 +76,9 @@ _REMEMBERED = 0.5
 _AGAIN = 3.0
 """Further depth, over the present one or over that of a step of the reference, until it gives points back."""
 
+_FEW = 6
+"""Points up to which the reference solves all at first: hardly any of them could wait."""
+
 _BALANCED = 1e-3
 """Change of the lateral force, over the axle load, from where the reference solved a point to where it runs,
 beyond which it is solved there again."""
@@ -120,15 +123,15 @@ def forgotten(state: State, *, wheels: bool = False) -> State:
     return replace(state, correction=replace(correction, **unknown))
 
 
-def moved(state: State) -> NDArray[np.bool_]:
-    """Points (n,) that run so far from where the reference solved them that their forces differ."""
+def moved(state: State, setup: Setup) -> NDArray[np.bool_]:
+    """Points (n,) that run so far from where the reference corrected them that their forces differ."""
     known, running = state.correction, state.running
     assert known is not None
     assert running is not None
     away = np.abs(np.stack([running.shift, running.yaw], axis=1) - known.forces.place).max(axis=1)
     change = away * np.maximum(running.stiffness, _STIFF)
     far = (change > _BALANCED * running.load.sum(axis=1)) | _shared_otherwise(known, running)
-    return np.asarray((known.step == state.step) & far)
+    return np.asarray((known.step == state.step) & (known.model < len(setup.fallbacks)) & far)
 
 
 def _shares(place: OperatingPoints | Running, count: int) -> FloatArray:
@@ -504,22 +507,46 @@ def handed_over(
     taken = (weight > 0.0) & ~alone & over & solvable & (2.0 * corrected < own.length)
     if not (back | taken).any():
         return state
+    until, lengths = deepest + _AGAIN * max(deepest, own.depth), old.length.copy()
+    lengths[taken] = weight[taken] * corrected
+    lengths[back & (lengths == 0.0)] = math.inf  # of few points
+    until = np.where(taken, until, np.where(back, np.where(over, 0.0, -until), old.until))
+    given_back = replace(
+        old,
+        model=np.where(back, 0, old.model),
+        step=np.where(back, -1, old.step),
+        drift=np.where(back, math.inf, old.drift),
+    )
+    return replace(state, correction=_taken(given_back, taken, own.model, until, lengths))
+
+
+def few_handed_over(state: State, setup: CampaignSetup) -> State:
+    """Let the reference solve few points in all stages as long as their wear is not deep.
+
+    Corrected steps are as short then as the tolerance of little depth asks for. A single point is never given
+    back: it could not wait for others.
+    """
+    old, acts = state.correction, setup.points.weight > 0.0
+    if old is None or setup.tolerance is None or acts.sum() > _FEW or setup.points.controlled is not None:
+        return state
+    # where a step of the reference alone may err by the tolerance of the depth
+    until = setup.control.error_tolerance / setup.tolerance if acts.sum() > 1 else math.inf
+    taken = acts & (old.max_pressure.max(axis=1) > 0.0)
+    new = _taken(old, taken, len(setup.fallbacks), np.where(taken, until, 0.0), np.where(taken, 0.0, old.length))
+    return replace(state, correction=new)
+
+
+def _taken(
+    old: Correction, taken: NDArray[np.bool_], reference: int, until: FloatArray, length: FloatArray
+) -> Correction:
+    """Correction after the reference, of that number in the chain of models, has taken points (n,) over."""
     differences = {name: getattr(old, name).copy() for name in ("wheel", "below")}
     for values in differences.values():
         values[taken] = 0.0
-    until, lengths = deepest + _AGAIN * max(deepest, own.depth), old.length.copy()
-    lengths[taken] = weight[taken] * corrected
-    new = replace(
-        old,
-        **differences,
-        forces=old.forces.of(~taken),
-        until=np.where(taken, until, np.where(back, np.where(over, 0.0, -until), old.until)),
-        model=np.where(taken, own.model, np.where(back, 0, old.model)),
-        step=np.where(back, -1, old.step),
-        drift=np.where(back, math.inf, old.drift),
-        length=lengths,
-    )
-    return replace(state, correction=new)
+    return replace(
+        old, **differences, forces=old.forces.of(~taken), until=until, length=length,
+        model=np.where(taken, reference, old.model),
+    )  # fmt: skip
 
 
 def unchanged(before: State, tried: State, worn: State) -> bool:

@@ -114,7 +114,8 @@ class WheelsetEvolution:
         state = start_comparison(state, comparison_laws(setup))
         if setup.tolerance is not None:
             state = replace(state, correction=correction.new_correction(state, setup.points))
-        return self._solved_with_reference(state, setup.points.weight), NO_STEP
+        state = self._solved_with_reference(state, setup.points.weight)
+        return correction.few_handed_over(state, setup), NO_STEP
 
     def _where(self, state: State) -> CampaignSetup:
         """Return the setup in force with the operating points where the wheelset runs in a state."""
@@ -175,7 +176,8 @@ class WheelsetEvolution:
         if reprofiling_due(state, setup, evaluation.measures):
             state = replace(state, nearby=_NOWHERE)
             fresh = self._settled(correction.forgotten(reprofile(state, setup), wheels=True))
-            return self._solved_with_reference(fresh, points.weight), NO_STEP
+            fresh = self._solved_with_reference(fresh, points.weight)
+            return correction.few_handed_over(fresh, setup), NO_STEP
         if begins_nearby(here) and points.controlled is None:  # whose forces are searched for from anew
             contact, unknown = evaluation.passage.contact, np.full((len(points.label), 5), np.nan)
             nearby = state.nearby.copy() if state.nearby.size > 0 else unknown
@@ -280,7 +282,8 @@ class WheelsetEvolution:
                     worn = handed_over(worn, tried, choice, factor * length)
                 if not correction.unchanged(state, tried.state, worn):
                     worn, taken = self._settled(worn), replace(taken, end=None)
-                    worn = refreshed_where_it_runs(worn, setup.points, here, correction.moved(worn), 0.0)
+                    moved = correction.moved(worn, here)
+                    worn = refreshed_where_it_runs(worn, setup.points, here, moved, 0.0)
             if factor > correction.MUCH_SHORTER or shallow or rejected >= _REPEATED:
                 break
             other = handed_over(state, tried, choice, factor * length)
