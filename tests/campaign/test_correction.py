@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from wearsim.campaign import correction, evaluate
+from wearsim.campaign import correction, evaluate, handover
 from wearsim.campaign.control import reached
 from wearsim.campaign.evaluate import accumulate, setup_of, solve_passage
 from wearsim.campaign.evolution import WheelsetEvolution
@@ -40,7 +40,7 @@ def with_control(evolution, **changes):
 def none_is_few(monkeypatch, request):
     """Correct single points, too, but in tests named after few points."""
     if "few" not in request.node.name:
-        monkeypatch.setattr(correction, "_FEW", 0)
+        monkeypatch.setattr(handover, "_FEW", 0)
 
 
 def test_solved_at_every_step_of_euler_s_rule_it_is_the_half_space(evolution_of, scene_text, monkeypatch):
@@ -184,7 +184,7 @@ def corrected_state(spread):
     return replace(state, correction=known, wear_depth=state.wear_depth + 20e-6)
 
 
-OWN = correction.ReferenceStep(length=100.0, depth=8e-6, model=2)
+OWN = handover.ReferenceStep(length=100.0, depth=8e-6, model=2)
 NEVER = np.zeros(10, dtype=bool)
 
 
@@ -206,21 +206,21 @@ def test_few_points_are_the_half_space_s_until_their_wear_is_deep(evolution_of, 
 def test_the_half_space_takes_points_over_whose_steps_would_be_short(corrected_state):
     """It solves all points twice per step: from half the length of its steps on correcting is cheaper."""
     weight = np.where(np.arange(10) < 4, 0.25, 0.0)
-    new = correction.handed_over(corrected_state, weight, 49.0, OWN, NEVER).correction
+    new = handover.handed_over(corrected_state, weight, 49.0, OWN, NEVER).correction
     assert (new.model == np.where(weight > 0.0, 2, 0)).all()
     assert not new.wheel[:4].any()
     assert new.wheel[4:] == pytest.approx(corrected_state.correction.wheel[4:], abs=0.0)
-    assert correction.handed_over(corrected_state, weight, 51.0, OWN, NEVER) is corrected_state
-    assert correction.handed_over(corrected_state, weight, np.inf, OWN, NEVER) is corrected_state
+    assert handover.handed_over(corrected_state, weight, 51.0, OWN, NEVER) is corrected_state
+    assert handover.handed_over(corrected_state, weight, np.inf, OWN, NEVER) is corrected_state
 
 
 def test_points_are_given_back_when_the_wear_is_deep_enough(corrected_state):
     weight = np.full(10, 0.1)
-    taken = correction.handed_over(corrected_state, weight, 10.0, OWN, NEVER)
+    taken = handover.handed_over(corrected_state, weight, 10.0, OWN, NEVER)
     deeper = replace(taken, wear_depth=taken.wear_depth + 59e-6)
-    assert correction.handed_over(deeper, weight, 10.0, OWN, NEVER) is deeper
+    assert handover.handed_over(deeper, weight, 10.0, OWN, NEVER) is deeper
     deeper = replace(taken, wear_depth=taken.wear_depth + 61e-6)
-    given = correction.handed_over(deeper, weight, 10.0, OWN, NEVER).correction
+    given = handover.handed_over(deeper, weight, 10.0, OWN, NEVER).correction
     assert not given.until.any()
     assert not given.model.any()
     assert correction.stale(replace(deeper, correction=given), weight).all()
@@ -228,12 +228,12 @@ def test_points_are_given_back_when_the_wear_is_deep_enough(corrected_state):
 
 def test_points_whose_steps_are_short_with_the_half_space_too_are_given_back_for_long(corrected_state):
     weight = np.full(10, 0.1)
-    taken = correction.handed_over(corrected_state, weight, 10.0, OWN, NEVER)
-    given = correction.handed_over(taken, weight, 10.0, OWN, ~NEVER)
+    taken = handover.handed_over(corrected_state, weight, 10.0, OWN, NEVER)
+    given = handover.handed_over(taken, weight, 10.0, OWN, ~NEVER)
     assert not given.correction.model.any()
-    assert correction.handed_over(given, weight, 10.0, OWN, NEVER) is given
+    assert handover.handed_over(given, weight, 10.0, OWN, NEVER) is given
     deeper = replace(given, wear_depth=given.wear_depth + 61e-6)
-    assert correction.handed_over(deeper, weight, 10.0, OWN, NEVER).correction.model.all()
+    assert handover.handed_over(deeper, weight, 10.0, OWN, NEVER).correction.model.all()
 
 
 def test_what_was_taken_over_is_unknown_after_a_reprofiling(spread):
@@ -242,7 +242,7 @@ def test_what_was_taken_over_is_unknown_after_a_reprofiling(spread):
     state, _ = evolution.start()
     points, setup = evolution.setup.points, setup_of(evolution.setup)
     weight = points.weight
-    taken = correction.handed_over(state, weight, 10.0, OWN, NEVER)
+    taken = handover.handed_over(state, weight, 10.0, OWN, NEVER)
     taken = replace(taken, correction=correction.refreshed(taken, points, weight > 0.0, setup).correction)
     assert not taken.correction.wheel.any()
     fresh = correction.forgotten(taken, wheels=True)
@@ -255,7 +255,7 @@ def test_points_without_a_solution_of_the_half_space_are_not_taken(corrected_sta
     pressure = known.max_pressure.copy()
     pressure[3] = 0.0
     state = replace(corrected_state, correction=replace(known, max_pressure=pressure))
-    new = correction.handed_over(state, np.full(10, 0.1), 10.0, OWN, NEVER).correction
+    new = handover.handed_over(state, np.full(10, 0.1), 10.0, OWN, NEVER).correction
     assert (new.until > 0.0).tolist() == [number != 3 for number in range(10)]
 
 
@@ -276,9 +276,9 @@ def test_a_point_without_a_solution_of_the_half_space_leaves_the_drift_of_others
 
 def test_points_given_back_with_nothing_to_compare_make_no_nan(corrected_state):
     weight = np.where(np.arange(10) < 9, 1.0 / 9.0, 0.0)
-    taken = correction.handed_over(corrected_state, weight, 10.0, OWN, NEVER)
+    taken = handover.handed_over(corrected_state, weight, 10.0, OWN, NEVER)
     deeper = replace(taken, wear_depth=taken.wear_depth + 61e-6)
-    given = correction.handed_over(deeper, weight, np.inf, OWN, NEVER).correction
+    given = handover.handed_over(deeper, weight, np.inf, OWN, NEVER).correction
     assert not given.until.any()
     assert not np.isnan(given.length).any()
 

@@ -19,7 +19,19 @@ By the change of its difference over the distance each point foretells what it w
 another step: those are solved again which together would leave out more than a step may add to the error. A
 step that adds more than that is followed by shorter ones, and repeated if it is much more. Where steps become
 so short that the half-space at every stage of its own steps is cheaper, it takes the acting points over until
-the wear is some times as deep.
+the wear is some times as deep: `handover`.
+
+An analysis of stability proposed six rules. Kept are (c), differences belong to operating point and wheel
+and include the resultants of forces, so that a wheelset runs where the half-space lets it, but they stay
+where they were seen, as patches move little between two refreshments; (d), they are frozen within a step,
+in all stages and in its error; (e), the sum is not negative and keeps its area. Replaced are (a), strips as
+the base: it is the cheapest model, strips where that fails, because the bound on the stability number
+between refreshments is one of short waves, whose change is taken on in part; (b), refreshment at that bound
+and where patches appear or move: the drift, in which these show, decides, and a change of models makes it
+unknown. (f), to add nothing for waiting, as that destabilizes, holds for short waves alone, which count as
+error; long ones are added.
+
+The differences are part of the state: a campaign that is resumed has the same bits.
 """
 
 from __future__ import annotations
@@ -72,12 +84,6 @@ _SECOND = 0.15
 
 _REMEMBERED = 0.5
 """Share of the drift of a point that stays known."""
-
-_AGAIN = 3.0
-"""Further depth, over the present one or over that of a step of the reference, until it gives points back."""
-
-_FEW = 6
-"""Points up to which the reference solves all at first: hardly any of them could wait."""
 
 _BALANCED = 1e-3
 """Change of the lateral force, over the axle load, from where the reference solved a point to where it runs,
@@ -469,84 +475,6 @@ def corrected_step(
         longer,
         not unknown[index].any(),
     )
-
-
-class ReferenceStep(NamedTuple):
-    """A step in which the reference solves all points, as long as its stability allows."""
-
-    length: float  # [m]
-    depth: float  # [m]
-    model: int  # number of the reference in the chain of models
-
-
-def handed_over(
-    state: State, weight: FloatArray, corrected: float, own: ReferenceStep, short: NDArray[np.bool_]
-) -> State:
-    """Let the reference solve the acting points in all stages where that costs less, or no longer.
-
-    Parameters
-    ----------
-    state : State
-        Where a corrected step ends, or begins.
-    weight : (n,) array
-        Share of the step that each point acts for.
-    corrected : float
-        Length with which a step after which all points are solved would keep the tolerance at the depth after
-        a step of the reference, or infinite [m].
-    own : ReferenceStep
-        Compared as if it solved all points twice.
-    short : (n,) bool array
-        Points that the reference solves in steps whose error leaves them shorter than corrected ones.
-    """
-    old = state.correction
-    assert old is not None
-    deepest = float(state.wear_depth.max())
-    alone, over = old.until > 0.0, deepest >= np.abs(old.until)
-    back = alone & (over | short)
-    solvable = old.max_pressure.max(axis=1) > 0.0
-    taken = (weight > 0.0) & ~alone & over & solvable & (2.0 * corrected < own.length)
-    if not (back | taken).any():
-        return state
-    until, lengths = deepest + _AGAIN * max(deepest, own.depth), old.length.copy()
-    lengths[taken] = weight[taken] * corrected
-    lengths[back & (lengths == 0.0)] = math.inf  # of few points
-    until = np.where(taken, until, np.where(back, np.where(over, 0.0, -until), old.until))
-    given_back = replace(
-        old,
-        model=np.where(back, 0, old.model),
-        step=np.where(back, -1, old.step),
-        drift=np.where(back, math.inf, old.drift),
-    )
-    return replace(state, correction=_taken(given_back, taken, own.model, until, lengths))
-
-
-def few_handed_over(state: State, setup: CampaignSetup) -> State:
-    """Let the reference solve few points in all stages as long as their wear is not deep.
-
-    Corrected steps are as short then as the tolerance of little depth asks for. A single point is never given
-    back: it could not wait for others.
-    """
-    old, acts = state.correction, setup.points.weight > 0.0
-    if old is None or setup.tolerance is None or acts.sum() > _FEW or setup.points.controlled is not None:
-        return state
-    # where a step of the reference alone may err by the tolerance of the depth
-    until = setup.control.error_tolerance / setup.tolerance if acts.sum() > 1 else math.inf
-    taken = acts & (old.max_pressure.max(axis=1) > 0.0)
-    new = _taken(old, taken, len(setup.fallbacks), np.where(taken, until, 0.0), np.where(taken, 0.0, old.length))
-    return replace(state, correction=new)
-
-
-def _taken(
-    old: Correction, taken: NDArray[np.bool_], reference: int, until: FloatArray, length: FloatArray
-) -> Correction:
-    """Correction after the reference, of that number in the chain of models, has taken points (n,) over."""
-    differences = {name: getattr(old, name).copy() for name in ("wheel", "below")}
-    for values in differences.values():
-        values[taken] = 0.0
-    return replace(
-        old, **differences, forces=old.forces.of(~taken), until=until, length=length,
-        model=np.where(taken, reference, old.model),
-    )  # fmt: skip
 
 
 def unchanged(before: State, tried: State, worn: State) -> bool:

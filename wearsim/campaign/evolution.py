@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wearsim.campaign import control, correction, step
+from wearsim.campaign import control, correction, handover, step
 from wearsim.campaign.comparison import comparison_laws, start_comparison
 from wearsim.campaign.counterface import new_counterface, redressed
 from wearsim.campaign.evaluate import (
@@ -115,7 +115,7 @@ class WheelsetEvolution:
         if setup.tolerance is not None:
             state = replace(state, correction=correction.new_correction(state, setup.points))
         state = self._solved_with_reference(state, setup.points.weight)
-        return correction.few_handed_over(state, setup), NO_STEP
+        return handover.few_handed_over(state, setup), NO_STEP
 
     def _where(self, state: State) -> CampaignSetup:
         """Return the setup in force with the operating points where the wheelset runs in a state."""
@@ -177,7 +177,7 @@ class WheelsetEvolution:
             state = replace(state, nearby=_NOWHERE)
             fresh = self._settled(correction.forgotten(reprofile(state, setup), wheels=True))
             fresh = self._solved_with_reference(fresh, points.weight)
-            return correction.few_handed_over(fresh, setup), NO_STEP
+            return handover.few_handed_over(fresh, setup), NO_STEP
         if begins_nearby(here) and points.controlled is None:  # whose forces are searched for from anew
             contact, unknown = evaluation.passage.contact, np.full((len(points.label), 5), np.nan)
             nearby = state.nearby.copy() if state.nearby.size > 0 else unknown
@@ -228,12 +228,12 @@ class WheelsetEvolution:
             now = rate_for(weight)
             below = 0.0 if now.counterface is None else float(now.counterface.depth.max())
             length = min(depth / max(float(now.depth.max()) + below, 1e-300), setup.control.max_step)
-            own = correction.ReferenceStep(length, depth, len(here.chain) - 1)
+            own = handover.ReferenceStep(length, depth, len(here.chain) - 1)
             # deeper by such a step, where the same error counts less
             later = corrected * math.sqrt(1.0 + depth / max(reached, 1e-300))
             by_error = choice.limit.reason in ("error", "clipping", "no contact")
             short = by_error & (weight * choice.limit.step_length < tried.stages * known_of.length)
-            return correction.handed_over(there, weight, later, own, short & (weight > 0.0))
+            return handover.handed_over(there, weight, later, own, short & (weight > 0.0))
 
         rule = step.StepRule(
             setup.wheelset.radius, setup.wear.density, wave, setup.control.integrator,

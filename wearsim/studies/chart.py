@@ -58,9 +58,9 @@ class Run:
     def differences(self, true: Run) -> tuple[FloatArray, FloatArray]:
         """Largest difference of depth, and largest depth, at places (k,) of the distance, the end last [m].
 
-        Ten places of a collective. In a programme the ends of steps that both campaigns have: between them one
-        may be halfway through a step over whole loops where the other is in a block, and depths interpolated
-        there differ whatever the contact.
+        Ten places of a collective. In a programme the ends of steps that both campaigns have: between them
+        one may be halfway through a step over whole loops where the other is in a block, and depths
+        interpolated there differ whatever the contact.
         """
         places = np.linspace(0.0, true.distance[-1], _PLACES + 1)[1:]
         if self.programme:
@@ -83,7 +83,7 @@ def run_short(setup: CampaignSetup, depth: float = np.inf) -> Run:
     while not reached(state.distance, evolution.target) and state.wear_depth.max() < depth:
         state, taken = evolution.advance(state, evolution.evaluate(state, taken))
         states.append(state)
-        solved += taken.stages * np.count_nonzero(state.active_weight)
+        solved += taken.stages * int(np.count_nonzero(state.active_weight))
     seconds = time.process_time() - began
     return Run(
         np.array([one.distance for one in states]), np.array([one.wear_depth for one in states]), state,
