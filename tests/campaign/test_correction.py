@@ -1,6 +1,7 @@
 """Fast models corrected by a half-space: limits in which the correction is exact, stability, what is kept."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -248,6 +249,10 @@ def test_what_was_taken_over_is_unknown_after_a_reprofiling(spread):
     fresh = correction.forgotten(taken, wheels=True)
     assert not fresh.correction.until.any()
     assert np.isinf(fresh.correction.drift[weight > 0.0]).all()
+    worn = replace(state, correction=replace(state.correction, drift=np.full(10, 1e-12)))
+    assert np.isinf(
+        correction.forgotten(worn, wheels=True).correction.drift
+    ).all()  # that of worn wheels goes
 
 
 def test_points_without_a_solution_of_the_half_space_are_not_taken(corrected_state):
@@ -272,6 +277,61 @@ def test_a_point_without_a_solution_of_the_half_space_leaves_the_drift_of_others
         state, taken = evolution.advance(state, evolution.evaluate(state, taken))
     assert np.isinf(state.correction.drift).sum() == 1
     assert [known for *_, known in steps] == [False, True]
+
+
+def test_wear_without_a_solution_of_the_half_space_is_error_and_asked_for_once_per_step(spread, monkeypatch):
+    """The outermost point is left to its fast model: results say so, and warn."""
+    evolution, asked = spread["auto"], []
+    shift = np.sort(np.abs(evolution.setup.points.conditions.shift))
+    refuse = refusing("half_space", evaluate.solve_each, 0.5 * (shift[-1] + shift[-2]))
+    far = int(np.argmax(np.abs(evolution.setup.points.conditions.shift)))
+
+    def counted(conditions, wheelset, counterface, models, *given, **named):
+        if models.normal == "half_space" and shift[-1] in np.abs(conditions.shift):
+            asked.append(conditions.shift.size)
+        return refuse(conditions, wheelset, counterface, models, *given, **named)
+
+    monkeypatch.setattr(evaluate, "solve_each", counted)
+    state, taken = evolution.start()
+    assert len(asked) == 1
+    for steps in (1, 2):
+        state, taken = evolution.advance(state, evolution.evaluate(state, taken))
+        assert len(asked) == 1 + steps
+    row = evolution.row(state, evolution.evaluate(state, taken), taken)
+    assert (row["reference_step"] < 0).nonzero()[0].tolist() == [far]
+    alone = accumulate(
+        solve_passage(state, evolution.setup.points, setup_of(evolution.setup)), evolution.setup.points,
+        np.where(np.arange(10) == far, evolution.setup.points.weight, 0.0), state, setup_of(evolution.setup),
+    )  # fmt: skip
+    worn = float(alone.depth.max()) * state.distance
+    assert state.correction.unsolved_depth == pytest.approx(worn, rel=0.05)  # the rate hardly changes
+    assert correction.estimated_error(state) >= worn * 0.95 / state.wear_depth.max()
+
+
+def test_where_rollers_are_redressed_the_half_space_is_asked(evolution_of, scene_text):
+    """A row on new rollers is as corrected as any other."""
+    text = scene_text(
+        CURVING, contact=f'model = "auto"\n{GRID}', campaign="distance_km = 3\npoint_spacing_mm = 0.5"
+    )
+    wear = "[counterface.wear]\nfactor = 1.0\nredress_every_km = 1.5\n[contact]"
+    _, states = ended(evolution_of(text.replace("[contact]", wear, 1)), steps=4)
+    fresh = [one for one in states[1:] if one.counterface.redressed_at == one.distance]
+    assert fresh
+    for one in fresh:
+        assert one.correction.step.tolist() == [one.step]
+        assert one.correction.wheel.any()
+
+
+def test_the_rule_may_err_as_much_as_alone_where_the_half_space_solves_the_acting_block(
+    corrected_state, spread,
+):  # fmt: skip
+    """Whatever solves the other points, which do not act."""
+    setup = SimpleNamespace(tolerance=0.03)
+    settings = replace(spread["auto"].setup.control, error_tolerance=1e-6)
+    known, one = corrected_state.correction, np.arange(10) == 3
+    taken = replace(corrected_state, correction=replace(known, until=np.where(one, 1.0, 0.0)))
+    assert correction.control_at(taken, setup, settings, one / 1.0) is settings
+    assert correction.control_at(taken, setup, settings, ~one / 9.0).error_tolerance < 1e-6
 
 
 def test_points_given_back_with_nothing_to_compare_make_no_nan(corrected_state):

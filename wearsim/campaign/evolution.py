@@ -131,6 +131,14 @@ class WheelsetEvolution:
         stale = correction.stale(state, weight)
         return refreshed_where_it_runs(state, self.setup.points, self._contact, stale)
 
+    def _on_new_profiles(self, state: State, weight: FloatArray, *, wheels: bool = False) -> State:
+        """Return the state where it runs on profiles that were cut, with what the reference says there.
+
+        Of the points that act with a weight (n,); of reprofiled `wheels`, or of rollers.
+        """
+        fresh = correction.forgotten(replace(state, nearby=_NOWHERE), wheels=wheels)
+        return self._solved_with_reference(self._settled(fresh), weight)
+
     def evaluate(self, state: State, taken: StepTaken | None = None) -> Evaluation:
         """Solve the contact of a state, if the step that led to it has not left it.
 
@@ -174,9 +182,7 @@ class WheelsetEvolution:
         points, wave = setup.points, setup.control.smoothing_wavelength
         state = replace(state, points=evaluation.points)
         if reprofiling_due(state, setup, evaluation.measures):
-            state = replace(state, nearby=_NOWHERE)
-            fresh = self._settled(correction.forgotten(reprofile(state, setup), wheels=True))
-            fresh = self._solved_with_reference(fresh, points.weight)
+            fresh = self._on_new_profiles(reprofile(state, setup), points.weight, wheels=True)
             return handover.few_handed_over(fresh, setup), NO_STEP
         if begins_nearby(here) and points.controlled is None:  # whose forces are searched for from anew
             contact, unknown = evaluation.passage.contact, np.full((len(points.label), 5), np.nan)
@@ -241,12 +247,14 @@ class WheelsetEvolution:
         )  # fmt: skip
         limit, error, length, stiffness = (math.inf, "error"), 0.0, 0.0, 0.0
         for rejected in range(_ATTEMPTS):
-            settings = correction.control_at(state, setup, ahead_of)
+            weight = control.present_weight(state.distance, points)
+            settings = correction.control_at(state, setup, ahead_of, weight)
             choice = control.choose(
                 state, points, rate_for, settings, depth_limit=depth_limit, length_limit=limit,
                 stiffness=stiffness, counterface_wear=setup.counterface_wear,
             )  # fmt: skip
             weight, length = choice.weight, choice.limit.step_length
+            settings = correction.control_at(state, setup, ahead_of, weight)
             now = rate_for(weight)
             shallow = float(now.depth.max()) * length < _SHALLOW
             try:
@@ -313,8 +321,7 @@ class WheelsetEvolution:
         changed = redressed(after, setup.counterface, setup.counterface_wear)
         if changed is after:
             return after, taken
-        changed = replace(changed, nearby=_NOWHERE)
-        return self._settled(correction.forgotten(changed)), replace(taken, end=None)
+        return self._on_new_profiles(changed, weight), replace(taken, end=None)
 
     def _try(
         self, state: State, now: WearRate, choice: control.StepChoice, rule: step.StepRule
