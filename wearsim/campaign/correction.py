@@ -317,7 +317,7 @@ def _taken_over(old: Correction, own: NDArray[np.bool_], passage: Passage, step:
     kept: dict[str, Any] = {name: cleared(getattr(old, name)) for name in ("wheel", "below", "run")}
     kept["forces"] = old.forces.of(~own)
     drift = np.where(own, math.inf, old.drift)  # unknown for the fast model that comes after it
-    asked = {"step": np.where(own, step, old.step), "unsolved": old.unsolved & ~own}
+    asked: dict[str, Any] = {"step": np.where(own, step, old.step), "unsolved": old.unsolved & ~own}
     new = replace(old, **kept, **asked, drift=drift, model=model)
     return _seen(new, own, passage)
 
