@@ -175,7 +175,7 @@ def speed_and_accuracy(
 
 
 def time_per_solution(setup: CampaignSetup) -> float:
-    """Shortest of several wall times of a batch over the number of solutions, on one thread [s].
+    """Shortest of several CPU times of a batch over the number of solutions, on one thread [s].
 
     Fast models get their points several times over, in a batch as campaigns with many points have it.
     """
@@ -183,9 +183,9 @@ def time_per_solution(setup: CampaignSetup) -> float:
     acting = np.flatnonzero(setup.points.weight)
     best, spent, batch = np.inf, 0.0, select(setup.points, acting)
     for _ in range(_MOST_REPEATS):
-        start = time.perf_counter()
+        start = time.process_time()
         solve_passage(replace(state, points=None, correction=None), batch, setup_of(setup))
-        took = time.perf_counter() - start
+        took = time.process_time() - start
         spent += took
         count = len(batch.label)
         if took < _FAST and count < CHUNK:
