@@ -23,9 +23,10 @@ SETTING = """
 Scenes: {scenes}. Each campaign begins with new profiles; one by the half-space at every operating point and
 every stage, in finer steps, ends where its largest depth reaches 60 um, the others run over the same
 distance, in steps with an error of at most 1/250 of that depth. Error: largest difference of depth from it
-along both profiles at ten places of the distance, over the largest depth at the end. Time: CPU time of the
-whole campaign over that of the half-space, one thread; one solution: of one wheel at one operating point,
-over that of the fastest combination. Front: no other combination is both faster and nearer in that scene.
+along both profiles at ten places of the distance, in a programme of blocks at the ends of steps that both
+campaigns have, over the largest depth at the end. Time: CPU time of the whole campaign over that of the
+half-space, one thread; one solution: of one wheel at one operating point, over that of the fastest
+combination. Front: no other combination is both faster and nearer in that scene.
 """
 CAPTION = "CPU time of whole short campaigns and their largest error of wear depth; dashed: the front."
 

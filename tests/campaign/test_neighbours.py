@@ -1,6 +1,7 @@
 """Operating points between others that are alike: which they are, and what it does to the wear."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -55,6 +56,20 @@ def test_each_point_lies_between_others_near_by_or_is_solved(fine, passage):
             away = np.abs(contact.wheel_y[a] - contact.wheel_y[b])
             assert (away <= 0.15 * np.minimum(contact.width[a], contact.width[b])).all()
             assert 1 < abs(other - one) <= 4
+
+
+def test_points_at_one_shift_lie_at_either_end(fine, passage):
+    """As those of a ramp between blocks of equal shift: no division by zero, which is an error in tests."""
+    points = fine.setup.points
+    equal = replace(points, conditions=replace(points.conditions, shift=np.full(len(points.label), 1e-3)))
+    first = {name: getattr(passage.contact, name) for name in ("side", "wheel_y", "width")}
+    patches = int((passage.contact.point == 0).sum())
+    same = {name: np.tile(value[:patches], len(points.label)) for name, value in first.items()}
+    contact = SimpleNamespace(point=np.repeat(np.arange(len(points.label)), patches), **same)
+    one = SimpleNamespace(contact=contact, model=np.zeros(contact.point.size, dtype=int))
+    ends, share = ends_of(one, equal)
+    assert (ends != np.arange(len(points.label))[:, None]).any()
+    assert not share.any()
 
 
 def test_every_point_is_solved_in_turn(fine, passage):

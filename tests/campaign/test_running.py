@@ -285,15 +285,15 @@ def test_a_point_that_runs_in_other_shares_past_a_jump_is_solved_again(by_force,
     evolution, _, state = by_force
     setup, acts = setup_of(evolution.setup), state.active_weight > 0.0
     jumped = replace(state, running=with_a_jump(state.running, 0.3))
-    assert not correction.moved(state).any()
-    assert correction.moved(jumped)[0]
+    assert not correction.moved(state, setup).any()
+    assert correction.moved(jumped, setup)[0]
     there = where_it_runs(evolution.setup.points, jumped.running)
     known = correction.refreshed(jumped, there, acts, setup).correction
     assert known.beyond[0] == 0.3
     solved_there = replace(jumped, correction=known)
-    assert not correction.moved(solved_there).any()
+    assert not correction.moved(solved_there, setup).any()
     for other in (with_a_jump(state.running, 0.33), state.running):  # another share, a side that is lost
-        assert correction.moved(replace(solved_there, running=other))[0]
+        assert correction.moved(replace(solved_there, running=other), setup)[0]
     # also after a step, whatever its drift says
     asked, due = [], correction._due
     monkeypatch.setattr(correction, "_due", lambda *given: asked.append(given[4]) or due(*given))

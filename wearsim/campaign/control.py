@@ -260,8 +260,7 @@ def choose(
         return StepChoice(points.weight, _without_sliver(largest(points.weight), remaining, last))
 
     block, rest = present_block(state.distance, points.block_length)
-    weight = np.zeros_like(points.weight)
-    weight[block] = 1.0
+    weight = present_weight(state.distance, points)
     allowed = largest(weight)
     begins = block == int(np.argmax(points.block_length > 0.0)) and rest >= points.block_length[block] * (
         1.0 - _SAME_PLACE
@@ -281,6 +280,15 @@ def choose(
     if remaining <= rest * (1.0 + _SAME_PLACE):
         rest, border = remaining, last
     return StepChoice(weight, _without_sliver(allowed, rest, border))
+
+
+def present_weight(distance: float, points: OperatingPoints) -> FloatArray:
+    """Share (n,) of the next step that each point acts for, unless a programme is run by whole loops."""
+    if not points.block_length.any():
+        return points.weight
+    weight = np.zeros_like(points.weight)
+    weight[present_block(distance, points.block_length)[0]] = 1.0
+    return weight
 
 
 def reached(distance: float, target: float) -> bool:

@@ -19,7 +19,19 @@ By the change of its difference over the distance each point foretells what it w
 another step: those are solved again which together would leave out more than a step may add to the error. A
 step that adds more than that is followed by shorter ones, and repeated if it is much more. Where steps become
 so short that the half-space at every stage of its own steps is cheaper, it takes the acting points over until
-the wear is some times as deep.
+the wear is some times as deep: `handover`.
+
+An analysis of stability proposed six rules. Kept are (c), differences belong to operating point and wheel
+and include the resultants of forces, so that a wheelset runs where the half-space lets it, but they stay
+where they were seen, as patches move little between two refreshments; (d), they are frozen within a step,
+in all stages and in its error; (e), the sum is not negative and keeps its area. Replaced are (a), strips as
+the base: it is the cheapest model, strips where that fails, because the bound on the stability number
+between refreshments is one of short waves, whose change is taken on in part; (b), refreshment at that bound
+and where patches appear or move: the drift, in which these show, decides, and a change of models makes it
+unknown. (f), to add nothing for waiting, as that destabilizes, holds for short waves alone, which count as
+error; long ones are added.
+
+The differences are part of the state: a campaign that is resumed has the same bits.
 """
 
 from __future__ import annotations
@@ -73,9 +85,6 @@ _SECOND = 0.15
 _REMEMBERED = 0.5
 """Share of the drift of a point that stays known."""
 
-_AGAIN = 3.0
-"""Further depth, over the present one or over that of a step of the reference, until it gives points back."""
-
 _BALANCED = 1e-3
 """Change of the lateral force, over the axle load, from where the reference solved a point to where it runs,
 beyond which it is solved there again."""
@@ -101,7 +110,7 @@ def new_correction(state: State, points: OperatingPoints) -> Correction:
         np.zeros(count, dtype=np.int64), np.zeros(count), np.full(count, math.inf),
         np.full(count, math.inf), nothing, nothing,
         until=np.zeros(count), beyond=np.zeros(count), turn=np.zeros(count, np.int64),
-        left=np.zeros_like(state.y),
+        unsolved=np.zeros(count, dtype=bool), left=np.zeros_like(state.y),
     )  # fmt: skip
 
 
@@ -116,19 +125,22 @@ def forgotten(state: State, *, wheels: bool = False) -> State:
     }  # fmt: skip
     if wheels:  # depths count from here, and so does their error
         none = {name: np.zeros_like(getattr(correction, name)) for name in ("model", "until", "left")}
-        unknown |= {**none, "added": 0.0, "strictness": 1.0, "overlap": 1.0}
+        drift = np.full_like(correction.drift, math.inf)
+        unknown |= {**none, "drift": drift, "added": 0.0, "unsolved_depth": 0.0}
+        unknown |= {"strictness": 1.0, "overlap": 1.0}
     return replace(state, correction=replace(correction, **unknown))
 
 
-def moved(state: State) -> NDArray[np.bool_]:
-    """Points (n,) that run so far from where the reference solved them that their forces differ."""
+def moved(state: State, setup: Setup) -> NDArray[np.bool_]:
+    """Points (n,) that run so far from where the reference corrected them that their forces differ."""
     known, running = state.correction, state.running
     assert known is not None
     assert running is not None
     away = np.abs(np.stack([running.shift, running.yaw], axis=1) - known.forces.place).max(axis=1)
     change = away * np.maximum(running.stiffness, _STIFF)
     far = (change > _BALANCED * running.load.sum(axis=1)) | _shared_otherwise(known, running)
-    return np.asarray((known.step == state.step) & far)
+    asked = (known.step == state.step) & (known.model < len(setup.fallbacks)) & ~known.unsolved
+    return np.asarray(asked & far)
 
 
 def _shares(place: OperatingPoints | Running, count: int) -> FloatArray:
@@ -156,13 +168,15 @@ def stale(state: State, weight: FloatArray) -> NDArray[np.bool_]:
     return result
 
 
-def control_at(state: State, setup: CampaignSetup, settings: ControlSettings) -> ControlSettings:
+def control_at(
+    state: State, setup: CampaignSetup, settings: ControlSettings, weight: FloatArray
+) -> ControlSettings:
     """Return the settings of a step, whose rule may err by a share of the tolerance of the correction.
 
-    Steps in which the reference solves all points are as with it alone.
+    Steps in which the reference solves all acting points are as with it alone.
     """
     known = state.correction
-    if known is None or setup.tolerance is None or (known.until[setup.points.weight > 0.0] > 0.0).all():
+    if known is None or setup.tolerance is None or (known.until[weight > 0.0] > 0.0).all():
         return settings
     depth = max(float(state.wear_depth.max()), _AT_LEAST)
     error = min(settings.error_tolerance, _OF_STEP * setup.tolerance * depth)
@@ -267,11 +281,12 @@ def refreshed(
     moved = known & (run[index] > 0.0)
     drift[index[np.isinf(drift[index]) & moved]] = 0.0
     drift[index[moved]] = np.maximum(extent[moved] / run[index[moved]], _REMEMBERED * drift[index[moved]])
-    run[among] = 0.0
+    run[renewed] = 0.0
+    unsolved = (old.unsolved | (chosen & ~followed)) & ~renewed
     change["wheel"][~known] = 0.0
     new = replace(
         old, **difference, forces=forces, step=step, model=model, run=run, drift=drift,
-        solved=old.solved + int(chosen.sum()), turn=old.turn + among,
+        solved=old.solved + int(chosen.sum()), turn=old.turn + among, unsolved=unsolved,
     )  # fmt: skip
     new = _seen(new, among, by_reference)
     for name in ("power", "max_pressure"):
@@ -302,7 +317,8 @@ def _taken_over(old: Correction, own: NDArray[np.bool_], passage: Passage, step:
     kept: dict[str, Any] = {name: cleared(getattr(old, name)) for name in ("wheel", "below", "run")}
     kept["forces"] = old.forces.of(~own)
     drift = np.where(own, math.inf, old.drift)  # unknown for the fast model that comes after it
-    new = replace(old, **kept, drift=drift, step=np.where(own, step, old.step), model=model)
+    asked: dict[str, Any] = {"step": np.where(own, step, old.step), "unsolved": old.unsolved & ~own}
+    new = replace(old, **kept, **asked, drift=drift, model=model)
     return _seen(new, own, passage)
 
 
@@ -451,6 +467,9 @@ def corrected_step(
     more = float(np.abs(left).max() - np.abs(old.left).max()) + _SECOND * float(np.abs(added).max())
     excess = max(more, 0.0) / allowed if allowed > 0.0 else 0.0
     every = bool((due | own)[acts].all())
+    alone = np.flatnonzero(old.unsolved & acts)
+    by_fast = _of_points(passage, alone, after, setup)["wheel"][:, :, :regimes].sum(axis=2)
+    worn_alone = np.tensordot((weight * points.environment)[alone], by_fast, 1) * length
     strictness = old.strictness / (1.0 if every else min(2.0, max(0.7, excess)))
     longer = 1.0 / math.sqrt(excess) if excess > (0.0 if every else _MUCH) else math.inf
     lengths, ours = old.length.copy(), acts & ~own
@@ -460,66 +479,13 @@ def corrected_step(
         new, length=lengths, strictness=min(1.0, max(_STRICTEST, strictness)), left=left,
         overlap=max(overlap, 0.5 * old.overlap), added=old.added + float(np.abs(added).max()),
         solved=new.solved + tried.stages * int((own & acts).sum()),
+        unsolved_depth=old.unsolved_depth + float(worn_alone.max()),
     )  # fmt: skip
     return (
         replace(state, points=after.points, running=after.running, correction=new),
         longer,
         not unknown[index].any(),
     )
-
-
-class ReferenceStep(NamedTuple):
-    """A step in which the reference solves all points, as long as its stability allows."""
-
-    length: float  # [m]
-    depth: float  # [m]
-    model: int  # number of the reference in the chain of models
-
-
-def handed_over(
-    state: State, weight: FloatArray, corrected: float, own: ReferenceStep, short: NDArray[np.bool_]
-) -> State:
-    """Let the reference solve the acting points in all stages where that costs less, or no longer.
-
-    Parameters
-    ----------
-    state : State
-        Where a corrected step ends, or begins.
-    weight : (n,) array
-        Share of the step that each point acts for.
-    corrected : float
-        Length with which a step after which all points are solved would keep the tolerance at the depth after
-        a step of the reference, or infinite [m].
-    own : ReferenceStep
-        Compared as if it solved all points twice.
-    short : (n,) bool array
-        Points that the reference solves in steps whose error leaves them shorter than corrected ones.
-    """
-    old = state.correction
-    assert old is not None
-    deepest = float(state.wear_depth.max())
-    alone, over = old.until > 0.0, deepest >= np.abs(old.until)
-    back = alone & (over | short)
-    solvable = old.max_pressure.max(axis=1) > 0.0
-    taken = (weight > 0.0) & ~alone & over & solvable & (2.0 * corrected < own.length)
-    if not (back | taken).any():
-        return state
-    differences = {name: getattr(old, name).copy() for name in ("wheel", "below")}
-    for values in differences.values():
-        values[taken] = 0.0
-    until, lengths = deepest + _AGAIN * max(deepest, own.depth), old.length.copy()
-    lengths[taken] = weight[taken] * corrected
-    new = replace(
-        old,
-        **differences,
-        forces=old.forces.of(~taken),
-        until=np.where(taken, until, np.where(back, np.where(over, 0.0, -until), old.until)),
-        model=np.where(taken, own.model, np.where(back, 0, old.model)),
-        step=np.where(back, -1, old.step),
-        drift=np.where(back, math.inf, old.drift),
-        length=lengths,
-    )
-    return replace(state, correction=new)
 
 
 def unchanged(before: State, tried: State, worn: State) -> bool:
@@ -533,11 +499,15 @@ def unchanged(before: State, tried: State, worn: State) -> bool:
 
 
 def estimated_error(state: State) -> float:
-    """Estimated error of the depth so far over its largest value [-]."""
+    """Estimated error of the depth so far over its largest value [-].
+
+    All that fast models wear at points without a solution by the reference counts as error.
+    """
     correction, deepest = state.correction, float(state.wear_depth.max())
     if correction is None or deepest <= 0.0:
         return 0.0
-    return (float(np.abs(correction.left).max()) + _SECOND * correction.added) / deepest
+    waiting = float(np.abs(correction.left).max()) + _SECOND * correction.added
+    return (waiting + correction.unsolved_depth) / deepest
 
 
 def static_correction(setup: CampaignSetup) -> dict[str, Any]:
@@ -555,7 +525,7 @@ def row_correction(state: State) -> dict[str, np.ndarray]:
         return {}
     return {
         "contact_model": correction.model.astype(np.int32),
-        "reference_step": correction.step.astype(np.int32),
+        "reference_step": np.where(correction.unsolved, -1, correction.step).astype(np.int32),
         "reference_power": correction.power,
         "reference_max_pressure": correction.max_pressure,
         "reference_solved": np.asarray(correction.solved, dtype=np.int32),

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wearsim.campaign import control, correction, step
+from wearsim.campaign import control, correction, handover, step
 from wearsim.campaign.comparison import comparison_laws, start_comparison
 from wearsim.campaign.counterface import new_counterface, redressed
 from wearsim.campaign.evaluate import (
@@ -114,7 +114,8 @@ class WheelsetEvolution:
         state = start_comparison(state, comparison_laws(setup))
         if setup.tolerance is not None:
             state = replace(state, correction=correction.new_correction(state, setup.points))
-        return self._solved_with_reference(state, setup.points.weight), NO_STEP
+        state = self._solved_with_reference(state, setup.points.weight)
+        return handover.few_handed_over(state, setup), NO_STEP
 
     def _where(self, state: State) -> CampaignSetup:
         """Return the setup in force with the operating points where the wheelset runs in a state."""
@@ -129,6 +130,14 @@ class WheelsetEvolution:
         """Return the state with what the reference says of the points that act and need it."""
         stale = correction.stale(state, weight)
         return refreshed_where_it_runs(state, self.setup.points, self._contact, stale)
+
+    def _on_new_profiles(self, state: State, weight: FloatArray, *, wheels: bool = False) -> State:
+        """Return the state where it runs on profiles that were cut, with what the reference says there.
+
+        Of the points that act with a weight (n,); of reprofiled `wheels`, or of rollers.
+        """
+        fresh = correction.forgotten(replace(state, nearby=_NOWHERE), wheels=wheels)
+        return self._solved_with_reference(self._settled(fresh), weight)
 
     def evaluate(self, state: State, taken: StepTaken | None = None) -> Evaluation:
         """Solve the contact of a state, if the step that led to it has not left it.
@@ -173,9 +182,8 @@ class WheelsetEvolution:
         points, wave = setup.points, setup.control.smoothing_wavelength
         state = replace(state, points=evaluation.points)
         if reprofiling_due(state, setup, evaluation.measures):
-            state = replace(state, nearby=_NOWHERE)
-            fresh = self._settled(correction.forgotten(reprofile(state, setup), wheels=True))
-            return self._solved_with_reference(fresh, points.weight), NO_STEP
+            fresh = self._on_new_profiles(reprofile(state, setup), points.weight, wheels=True)
+            return handover.few_handed_over(fresh, setup), NO_STEP
         if begins_nearby(here) and points.controlled is None:  # whose forces are searched for from anew
             contact, unknown = evaluation.passage.contact, np.full((len(points.label), 5), np.nan)
             nearby = state.nearby.copy() if state.nearby.size > 0 else unknown
@@ -226,12 +234,12 @@ class WheelsetEvolution:
             now = rate_for(weight)
             below = 0.0 if now.counterface is None else float(now.counterface.depth.max())
             length = min(depth / max(float(now.depth.max()) + below, 1e-300), setup.control.max_step)
-            own = correction.ReferenceStep(length, depth, len(here.chain) - 1)
+            own = handover.ReferenceStep(length, depth, len(here.chain) - 1)
             # deeper by such a step, where the same error counts less
             later = corrected * math.sqrt(1.0 + depth / max(reached, 1e-300))
             by_error = choice.limit.reason in ("error", "clipping", "no contact")
             short = by_error & (weight * choice.limit.step_length < tried.stages * known_of.length)
-            return correction.handed_over(there, weight, later, own, short & (weight > 0.0))
+            return handover.handed_over(there, weight, later, own, short & (weight > 0.0))
 
         rule = step.StepRule(
             setup.wheelset.radius, setup.wear.density, wave, setup.control.integrator,
@@ -239,12 +247,14 @@ class WheelsetEvolution:
         )  # fmt: skip
         limit, error, length, stiffness = (math.inf, "error"), 0.0, 0.0, 0.0
         for rejected in range(_ATTEMPTS):
-            settings = correction.control_at(state, setup, ahead_of)
+            weight = control.present_weight(state.distance, points)
+            settings = correction.control_at(state, setup, ahead_of, weight)
             choice = control.choose(
                 state, points, rate_for, settings, depth_limit=depth_limit, length_limit=limit,
                 stiffness=stiffness, counterface_wear=setup.counterface_wear,
             )  # fmt: skip
             weight, length = choice.weight, choice.limit.step_length
+            settings = correction.control_at(state, setup, ahead_of, weight)
             now = rate_for(weight)
             shallow = float(now.depth.max()) * length < _SHALLOW
             try:
@@ -280,7 +290,8 @@ class WheelsetEvolution:
                     worn = handed_over(worn, tried, choice, factor * length)
                 if not correction.unchanged(state, tried.state, worn):
                     worn, taken = self._settled(worn), replace(taken, end=None)
-                    worn = refreshed_where_it_runs(worn, setup.points, here, correction.moved(worn), 0.0)
+                    moved = correction.moved(worn, here)
+                    worn = refreshed_where_it_runs(worn, setup.points, here, moved, 0.0)
             if factor > correction.MUCH_SHORTER or shallow or rejected >= _REPEATED:
                 break
             other = handed_over(state, tried, choice, factor * length)
@@ -310,8 +321,7 @@ class WheelsetEvolution:
         changed = redressed(after, setup.counterface, setup.counterface_wear)
         if changed is after:
             return after, taken
-        changed = replace(changed, nearby=_NOWHERE)
-        return self._settled(correction.forgotten(changed)), replace(taken, end=None)
+        return self._on_new_profiles(changed, weight), replace(taken, end=None)
 
     def _try(
         self, state: State, now: WearRate, choice: control.StepChoice, rule: step.StepRule

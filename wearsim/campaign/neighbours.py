@@ -90,7 +90,8 @@ def between(
             inner, both = run[one + 1 : other], run[[one, other]]
             if inner.size > 0 and near(*both):
                 ends[inner] = both
-                share[inner] = (shift[inner] - shift[both[0]]) / (shift[both[1]] - shift[both[0]])
+                way = shift[both[1]] - shift[both[0]]
+                share[inner] = (shift[inner] - shift[both[0]]) / way if way > 0.0 else 0.0
             elif inner.size > 0:  # too far from each other: what lies in the middle is an end, too
                 middle, after = (one + other) // 2, (one + other + 1) // 2
                 pairs += [(one, middle), (after, other)]

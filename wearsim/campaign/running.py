@@ -91,7 +91,7 @@ def refreshed_where_it_runs(
         state = replace(state, correction=new)
         if number < _ROUNDS:
             after = settled_state(state, points, setup)
-            among = among & (new.model < len(setup.fallbacks)) & moved(after)
+            among = among & moved(after, setup)
             not_yet = among.any() and number == _ROUNDS - 1
             if not_yet and (bogies := points.controlled and points.controlled.bogies):
                 among[bogies.points] |= np.roll(among[bogies.points], bogies.leading.size)  # both axles

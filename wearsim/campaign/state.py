@@ -66,11 +66,13 @@ class Correction:
     until: FloatArray  # (n,) depth up to which the reference solves it in all stages, or must not if < 0 [m]
     beyond: FloatArray  # (n,) share of the distance past a jump of the lateral force when it was solved [-]
     turn: IntArray  # (n,) how often it was solved, or points on both sides of it
+    unsolved: NDArray[np.bool_]  # (n,) without a solution by the reference when it was asked, nor before
     strictness: float = 1.0  # factor on what points may leave out by waiting [-]
     overlap: float = 1.0  # largest depth left out over the sum of the largest ones of the points alone [-]
     solved: int = 0  # points solved with the reference so far
     left: FloatArray = field(default_factory=lambda: np.zeros(0))  # (2, vertices) of depth, not added [m]
     added: float = 0.0  # sum of the largest depths added for waiting [m]
+    unsolved_depth: float = 0.0  # sum of the largest depths worn by points without a solution [m]
 
 
 @dataclass(frozen=True)
