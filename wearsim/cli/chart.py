@@ -11,14 +11,14 @@ from wearsim.cli import print_json
 from wearsim.report.sweep import render_chart
 from wearsim.scene import build
 from wearsim.scene.read import load_campaign
-from wearsim.studies.chart import speed_and_accuracy
+from wearsim.studies import chart
 from wearsim.whole_files import write_whole
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Measure and print."""
     scene = load_campaign(arguments.scene)
-    table = speed_and_accuracy(
+    table = chart.speed_and_accuracy(
         [build(part) for part in scene.parts], 1e-6 * arguments.depth_um,
         [0.01 * one for one in arguments.tolerances], report=lambda line: print(line, file=sys.stderr),
     )  # fmt: skip

@@ -9,7 +9,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from wearsim.errors import NumericalError, WearsimError
-from wearsim.report.html import write_report
+from wearsim.report import html
 from wearsim.report.sweep import write_sweep_report
 from wearsim.results import load_results, result_warnings
 from wearsim.studies.sweep import SWEEP_FILE
@@ -18,7 +18,7 @@ from wearsim.studies.sweep import SWEEP_FILE
 def execute(arguments: argparse.Namespace) -> int:
     """Write the report and print where it is."""
     directory = Path(arguments.directory)
-    write = write_sweep_report if (directory / SWEEP_FILE).is_file() else write_report
+    write = write_sweep_report if (directory / SWEEP_FILE).is_file() else html.write_report
     print(write(directory))
     return 0
 
@@ -30,7 +30,7 @@ def reported(out: Path) -> Iterator[None]:
         yield
     except NumericalError:
         with suppress(WearsimError):  # no step was finished
-            print(f"report: {write_report(out)}")
+            print(f"report: {html.write_report(out)}")
         raise
 
 
