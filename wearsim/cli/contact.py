@@ -9,7 +9,7 @@ from pathlib import Path
 
 from wearsim.cli import print_json
 from wearsim.cli.streams import formula_warning
-from wearsim.errors import ContactError, Fault, SceneError
+from wearsim.errors import ContactError, Fault, SceneError, raise_any
 from wearsim.studies.contact_flags import COLUMNS
 from wearsim.studies.contact_points import (
     Request,
@@ -78,8 +78,7 @@ def _solve_table(arguments: Namespace, flags: Mapping[str, str], faults: list[Fa
         table = read_table(arguments.table, {} if faults else flags)
     except SceneError as error:
         raise SceneError([*faults, *error.faults]) from None
-    if faults:
-        raise SceneError(faults)
+    raise_any(faults)
     points = [row._replace(request=mirrored(row.request)) if arguments.mirror else row for row in table.rows]
     for warning in table.warnings:
         print(f"{table.name}: {warning}", file=sys.stderr)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 
-from wearsim.errors import Fault, SceneError
+from wearsim.errors import Fault, SceneError, raise_any
 from wearsim.scene import Scene, SweepScene, load_scene
 from wearsim.scene.overrides import Override, value_of
 
@@ -22,8 +22,7 @@ def overrides_of(texts: Sequence[str]) -> list[Override]:
             message = "write KEY=VALUE with a dotted key, such as campaign.max_step_km=10"
             faults.append(Fault(message, f"--set {text}"))
         overrides.append(Override(key, value_of(value), f"--set {text}"))
-    if faults:
-        raise SceneError(faults)
+    raise_any(faults)
     return overrides
 
 

@@ -7,7 +7,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from wearsim.errors import Fault, SceneError
+from wearsim.errors import Fault, SceneError, raise_any
 from wearsim.scene.models import BlockSection, RigScene
 from wearsim.scene.rows import read_rows
 from wearsim.scene.section import Section, Text, number, words
@@ -75,8 +75,7 @@ def with_rig(scene: RigScene, place: Place) -> tuple[RigScene, Path | None]:
     update = {name: getattr(rig, name) for name in names}
     scene = scene.model_copy(update={"counterface": section.model_copy(update=update)})
     faults = [fault for k in range(len(scene.operation.blocks)) for fault in _beyond(scene, rig, k)]
-    if faults:
-        raise SceneError(faults)
+    raise_any(faults)
     return scene, path
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple,
 from pydantic import AfterValidator, Field, WithJsonSchema, model_validator
 from pydantic_core import PydanticCustomError
 
-from wearsim.errors import SceneError
+from wearsim.errors import SceneError, raise_any
 from wearsim.operation.bogie import Vehicle
 from wearsim.operation.route import WITHIN, AxleShares, Curve, Tangent
 from wearsim.profile.placement import slope_of
@@ -377,8 +377,7 @@ def read_vehicle(scene: FieldScene, place: Place) -> Route:
             text = f"axle_torque_kN_m = {largest:g} is more than friction can carry in {shown(one.name)}"
             text += f": friction x axle load x radius_mm = {most:.3g} kN m; lower it"
             faults.append(scene.fault(key, text))
-    if faults:
-        raise SceneError(faults)
+    raise_any(faults)
     about = f"{file.name} ({file.source})"
     kinds = list(zip(practice_of(section).values(), rails_of(scene)[1], strict=True))
     classes = tuple(_track(one, scene, *kinds[k % len(kinds)]) for k, one in enumerate(track))

@@ -16,7 +16,7 @@ from pydantic import AfterValidator, Field, Strict, ValidationError
 
 from wearsim.contact.patch import FloatArray
 from wearsim.damage.wear.table import INDEX_COLUMNS, RATE_COLUMNS, WearTable
-from wearsim.errors import Fault, SceneError
+from wearsim.errors import Fault, SceneError, raise_any
 from wearsim.scene.section import Section, Text, number, words
 from wearsim.toml_faults import (
     KeyPath,
@@ -234,8 +234,7 @@ def _parsed_csv(file: str, text: str) -> tuple[dict[str, Any], Lines]:
             faults += [Fault(f"column {name} is given twice; delete one", file, line) for name in twice]
             data |= {name: [] for name in header}
             lines |= {(name,): line for name in header}
-    if faults:
-        raise SceneError(faults)
+    raise_any(faults)
     return data, lines
 
 
