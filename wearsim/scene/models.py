@@ -6,26 +6,23 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import ConfigDict, Field, PrivateAttr
 
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.errors import Fault
+from wearsim.operation.recorded import Reduction, Samples
+from wearsim.operation.route import Curve, Tangent
+from wearsim.operation.states import Running as Settled
 from wearsim.profile.standard import shipped_path
 from wearsim.scene.campaign import CampaignSection, RailWearSection, RollerWearSection
 from wearsim.scene.damage import FatigueSection, WearSection
 from wearsim.scene.section import Registered, Section, SetPoints, Text, entries, number, range_of, words
 from wearsim.scene.uncertainty import UncertaintySection
-from wearsim.scene.vehicle import CurveRadius, Inclination, VehicleSection
+from wearsim.scene.vehicle import CurveRadius, Inclination, Route, VehicleSection
 from wearsim.toml_faults import KeyPath, Lines, line_of
-
-if TYPE_CHECKING:
-    from wearsim.operation import states
-    from wearsim.operation.recorded import Reduction, Samples
-    from wearsim.operation.route import Curve, Tangent
-    from wearsim.scene.vehicle import Route
 
 Shift = Annotated[float, Field(**range_of("shift"))]
 
@@ -452,7 +449,7 @@ class _Campaign(SceneModel):
     campaign: CampaignSection
     uncertainty: UncertaintySection | None = None
     # set once the files they follow from were read, or once they are asked for
-    _running: states.Running | None = PrivateAttr(None)  # where the new wheelset runs under controlled forces
+    _running: Settled | None = PrivateAttr(None)  # where the new wheelset runs under controlled forces
     _samples: Samples = PrivateAttr()  # of a record
     _reduction: Reduction | None = PrivateAttr(None)  # of a record to operating points
     _route: Route = PrivateAttr()  # of a vehicle

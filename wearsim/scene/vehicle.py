@@ -98,14 +98,12 @@ class VehicleFile(Section):
     @property
     def vehicle(self) -> Vehicle:
         """The vehicle in SI units."""
+        values = self.si()
+        alike = ("wheelset_mass", "bogie_mass", "body_mass", "bogie_height", "body_height")
         return Vehicle(
+            **{key: values[key] for key in alike},
             half_wheelbase=0.5 * self.wheelbase_m,
             half_pivot_distance=0.5 * self.pivot_distance_m,
-            wheelset_mass=self.wheelset_mass_kg,
-            bogie_mass=self.bogie_mass_kg,
-            body_mass=self.body_mass_kg,
-            bogie_height=self.bogie_height_m,
-            body_height=self.body_height_m,
             lateral_stiffness=2e6 * self.lateral_stiffness_MN_m,
             yaw_stiffness=0.5e6 * self.longitudinal_stiffness_MN_m * self.spring_spacing_m**2,
             secondary_yaw_stiffness=1e6 * self.secondary_yaw_stiffness_MN_m_rad,
