@@ -41,7 +41,7 @@ class RigFile(Section):
     roller_radius_left_mm: float | None = number(
         "roller_radius", "the radius of the left roller, if it differs", None
     )
-    gauge_mm: float = number("gauge", "the track gauge", 1435.0)
+    gauge_mm: float = number("gauge", default=1435.0)
     gauge_height_mm: float = number("gauge_height", "the depth below the top at which it is measured", 14.0)
     drive: Literal["coupled", "independent"] = Field(description="whether both rollers turn alike")
     controlled: tuple[str, ...] = Field(description="the set-points of its blocks that it can control")

@@ -75,7 +75,7 @@ class VehicleFile(Section):
     name: Text = words("the name of the vehicle")
     source: Text = words("where its data are from")
     wheelbase_m: float = Field(ge=0.6, le=10.0, description="the wheelbase of a bogie")
-    pivot_distance_m: float = number("pivot_distance", "the distance of the pivots of both bogies")
+    pivot_distance_m: float = number("pivot_distance")
     wheelset_mass_kg: float = number("vehicle_mass", "the mass of a wheelset")
     bogie_mass_kg: float = number("vehicle_mass", "the mass of a bogie without wheelsets")
     body_mass_kg: float = number("vehicle_mass", "the mass of the body with its load")
@@ -87,13 +87,9 @@ class VehicleFile(Section):
     lateral_stiffness_MN_m: float = number(
         "spring_stiffness", "the lateral stiffness between an axle box and the bogie"
     )
-    spring_spacing_m: float = number(
-        "spring_spacing", "the lateral distance of the springs of both axle boxes"
-    )
-    secondary_yaw_stiffness_MN_m_rad: float = number(
-        "yaw_stiffness", "the yaw stiffness between a bogie and the body", 0.0
-    )
-    roll_coefficient: float = number("roll_coefficient", "the roll coefficient of the body", 0.0)
+    spring_spacing_m: float = number("spring_spacing")
+    secondary_yaw_stiffness_MN_m_rad: float = number("yaw_stiffness", default=0.0)
+    roll_coefficient: float = number("roll_coefficient", default=0.0)
 
     @property
     def vehicle(self) -> Vehicle:
@@ -251,12 +247,7 @@ class VehicleSection(Section):
         description="which axle of its bogie the wheelset is: the outer one is in the front bogie while it "
         "leads, the inner one in the rear bogie; it matters where the body holds the bogies",
     )
-    axle_yaw_offset_mrad: float = number(
-        "axle_yaw_offset",
-        "the yaw of the wheelset in its bogie without forces, positive to the right while it is leading; "
-        "the other axle has the opposite one, so that both are out of parallel by twice as much",
-        0.0,
-    )
+    axle_yaw_offset_mrad: float = number("axle_yaw_offset", default=0.0)
     tangent: Literal["suspended", "kinematic", "guided", "shifted"] = Field(
         "suspended",
         description="how wheelsets move on straight track: held by their yaw stiffness, free to roll, held "

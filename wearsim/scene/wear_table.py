@@ -52,7 +52,7 @@ class WearTableSection(Section):
     below: Literal["proportional", "hold", "zero"] | None = Field(
         None, description="what holds below the first row, where that is above 0"
     )
-    hardness_GPa: float | None = number("hardness", "the hardness of the wheel", None)
+    hardness_GPa: float | None = number("hardness", default=None)
     T_gamma_A_N_mm2: Column | None = column("frictional work per area and distance", "N/mm2")
     power_density_W_mm2: Column | None = column("frictional power per area", "W/mm2")
     slip_speed_m_s: Column | None = column("the sliding speed", "m/s")
