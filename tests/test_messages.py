@@ -31,6 +31,7 @@ ELSEWHERE = {
     "diameter_mm": "key of a limits file",
     "load_scene": "function of wearsim",
     "field_given": "kind of `wearsim new`",
+    "rig_given": "kind of `wearsim new`",
     "roll_rule": "attribute of a result file",
     "no_wear": "value of a result file",
     "running_circle": "value of --origin",
@@ -78,8 +79,14 @@ def names_in(schema):
 
 @pytest.fixture(scope="module")
 def messages():
-    """(place, text) of every text of more than one word."""
+    """(place, text) of every text of more than one word, and of each line of the tables of flags."""
+    tables = [PACKAGE / "cli" / "commands.toml", PACKAGE / "studies" / "contact_flags.csv"]
     return [
+        (f"{path.relative_to(PACKAGE)}:{number}", line)
+        for path in tables
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1)
+        if not line.startswith("#")
+    ] + [
         (f"{path.relative_to(PACKAGE)}:{line}", text)
         for path in sorted(PACKAGE.rglob("*.py"))
         if path not in TABLES_OF_NAMES

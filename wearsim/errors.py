@@ -80,6 +80,12 @@ class SceneError(WearsimError):
         super().__init__("\n".join(first_of([str(fault) for fault in self.faults])))
 
 
+def raise_any(faults: Sequence[Fault]) -> None:
+    """Raise a SceneError with all faults, if there are any."""
+    if faults:
+        raise SceneError(faults)
+
+
 class ProfileError(WearsimError):
     """A profile that cannot be read or used."""
 

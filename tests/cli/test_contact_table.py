@@ -13,7 +13,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from wearsim.cli import contact_run, main
+from wearsim.cli import contact, main
 from wearsim.errors import ContactError, NumericalError
 from wearsim.studies.contact_flags import COLUMNS
 from wearsim.studies.contact_table import RESULT_COLUMNS
@@ -184,7 +184,7 @@ def test_rows_that_fail_leave_the_others_as_they_are_alone(table, run):
 
 def test_the_exit_code_is_that_of_the_worst_row(table, run, monkeypatch):
     answers = iter([ContactError("no touch", 0), NumericalError("no convergence", 1), ContactError("edge")])
-    monkeypatch.setattr(contact_run, "solve_points", lambda points: [next(answers) for _ in points])
+    monkeypatch.setattr(contact, "solve_points", lambda points: [next(answers) for _ in points])
     code, out, err = run("--table", table("shift_mm\n0\n1\n2\n"))
     assert code == 3
     assert out.count("\n") == 1  # the header

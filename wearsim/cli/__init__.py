@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import importlib
 import os
@@ -13,22 +12,10 @@ import threading
 from collections.abc import Iterator, Sequence
 from typing import Any, NoReturn
 
-from wearsim import __version__
+from wearsim.cli.parser import COMMANDS, build_parser
 from wearsim.cli.streams import standard_streams
 
-COMMANDS = (
-    "contact", "profile", "new", "check", "run", "sweep", "resume", "status", "inspect", "translate",
-    "report", "chart", "schema",
-)  # fmt: skip
-"""Modules of this package in the order of the help, with `SUMMARY`, `EXAMPLES`, `add_flags` and `execute`."""
-
-
-class Parser(argparse.ArgumentParser):
-    """Argument parser that reports a wrong command line in one line."""
-
-    def error(self, message: str) -> NoReturn:
-        """Print what is wrong with the command line and where help is, and exit with 2."""
-        self.exit(2, f"{self.prog}: {message}; see `{self.prog} --help`\n")
+__all__ = ["COMMANDS", "build_parser", "main", "print_json"]
 
 
 def print_json(value: Any, **options: Any) -> None:
@@ -37,36 +24,6 @@ def print_json(value: Any, **options: Any) -> None:
 
     plain = not (sys.stdout.encoding or "utf-8").lower().startswith("utf")
     print(json.dumps(value, indent=2, ensure_ascii=plain, **options))
-
-
-def build_parser() -> argparse.ArgumentParser:
-    """Parser of the whole command line."""
-    parser = Parser(
-        prog="wearsim",
-        description="Wear of railway wheels on a roller rig and in the field, and the factors between them.",
-        epilog="examples:\n  wearsim check workflows/rig_vs_field.toml\n"
-        "  wearsim run workflows/rig_vs_field.toml --out out\n  wearsim COMMAND --help\n",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
-    )
-    parser.add_argument("--version", action="version", version=f"wearsim {__version__}")
-    parser.add_argument("--debug", action="store_true", help="show the traceback of an internal error")
-    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
-    for name in COMMANDS:
-        module = importlib.import_module(f"wearsim.cli.{name}")
-        command = commands.add_parser(
-            name,
-            help=module.SUMMARY,
-            description=module.SUMMARY[:1].upper() + module.SUMMARY[1:] + ".",
-            epilog="example:\n" + "\n".join(f"  {line}" for line in module.EXAMPLES.splitlines()),
-            formatter_class=argparse.RawDescriptionHelpFormatter,
-            allow_abbrev=False,
-        )
-        command.add_argument(
-            "--debug", action="store_true", default=argparse.SUPPRESS, help=argparse.SUPPRESS
-        )
-        module.add_flags(command)
-    return parser
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -6,26 +6,15 @@ import argparse
 from typing import Any
 
 from wearsim.cli import print_json
-from wearsim.cli.flags import add_override_flags, load_overridden
-
-SUMMARY = "show all faults of a scene file, or what it would run"
-EXAMPLES = "wearsim check workflows/rig_vs_field.toml\nwearsim check rig.toml --json"
-
-
-def add_flags(parser: argparse.ArgumentParser) -> None:
-    """Add the flags."""
-    parser.add_argument("scene", metavar="SCENE", help="scene file (TOML)")
-    parser.add_argument("--json", action="store_true", help="print JSON, with every value that would act")
-    add_override_flags(parser)
+from wearsim.cli.flags import load_overridden
+from wearsim.scene import SweepScene
+from wearsim.scene.initial_contact import check_contact
+from wearsim.studies.plan import plan, plan_text
+from wearsim.studies.sweep import checked_plan, checked_plan_text
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Check the scene and print what it would run."""
-    from wearsim.scene import SweepScene
-    from wearsim.scene.initial_contact import check_contact
-    from wearsim.studies.plan import plan, plan_text
-    from wearsim.studies.sweep import checked_plan, checked_plan_text
-
     scene, _ = load_overridden(arguments)
     value: dict[str, Any]
     if isinstance(scene, SweepScene):

@@ -2,60 +2,105 @@
 
 from __future__ import annotations
 
-import argparse
-import re
+import sys
+from argparse import Namespace
+from collections.abc import Mapping
+from pathlib import Path
 
-from wearsim.cli.flags import add_renamed
-from wearsim.studies.contact_flags import FLAGS, MOTION
-
-SUMMARY = (
-    "solve the contact of one or both wheels with rail or roller, at one operating point or a table of them"
+from wearsim.cli import print_json
+from wearsim.cli.streams import formula_warning
+from wearsim.errors import ContactError, Fault, SceneError, raise_any
+from wearsim.studies.contact_flags import COLUMNS
+from wearsim.studies.contact_points import (
+    Request,
+    Result,
+    conditions,
+    mirrored,
+    profile_faults,
+    request_of,
+    solve_batch,
+    solve_points,
 )
-_ABOUT_TABLES = """\
-Tables: a CSV file with a header, columns named like the flags (shift_mm, yaw_mrad, roll, creepage, ...), one
-row per operating point. An empty cell takes the flag's value; other columns are carried through. What a row
-gives goes before the flags. Nothing is computed before the whole table is free of faults; a row whose contact
-has no solution is named on stderr, the others are printed, the exit code is 2 (3 if a computation failed).
-The output holds one line per patch and is a table for this command again: its results are computed anew,
-lines of further patches of a wheel (patch 2, 3, ...) are left out. So are rows without any value.
-"""
+from wearsim.studies.contact_table import Row, as_text, notes, patch_table, read_table
 
-EXAMPLES = """\
-wearsim contact --wheel S1002 --rail 60E1 --inclination 1:40 --shift-mm 3
-wearsim contact --shift-mm 3 --roller-radius-mm 1000 --json
-wearsim contact --shift-mm 3 --yaw-mrad 2 --side both
-wearsim contact --shift-mm 3 --creepage=-0.0016,0,-0.197
-wearsim contact --lateral-force-kN 10 --axle-load-kN 160 --roller-radius-mm 1000 --side both
-wearsim contact --shift-mm 5 --plot contact.png
-wearsim contact --table points.csv --roller-radius-mm 500 > solved.csv"""
+_FORMATS = ("png", "svg", "pdf")
 
 
-def add_flags(parser: argparse.ArgumentParser) -> None:
-    """Add the flags."""
-    # argparse takes only plain negative numbers for values, neither -1e-3 nor -0.001,0,0.2
-    parser._negative_number_matcher = re.compile(r"-\.?\d")
-    parser.epilog = f"{_ABOUT_TABLES}\n{parser.epilog}"
-    groups: dict[str, argparse._ArgumentGroup] = {}
-    for flag in FLAGS:
-        if flag.group not in groups:
-            groups[flag.group] = parser.add_argument_group(flag.group)
-        default = "" if flag.default is None else f" (default {flag.default})"
-        groups[flag.group].add_argument(
-            f"--{flag.name}", metavar="X", dest=flag.column, default=None, help=flag.meaning + default
-        )
-    groups[MOTION].add_argument(
-        "--mirror", action="store_true", help="solve the mirror image: right and left wheel exchanged, signs "
-        "of shift, yaw, roll, curve, lateral force and lateral creepages changed"
-    )  # fmt: skip
-    add_renamed(parser, {"--flange-back-mm": "--back-to-back-mm"})
-    output = parser.add_argument_group("tables and output")
-    output.add_argument("--table", metavar="CSV", help="solve every row of a table, - for stdin; prints CSV")
-    output.add_argument("--json", action="store_true", help="print JSON, SI units")
-    output.add_argument("--plot", metavar="FILE", help="draw the contact of one point: .png, .svg or .pdf")
+def execute(arguments: Namespace) -> int:
+    """Validate the flags, solve the point or the table, and print; the exit code."""
+    flags = {column: text.strip() for column in COLUMNS if (text := getattr(arguments, column)) is not None}
+    request, faults = request_of(flags, dashes=True)
+    if arguments.plot is not None:
+        faults += _plot_faults(arguments.plot, arguments.table)
+    if request.conflict and arguments.table is None:
+        faults.append(request.conflict)
+    faults += [f"--{COLUMNS[column].name}: {message}" for column, message in profile_faults(request)]
+    if arguments.table is not None:
+        return _solve_table(arguments, flags, [Fault(fault) for fault in faults])
+    if faults:
+        raise SceneError([Fault(fault) for fault in faults])
+    _solve_point(mirrored(request) if arguments.mirror else request, arguments)
+    return 0
 
 
-def execute(arguments: argparse.Namespace) -> int:
-    """Solve and print."""
-    from wearsim.cli.contact_run import solve_and_print
+def _solve_point(request: Request, arguments: Namespace) -> None:
+    contact, (result,) = solve_batch([request], fields=arguments.plot is not None)
+    if arguments.json:
+        print_json({"points": [result]})
+    else:
+        print(as_text(request, result))
+    sys.stdout.flush()  # kept even if the drawing fails
+    for note in notes(request, result).values():
+        print(f"note: {note}", file=sys.stderr)
+    if arguments.plot is not None:
+        from wearsim.report.figures.contact import contact_figure
+        from wearsim.report.style import write_figure
+        from wearsim.studies.contact_state import contact_state
 
-    return solve_and_print(arguments)
+        state = contact_state(conditions([request])[0], *request.problem[:2], contact)
+        write_figure(contact_figure(state), Path(arguments.plot))
+
+
+def _plot_faults(plot: str, table: str | None) -> list[str]:
+    faults = []
+    if table is not None:
+        faults.append("--plot and --table exclude each other; draw one point at a time")
+    if Path(plot).suffix[1:].lower() not in _FORMATS:
+        faults.append(f"--plot = {plot} must end with .{', .'.join(_FORMATS)}")
+    if not Path(plot).parent.is_dir():
+        faults.append(f"--plot = {plot}: the folder does not exist; make it first")
+    return faults
+
+
+def _solve_table(arguments: Namespace, flags: Mapping[str, str], faults: list[Fault]) -> int:
+    """Print the solutions of all rows; the exit code is that of the worst row."""
+    try:
+        table = read_table(arguments.table, {} if faults else flags)
+    except SceneError as error:
+        raise SceneError([*faults, *error.faults]) from None
+    raise_any(faults)
+    points = [row._replace(request=mirrored(row.request)) if arguments.mirror else row for row in table.rows]
+    for warning in table.warnings:
+        print(f"{table.name}: {warning}", file=sys.stderr)
+    worst, solved = 0, list[tuple[Row, Result]]()
+    noted: dict[str, list[str]] = {}
+    for row, result in zip(points, solve_points([row.request for row in points]), strict=True):
+        if isinstance(result, ContactError):
+            worst = max(worst, result.exit_code)
+            print(Fault(str(result), table.name, row.line), file=sys.stderr)
+            continue
+        solved.append((row, result))
+        for kind, note in notes(row.request, result).items():
+            noted.setdefault(kind, []).append(f"line {row.line}: {note}")
+    if arguments.json:
+        lines = [{"line": row.line, "columns": row.carried} | result for row, result in solved]
+        print_json({"points": lines})
+    else:
+        patches = patch_table(solved, table.columns, flags)
+        text = patches.to_csv(index=False, float_format="%.12g", lineterminator="\n")
+        formula_warning(text, table.name)  # other columns are carried through
+        sys.stdout.write(text)
+    for first, *more in noted.values():
+        rows = f" ({len(more)} more row{'s' if len(more) > 1 else ''} like it)" if more else ""
+        print(f"{table.name}: note: {first}{rows}", file=sys.stderr)
+    return worst

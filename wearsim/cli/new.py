@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import shlex
+from pathlib import Path
 
-SUMMARY = "write a commented scene file to start from, ready to run"
-EXAMPLES = "wearsim new rig\nwearsim new compare --out study.toml"
+from wearsim.errors import Fault, SceneError
+from wearsim.profile.standard import shipped_path
+from wearsim.whole_files import write_whole
 
 SHIPPED = {
     "rig": ("rig.toml",),
@@ -18,28 +21,8 @@ SHIPPED = {
 """Shipped scene of each kind, and the scenes it names."""
 
 
-def add_flags(parser: argparse.ArgumentParser) -> None:
-    """Add the flags."""
-    parser.add_argument(
-        "kind", choices=SHIPPED, help="rig: by force; field: a vehicle on a route; _given: at given positions"
-    )
-    parser.add_argument(
-        "--out", metavar="FILE",
-        help="scene file (default rig.toml, ... in this folder); scenes that it names are written next to "
-        "it, or taken as they are where they exist",
-    )  # fmt: skip
-    parser.add_argument("--force", action="store_true", help="replace FILE if it exists")
-
-
 def execute(arguments: argparse.Namespace) -> int:
     """Write the scene and what it names; say how to go on."""
-    import shlex
-    from pathlib import Path
-
-    from wearsim.errors import Fault, SceneError
-    from wearsim.profile.standard import shipped_path
-    from wearsim.whole_files import write_whole
-
     name, *named = SHIPPED[arguments.kind]
     out = f"{arguments.kind}.toml" if arguments.out is None else arguments.out
     target = Path(out)

@@ -2,92 +2,143 @@
 
 from __future__ import annotations
 
-import argparse
-import re
+import sys
+from argparse import Namespace
+from dataclasses import replace
+from pathlib import Path
 
-from wearsim.cli.flags import add_renamed
-
-SUMMARY = (
-    "measure a wheel or rail profile, standard, from a file or of a result: Sh, Sd, qR, limits, conicity, "
-    "wear; convert and draw it; or measure a whole folder"
-)
-EXAMPLES = """\
-wearsim profile S1002
-wearsim profile S1002/h30 --rail 60E2 --inclination 1:20
-wearsim profile profiles/measured/wheel_worn_right.whl --against S1002 --plot worn.png
-wearsim profile profiles/measured/wheel_worn_right.whl --left profiles/measured/wheel_worn_left.whl
-wearsim profile profiles/measured/wheel_worn_right.whl --reprofile-to S1002 --diameter-mm 900
-wearsim profile profiles/measured/rail_worn_outer.ban --wheel S1002 --json
-wearsim profile out/rig.nc --at-km 1000 --wheel left --convert simpack
-wearsim profile out/rig.nc --left out/rig.nc --against S1002
-wearsim profile points.csv --kind wheel --units in --convert miniprof --out wheel.whl
-wearsim profile --fleet profiles/measured --against S1002 --plot fleet.pdf"""
-
-# group, then name, placeholder (empty: a switch) and meaning of each flag
-_FLAGS = {
-    "reading of files (stated for every file given; else detected by extension, header and points)": (
-        ("kind", "KIND", "wheel or rail"),
-        ("format", "FORMAT", "simpack, miniprof, gensys, uic519 or two-column"),
-        ("units", "UNIT", "mm, m, cm or in"),
-        ("mirror", "", "flange (wheel) or gauge side (rail) at the end of larger y"),
-        ("no-mirror", "", "at the end of smaller y"),
-        ("z-up", "", "z grows away from the flange tip or the foot of the rail"),
-        ("z-down", "", "z grows towards it"),
-        ("origin", "ORIGIN", "y of a wheel counts from the running_circle or the flange_back"),
-        ("at-km", "X", "of a result file (.nc): distance; interpolated between steps (default: the last)"),
-    ),
-    "wheelset and track": (
-        ("left", "FILE", "left wheel, if it differs (NAME|FILE is the right one)"),
-        ("rail", "NAME", "rail under a wheel (default 60E1)"),
-        ("wheel", "NAME|SIDE", "wheel on a rail (default S1002); of a result file: right (default) or left"),
-        ("inclination", "1:N", "of the rail, or none (default 1:40; measured rails stand as measured)"),
-        ("gauge-mm", "X", "gauge, 14 mm below the top (default 1435)"),
-        ("back-to-back-mm", "X", "back-to-back distance; stated, it is checked, too (default 1360)"),
-        ("diameter-mm", "X", "wheel diameter at the running circle"),
-        ("left-diameter-mm", "X", "diameter of the left wheel, if it differs"),
-        ("limits", "FILE", "limits (TOML) of the measures instead of the shipped ones"),
-    ),
-    "comparison": (
-        ("against", "NAME|FILE", "earlier or new profile: wear between the two"),
-        ("align", "RULE", "lay NAME|FILE on it by best_fit (default for measured profiles) or none"),
-        ("rotate", "", "best_fit may rotate it, too: for profiles measured at a tilt"),
-        ("reprofile-to", "NAME", "template a worn wheel is reprofiled to; with --left both to one diameter"),
-        ("smooth-mm", "X", "take out waves shorter than this before anything is measured"),
-    ),
-    "output": (
-        ("convert", "FORMAT", "write it (aligned, if --align is stated) as two-column, miniprof, simpack"),
-        ("out", "FILE", "file of --convert (default: the name with the format's extension, in this folder)"),
-        ("overwrite", "", "replace existing files of --out and --csv"),
-        ("csv", "FILE", "points, depth along the profile (--against) or table (--fleet); - for stdout"),
-        ("json", "", "print JSON, SI units"),
-        ("plot", "FILE", "draw it: .png, .svg or .pdf"),
-        ("fleet", "DIR", "every profile file of a folder as one table"),
-    ),
-}
+from wearsim.cli import print_json
+from wearsim.cli.profile_result import read_wheel
+from wearsim.cli.streams import formula_warning
+from wearsim.profile.files import WRITTEN_FORMATS, is_file, write_profile
+from wearsim.profile.inspection import Inspection, inspect_profile, reprofiled_wheels, tables
+from wearsim.profile.inspection.fleet import fleet_rows, profile_files
+from wearsim.profile.inspection.request import Request, flag_of, is_result
+from wearsim.whole_files import write_whole
 
 
-def add_flags(parser: argparse.ArgumentParser) -> None:
-    """Add the flags."""
-    parser._negative_number_matcher = re.compile(r"-\.?\d")
-    parser.add_argument(
-        "name",
-        metavar="NAME|FILE",
-        nargs="?",
-        help="standard shape (S1002, 60E1, ...), file of points or result file",
-    )
-    for title, flags in _FLAGS.items():
-        group = parser.add_argument_group(title)
-        for name, placeholder, meaning in flags:
-            if placeholder:
-                group.add_argument(f"--{name}", metavar=placeholder, help=meaning)
-            else:
-                group.add_argument(f"--{name}", action="store_true", help=meaning)
-    renamed = {"flange-back-mm": "back-to-back-mm", "turn-to": "reprofile-to"}
-    add_renamed(parser, {f"--{old}": f"--{new}" for old, new in renamed.items()})
-
-
-def execute(arguments: argparse.Namespace) -> int:
+def execute(arguments: Namespace) -> int:
     """Measure and print; write what is asked for."""
-    from wearsim.cli.profile_run import measure_fleet, measure_one
-
     return measure_one(arguments) if arguments.fleet is None else measure_fleet(arguments)
+
+
+def measure_one(arguments: Namespace) -> int:
+    """Measure one profile, print it and write what is asked for; the exit code is 0."""
+    request = Request(arguments)
+    if request.name is None:
+        request.raise_any()
+    given = read_wheel(request, "name", request.kind)
+    kind = given.kind if given is not None else request.kind
+    if kind is not None:
+        request.check_kind(kind, request.name)
+    left = read_wheel(request, "left", "wheel") if kind != "rail" else None
+    against = read_wheel(request, "against", kind)
+    template = request.read("reprofile_to", "wheel") if kind != "rail" else None
+    at, limits = request.common(kind)
+    files = [request.given[key] for key in ("name", "left", "against", "reprofile_to", "rail", "wheel")]
+    if request.statements and not any(is_file(name) and not is_result(name) for name in files if name):
+        stated = ", ".join(map(flag_of, request.statements))
+        request.faults.append(
+            f"{stated}: is a statement on a file of points, but none is given; leave it out"
+        )
+    target = Path(request.out) if request.out else None
+    if given is not None and request.convert is not None and target is None:
+        stem = given.profile.name.replace("/", "_").replace(":", "_").replace("%", "pct")
+        target = Path(f"{stem}{WRITTEN_FORMATS[request.convert][given.kind]}")
+        request.check_new("convert", target)
+    request.raise_any()
+    assert given is not None
+    if is_result(request.name) and against and against.format in ("definition", "result"):
+        at = replace(at, align=at.align or "none")  # both are in the axes in which wheels wear
+    result = inspect_profile(given, at, limits, left=left, against=against)
+    wheels = template and request.take(lambda: reprofiled_wheels(result, template), "--reprofile-to")
+    request.raise_any()
+    written = _write(request, result, target)
+    if request.json:
+        value = tables.as_json(result) | ({"files": written} if written else {})
+        if template and wheels:
+            value["reprofiled"] = tables.reprofiled_json(template, wheels)
+        print_json(value, allow_nan=False)
+        return 0
+    if request.csv == "-":
+        sys.stdout.write(tables.points_csv(result))
+    else:
+        print(tables.as_text(result))
+        if template and wheels:
+            print("\n" + tables.reprofiled_text(template, wheels))
+    for line in written:
+        print(f"wrote {line}", file=sys.stderr if request.csv == "-" else sys.stdout)
+    return 0
+
+
+def _write(request: Request, result: Inspection, target: Path | None) -> list[str]:
+    """Write the converted profile, the table and the figure; returns what was written."""
+    written = []
+    if target is not None:
+        aligned = request.against is not None and request.align is not None
+        profile = result.aligned if aligned else result.given.profile
+        write_profile(profile, target, request.convert, overwrite=bool(request.overwrite))
+        changes = [word for word, is_so in (("aligned", aligned), ("smoothed", request.smooth_mm)) if is_so]
+        changed = f", {' and '.join(changes)} as stated" if changes else ""
+        written.append(f"{target} ({request.convert}, {len(profile.y)} points{changed})")
+    if request.csv not in (None, "-"):
+        write_whole(Path(request.csv), tables.points_csv(result))
+        written.append(request.csv)
+    if request.plot is not None:
+        from wearsim.report.figures.profile import profile_figure
+        from wearsim.report.style import write_figure
+
+        write_figure(profile_figure(result), Path(request.plot))
+        written.append(request.plot)
+    return written
+
+
+def measure_fleet(arguments: Namespace) -> int:
+    """Measure a folder and print its table; the exit code is 2 if nothing could be measured."""
+    request = Request(arguments)
+    request.raise_any()
+    folder = Path(request.fleet)
+    against = request.read("against", request.kind)
+    kind = request.kind or (against.kind if against is not None else "wheel")
+    request.check_kind(kind, folder.name or str(folder))
+    at, limits = request.common(kind)
+    files, skipped = request.take(lambda: profile_files(folder, "format" in request.statements)) or ([], [])
+    if not files and not request.faults:
+        request.faults.append(
+            f"--fleet = {folder} holds no profile files (.whl, .ban, .prw, .csv, ...); give another folder, "
+            "or the format of all its files with --format"
+        )
+    request.raise_any()
+    rows = []
+    for row in fleet_rows(files, at, limits, kind=request.kind, against=against):
+        rows.append(row)
+        if sys.stderr.isatty():
+            end = "" if len(rows) < len(files) else "\r" + " " * 40 + "\r"
+            print(f"\r{len(rows)} of {len(files)} files", end=end, file=sys.stderr, flush=True)
+    table = tables.fleet_csv(rows)
+    if request.csv is not None:
+        formula_warning(table, "--csv")
+    if request.csv not in (None, "-"):
+        write_whole(Path(request.csv), table)
+        print(f"wrote {request.csv}", file=sys.stderr)
+    if request.json:
+        print_json({"wheels": list(map(tables.fleet_json, rows))}, allow_nan=False)
+    elif request.csv == "-":
+        sys.stdout.write(table)
+    else:
+        print(tables.fleet_text(rows))
+    measured = [row for row in rows if row.profile is not None]
+    if request.plot is not None and measured:
+        from wearsim.report.figures.profile import fleet_figure
+        from wearsim.report.style import write_figure
+
+        write_figure(fleet_figure(measured, against.profile if against else None), Path(request.plot))
+        print(f"wrote {request.plot}: {len(measured)} profiles drawn", file=sys.stderr)
+    faulty, alone = len(rows) - len(measured), sum(1 for row in measured if row.values["fault"])
+    summary = [f"{len(rows)} files: {len(measured)} measured, {faulty} with faults"]
+    summary += [f"{alone} not compared"] if alone else []
+    if skipped:
+        names = ", ".join(skipped[:3]) + (", ..." if len(skipped) > 3 else "")
+        summary.append(f"{len(skipped)} other files or folders left out ({names})")
+    print("; ".join(summary), file=sys.stderr)
+    return 0 if measured else 2

@@ -8,23 +8,17 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-SUMMARY = "write the self-contained HTML report of a run directory or a sweep"
-EXAMPLES = "wearsim report out"
-
-
-def add_flags(parser: argparse.ArgumentParser) -> None:
-    """Add the flags."""
-    parser.add_argument("directory", metavar="DIR", help="run directory, or that of a sweep, finished or not")
+from wearsim.errors import NumericalError, WearsimError
+from wearsim.report import html
+from wearsim.report.sweep import write_sweep_report
+from wearsim.results import load_results, result_warnings
+from wearsim.studies.sweep import SWEEP_FILE
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Write the report and print where it is."""
-    from wearsim.report.html import write_report
-    from wearsim.report.sweep import write_sweep_report
-    from wearsim.studies.sweep import SWEEP_FILE
-
     directory = Path(arguments.directory)
-    write = write_sweep_report if (directory / SWEEP_FILE).is_file() else write_report
+    write = write_sweep_report if (directory / SWEEP_FILE).is_file() else html.write_report
     print(write(directory))
     return 0
 
@@ -32,21 +26,16 @@ def execute(arguments: argparse.Namespace) -> int:
 @contextmanager
 def reported(out: Path) -> Iterator[None]:
     """Write the report of what a failed campaign has computed, too; its first page states the reason."""
-    from wearsim.errors import NumericalError, WearsimError
-    from wearsim.report.html import write_report
-
     try:
         yield
     except NumericalError:
         with suppress(WearsimError):  # no step was finished
-            print(f"report: {write_report(out)}")
+            print(f"report: {html.write_report(out)}")
         raise
 
 
 def print_warnings(results: Sequence[Path]) -> None:
     """Print the warnings on the results of campaigns, which are rig.nc and field.nc, to standard error."""
-    from wearsim.results import load_results, result_warnings
-
     for path in results:
         if path.stem in ("rig", "field"):
             for line in result_warnings(load_results(path)):

@@ -10,15 +10,6 @@ from wearsim.cli import print_json
 from wearsim.cli.progress import held_by, with_fault
 from wearsim.quantities import duration
 
-SUMMARY = "show how far the campaigns of a run directory or a sweep are"
-EXAMPLES = "wearsim status out"
-
-
-def add_flags(parser: argparse.ArgumentParser) -> None:
-    """Add the flags."""
-    parser.add_argument("directory", metavar="DIR", help="run directory, or that of a sweep")
-    parser.add_argument("--json", action="store_true", help="print JSON")
-
 
 def execute(arguments: argparse.Namespace) -> int:
     """Print the status."""

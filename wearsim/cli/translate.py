@@ -4,50 +4,23 @@ from __future__ import annotations
 
 import argparse
 import math
+import sys
 from collections.abc import Mapping
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import pandas as pd
 
 from wearsim.cli import print_json
-from wearsim.cli.flags import decimal
-
-if TYPE_CHECKING:
-    from pandas import DataFrame
-
-
-SUMMARY = "compare a rig result with a field result: factors at equal distance and equal depth"
-EXAMPLES = """wearsim translate out/rig.nc out/field.nc --out translation.nc
-wearsim translate out/rig.nc out/field.nc --field-km 20000   how many rig km for 20 000 km of the field"""
-
-
-def add_flags(parser: argparse.ArgumentParser) -> None:
-    """Add the flags."""
-    parser.add_argument("rig", metavar="RIG", help="result file of the rig")
-    parser.add_argument("field", metavar="FIELD", help="result file of the field")
-    for of, other in (("field", "rig"), ("rig", "field")):
-        parser.add_argument(
-            f"--{of}-km", type=partial(decimal, 1e-3, 1e8), metavar="KM",
-            help=f"also say which distance of the {other} wears as much as this distance of the {of}",
-        )  # fmt: skip
-    parser.add_argument(
-        "--out", metavar="FILE", help="also write all factors, as functions, to this netCDF file"
-    )
-    parser.add_argument("--json", action="store_true", help="print the tables as JSON; null where undefined")
+from wearsim.errors import brief
+from wearsim.results import load_results
+from wearsim.translation import translate as factor
+from wearsim.translation.bands import band_table, known_bands
+from wearsim.translation.compare import answers
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Print the factors where both campaigns end; write all of them on request."""
-    import sys
-
-    import pandas as pd
-
-    from wearsim.errors import brief
-    from wearsim.results import load_results
-    from wearsim.translation import translate as factor
-    from wearsim.translation.bands import band_table, known_bands
-    from wearsim.translation.compare import answers
-
     rig, field = load_results(arguments.rig), load_results(arguments.field)
     for kind, path, result in (("rig", arguments.rig, rig), ("field", arguments.field, field)):
         held = result.attrs.get("scene_kind")
@@ -112,16 +85,14 @@ def _answered(row: Mapping[Any, Any], of: str, other: str) -> str:
     return f"  by {row['quantity']}: {found}; {reach}"
 
 
-def _text(rows: DataFrame) -> str:
+def _text(rows: pd.DataFrame) -> str:
     index = bool(rows.index.names[0] is not None)  # that of factors by shift, and of causes
     text: str = rows.to_string(index=index, na_rep="undefined", float_format=lambda value: f"{value:.4g}")
     return text
 
 
-def _by_shift(points: DataFrame) -> DataFrame:
+def _by_shift(points: pd.DataFrame) -> pd.DataFrame:
     """Factors of one state, a row for each quantity and wheel, a column for each operating point."""
-    import pandas as pd
-
     names = points.drop_duplicates(["variable", "wheel"]).sort_values("wheel", ascending=False, kind="stable")
     factor = points.set_index(["variable", "wheel"])["factor"]
     # labels and shifts may be given twice: only their order distinguishes points

@@ -109,7 +109,7 @@ class CampaignSection(Section):
     """[campaign]: how far, and in which steps."""
 
     distance_km: float = number("distance", "the distance of the campaign")
-    max_step_depth_um: float = number("depth_cap", "the largest wear depth of one step", 50.0)
+    max_step_depth_um: float = number("depth_cap", default=50.0)
     first_step_depth_um: float = number(
         "first_depth",
         "the largest wear depth of the first step of each block or collective, and of that after a "
@@ -137,7 +137,7 @@ class CampaignSection(Section):
         "at least",
         1.0,
     )
-    point_spacing_mm: float = number("point_spacing", "the spacing of the profile's points", 0.25)
+    point_spacing_mm: float = number("point_spacing", default=0.25)
     max_step_km: float | None = number("step_length", "the longest step", None)
     limits: LimitsSection | None = None
     reprofiling: ReprofilingSection | None = None

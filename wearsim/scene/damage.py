@@ -109,7 +109,7 @@ class WearSection(Section):
         f"(law = {wear.laws_that_take('energy_coefficient')})",
         None,
     )
-    density_kg_m3: float = number("density", "the density of the wheel", 7850.0)
+    density_kg_m3: float = number("density", default=7850.0)
     hardness_GPa: float | None = number(
         "hardness",
         f"the hardness of the wheel, in place of that of the set (law = {wear.laws_that_take('hardness')})",
@@ -152,11 +152,11 @@ class DamageFunctionSection(Section):
 
     source: Text = words("where the break points come from")
     certainty: Text = words("how sure they are, in words")
-    start_N: float = number("wear_number_start", "the wear number at which damage begins")
-    peak_N: float = number("wear_number_peak", "the wear number of the largest damage")
+    start_N: float = number("wear_number_start")
+    peak_N: float = number("wear_number_peak")
     end_N: float = number("wear_number_end", "the wear number at which damage is zero again")
-    peak_damage: float = number("peak_damage", "the largest damage of a passage")
-    floor: float | None = number("damage_floor", "the lowest damage beyond the end", None)
+    peak_damage: float = number("peak_damage")
+    floor: float | None = number("damage_floor", default=None)
 
 
 class FatigueSection(Section):

@@ -6,26 +6,23 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import ConfigDict, Field, PrivateAttr
 
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.errors import Fault
+from wearsim.operation.recorded import Reduction, Samples
+from wearsim.operation.route import Curve, Tangent
+from wearsim.operation.states import Running as Settled
 from wearsim.profile.standard import shipped_path
 from wearsim.scene.campaign import CampaignSection, RailWearSection, RollerWearSection
 from wearsim.scene.damage import FatigueSection, WearSection
 from wearsim.scene.section import Registered, Section, SetPoints, Text, entries, number, range_of, words
 from wearsim.scene.uncertainty import UncertaintySection
-from wearsim.scene.vehicle import CurveRadius, Inclination, VehicleSection
+from wearsim.scene.vehicle import CurveRadius, Inclination, Route, VehicleSection
 from wearsim.toml_faults import KeyPath, Lines, line_of
-
-if TYPE_CHECKING:
-    from wearsim.operation import states
-    from wearsim.operation.recorded import Reduction, Samples
-    from wearsim.operation.route import Curve, Tangent
-    from wearsim.scene.vehicle import Route
 
 Shift = Annotated[float, Field(**range_of("shift"))]
 
@@ -78,11 +75,7 @@ class WheelsetSection(Section):
     }
     profile: Text = words("the name of a shipped wheel profile, such as S1002, or a file of points")
     profile_left: Text | None = words("the profile of the left wheel, if it differs", None)
-    wheel_diameter_difference_mm: float = number(
-        "wheel_diameter_difference",
-        "the diameter of the right wheel less that of the left one, about that of radius_mm",
-        0.0,
-    )
+    wheel_diameter_difference_mm: float = number("wheel_diameter_difference", default=0.0)
     radius_mm: float = number(
         "wheel_radius",
         "the wheel radius at the running circle; without it half the diameter that the file of the profile "
@@ -101,7 +94,7 @@ class CounterfaceSection(Section):
     profile: Text = words("the name of a shipped rail profile, such as 60E1, or a file of points")
     profile_left: Text | None = words("the profile of the left side, if it differs", None)
     inclination: Inclination = words('the inclination of the rail, such as "1:40", or "none"')
-    gauge_mm: float = number("gauge", "the track gauge", 1435.0)
+    gauge_mm: float = number("gauge", default=1435.0)
     gauge_height_mm: float = number("gauge_height", default=14.0)
     smooth_mm: float | None = number("noise_wavelength", default=None)
 
@@ -184,10 +177,10 @@ class ContactSection(Section):
     )
     normal: NormalName = Field("kik_piotrowski", description="the model of the normal contact")
     tangential: TangentialName = Field("fastsim", description="the model of the tangential contact")
-    strips: int = number("strips", "the smallest number of strips across a patch", 30)
+    strips: int = number("strips", default=30)
     cells: int = number("cells", "the smallest number of cells along a strip", 30)
-    cell_mm: float = number("cell_size", "the largest width of a strip and length of a cell", 0.5)
-    most_cells: int = number("most_cells", "the largest number of strips, and of cells along each", 120)
+    cell_mm: float = number("cell_size", default=0.5)
+    most_cells: int = number("most_cells", default=120)
     youngs_GPa: float = number("youngs_modulus", "Young's modulus of both bodies", 210.0)
     poisson: float = number("poisson_ratio", "Poisson's ratio of both bodies", 0.3)
     rotation: Literal["free", "centred", "nominal"] = Field(
@@ -210,14 +203,12 @@ class ContactSection(Section):
 class Running(SetPoints):
     """How the wheelset runs, alike in blocks and classes."""
 
-    yaw_mrad: float = number("yaw", "the yaw of the wheelset", 0.0)
-    roll_mrad: float = number("roll", "the roll of the wheelset", 0.0)
-    load_kN: float | None = number("wheel_load", "the vertical load of each wheel", None)
+    yaw_mrad: float = number("yaw", default=0.0)
+    roll_mrad: float = number("roll", default=0.0)
+    load_kN: float | None = number("wheel_load", default=None)
     wheel_load_right_kN: float | None = number("wheel_load", "the vertical load of the right wheel", None)
     wheel_load_left_kN: float | None = number("wheel_load", "the vertical load of the left wheel", None)
-    axle_load_kN: float | None = number(
-        "axle_load", "the vertical load of both wheels, which share it as the roll of the axle asks for", None
-    )
+    axle_load_kN: float | None = number("axle_load", default=None)
 
     @property
     def balanced(self) -> bool:
@@ -246,17 +237,11 @@ class BlockSection(Running):
     )
     axle_box_right_kN: float | None = number("axle_load", "the vertical force on the right axle box", None)
     axle_box_left_kN: float | None = number("axle_load", "the vertical force on the left axle box", None)
-    speed_difference_percent: float | None = number(
-        "speed_difference", "the speed of the left roller less that of the right one, over their mean", None
-    )
+    speed_difference_percent: float | None = number("speed_difference", default=None)
     distance_km: float | None = number("block_length", "the distance run in this block of the loop", None)
     duration_h: float | None = number("duration", "the time of this block, in place of its distance", None)
-    revolutions: float | None = number(
-        "revolutions", "the revolutions of the wheels in this block, in place of its distance", None
-    )
-    positions: int | None = number(
-        "ramp_positions", "the points of a ramp from these set-points to those of the next block", None
-    )
+    revolutions: float | None = number("revolutions", default=None)
+    positions: int | None = number("ramp_positions", default=None)
 
 
 class ClassSection(Running):
@@ -268,7 +253,7 @@ class ClassSection(Running):
         json_schema_extra={"unit": "m"},
     )
     shift_mean_mm: float = number("shift", "the mean lateral shift, + to the right")
-    shift_std_mm: float = number("shift_std", "the standard deviation of the lateral shift")
+    shift_std_mm: float = number("shift_std")
     positions: int = number("positions", "the number of lateral positions within 3 standard deviations", 15)
     share: float = number("weight", "the share of the distance")
 
@@ -279,7 +264,7 @@ class MonitorSection(Section):
     shifts_mm: tuple[Shift, ...] = entries(
         "the lateral shifts to watch", 200, ..., min_length=1, json_schema_extra={"unit": "mm"}
     )
-    yaw_mrad: float = number("yaw", "the yaw of the wheelset", 0.0)
+    yaw_mrad: float = number("yaw", default=0.0)
     load_kN: float = number("wheel_load", "the vertical load of one wheel")
     speed_km_h: float = number("speed", "the speed")
     friction: float = number("friction", "Coulomb's coefficient of friction")
@@ -329,9 +314,7 @@ class RecordedSection(Section):
     speed_km_h: float | None = number("speed", "the speed, if no column has it", None)
     yaw_mrad: float = number("yaw", "the yaw of the wheelset, if no column has it", 0.0)
     friction: float | None = number("friction", "Coulomb's coefficient, if no column has it", None)
-    friction_flange: float | None = number(
-        "friction_flange", "the coefficient of friction on the flange, by default that of the tread", None
-    )
+    friction_flange: float | None = number("friction_flange", default=None)
     environment: float = number(
         "environment", "the factor on the wear depth, 1 for dry laboratory coefficients", 1.0
     )
@@ -452,7 +435,7 @@ class _Campaign(SceneModel):
     campaign: CampaignSection
     uncertainty: UncertaintySection | None = None
     # set once the files they follow from were read, or once they are asked for
-    _running: states.Running | None = PrivateAttr(None)  # where the new wheelset runs under controlled forces
+    _running: Settled | None = PrivateAttr(None)  # where the new wheelset runs under controlled forces
     _samples: Samples = PrivateAttr()  # of a record
     _reduction: Reduction | None = PrivateAttr(None)  # of a record to operating points
     _route: Route = PrivateAttr()  # of a vehicle

@@ -11,7 +11,7 @@ from datetime import date, time
 from pathlib import Path, PurePath
 from typing import Any
 
-from wearsim.errors import Fault, SceneError, brief
+from wearsim.errors import Fault, SceneError, brief, raise_any
 from wearsim.toml_faults import DEEPEST, KeyPath, Lines, line_of, shown
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
@@ -68,8 +68,7 @@ def merge(data: Mapping[str, Any], overrides: Sequence[Override], lines: Lines) 
         for path in paths:
             lines[path] = _OverriddenLine(line_of(lines, path))
             lines[path].override = override  # type: ignore[attr-defined]
-    if faults:
-        raise SceneError(faults)
+    raise_any(faults)
     return merged
 
 

@@ -16,7 +16,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic.json_schema import JsonSchemaMode, models_json_schema
 
 from wearsim.damage.wear.table import WearTable
-from wearsim.errors import Fault, ProfileError, SceneError
+from wearsim.errors import Fault, ProfileError, SceneError, raise_any
 from wearsim.profile import placement, standard
 from wearsim.profile.conicity import flange_clearance
 from wearsim.profile.files import ProfileReading, read_profile
@@ -310,8 +310,7 @@ def _read_compared(scene: CompareScene, kept: Mapping[str, Path], overrides: Seq
             else:
                 text = f"{given} is a {part.scene.kind} scene; name a {role} scene"
                 faults.append(scene.fault(("compare", role), text))
-    if faults:
-        raise SceneError(faults)
+    raise_any(faults)
 
 
 @contextmanager
@@ -447,8 +446,7 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
         noted += _operated(scene, clearance, files) if isinstance(scene, FieldScene) else []
     known = {fault.line for fault in faults}
     faults += [fault for fault in messages.beyond_clearance(scene, clearance)[0] if fault.line not in known]
-    if faults:
-        raise SceneError(by_line(faults))
+    raise_any(by_line(faults))
     for key in placed:
         if key in shapes and placement.is_partial(shapes[key].y):
             text = f"{key[-1]} = {shown(names[key])} is {1e3 * np.ptp(shapes[key].y):.3g} mm wide: without"
@@ -499,8 +497,7 @@ def _with_rig(scene: RigScene, files: _Files) -> RigScene:
             scene, path = step(scene, files.place)
             if path is not None:
                 files.note(f"{table}.{key}", getattr(getattr(scene, table), key), path)
-    if faults:
-        raise SceneError(by_line(faults))
+    raise_any(by_line(faults))
     return scene
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from wearsim.contact.patch import FloatArray
-from wearsim.errors import Fault, SceneError
+from wearsim.errors import Fault, SceneError, raise_any
 from wearsim.operation.recorded import Samples, samples_of
 from wearsim.quantities import QUANTITIES
 from wearsim.results.file import UNREADABLE
@@ -83,15 +83,13 @@ def read_record(
     if not {"time", "place"} & set(named):
         text = "no distance: name a column for time_s or distance_m, for what distance each sample stands"
         faults.append(scene.fault(where, text))
-    if faults:
-        raise SceneError(faults)
+    raise_any(faults)
     columns = _columns(path)
     for key, name in columns_of.items():
         if name not in columns:
             text = f"{key} = {shown(name)} is no column of {section.file}; {suggestion(name, list(columns))}"
             faults.append(scene.fault((*where, key), text))
-    if faults:
-        raise SceneError(faults)
+    raise_any(faults)
     values = {_UNITS[key][0]: columns[name] * _UNITS[key][1] for key, name in columns_of.items()}
     if "curve_radius" in values:  # 0 stands for straight track, too
         radius = values.pop("curve_radius")
@@ -124,8 +122,7 @@ def read_record(
             samples = samples_of(values)
         except ValueError as error:
             faults.append(Fault(f"{error}; give a record of a run", str(path)))
-    if faults:
-        raise SceneError(faults)
+    raise_any(faults)
     notes = list(samples.notes)
     if beyond.any():
         notes.append(

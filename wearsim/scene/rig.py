@@ -7,7 +7,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from wearsim.errors import Fault, SceneError
+from wearsim.errors import Fault, SceneError, raise_any
 from wearsim.scene.models import BlockSection, RigScene
 from wearsim.scene.rows import read_rows
 from wearsim.scene.section import Section, Text, number, words
@@ -41,7 +41,7 @@ class RigFile(Section):
     roller_radius_left_mm: float | None = number(
         "roller_radius", "the radius of the left roller, if it differs", None
     )
-    gauge_mm: float = number("gauge", "the track gauge", 1435.0)
+    gauge_mm: float = number("gauge", default=1435.0)
     gauge_height_mm: float = number("gauge_height", "the depth below the top at which it is measured", 14.0)
     drive: Literal["coupled", "independent"] = Field(description="whether both rollers turn alike")
     controlled: tuple[str, ...] = Field(description="the set-points of its blocks that it can control")
@@ -75,8 +75,7 @@ def with_rig(scene: RigScene, place: Place) -> tuple[RigScene, Path | None]:
     update = {name: getattr(rig, name) for name in names}
     scene = scene.model_copy(update={"counterface": section.model_copy(update=update)})
     faults = [fault for k in range(len(scene.operation.blocks)) for fault in _beyond(scene, rig, k)]
-    if faults:
-        raise SceneError(faults)
+    raise_any(faults)
     return scene, path
 
 

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
-from wearsim.errors import Fault, SceneError
+from wearsim.errors import Fault, raise_any
 from wearsim.scene.section import Section
 from wearsim.toml_faults import content_of, decimal, shown, suggestion, text_of, validation_faults
 
@@ -58,8 +58,7 @@ def read_rows(
     if not faults and not found:
         text = f"holds no {what}s; give a header with keys of {what}s and one row for each"
         faults.append(Fault(text, str(path)))
-    if faults:
-        raise SceneError(faults)
+    raise_any(faults)
     return tuple(found)
 
 

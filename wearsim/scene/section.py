@@ -107,9 +107,7 @@ class SetPoints(Section):
     friction: float = number(
         "friction", "Coulomb's coefficient of friction, on the tread if it is another there"
     )
-    friction_flange: float | None = number(
-        "friction_flange", "the coefficient of friction on the flange, by default that of the tread", None
-    )
+    friction_flange: float | None = number("friction_flange", default=None)
     axle_torque_kN_m: float | None = axle_torque(
         "the torque on the axle, driving forward, by default that of [contact]", None
     )

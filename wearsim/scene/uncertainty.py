@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 from scipy import stats
 
-from wearsim.errors import SceneError
+from wearsim.errors import SceneError, raise_any
 from wearsim.scene.overrides import Override, paths_of
 from wearsim.scene.section import Section, Text, entries, number, words
 from wearsim.toml_faults import KeyPath, is_key, shown, unknown_key
@@ -206,8 +206,7 @@ def dimensions_of(scene: RigScene | FieldScene | CompareScene) -> tuple[Dimensio
             low = 2 ** int(math.log2(count))
             text = f"{key} = {count} must be a power of two; write {low} or {2 * low}"
             messages.append((("uncertainty", key), text))
-    if messages:
-        raise SceneError([scene.fault(*message) for message in messages])
+    raise_any([scene.fault(*message) for message in messages])
     return tuple(found)
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple,
 from pydantic import AfterValidator, Field, WithJsonSchema, model_validator
 from pydantic_core import PydanticCustomError
 
-from wearsim.errors import SceneError
+from wearsim.errors import SceneError, raise_any
 from wearsim.operation.bogie import Vehicle
 from wearsim.operation.route import WITHIN, AxleShares, Curve, Tangent
 from wearsim.profile.placement import slope_of
@@ -75,7 +75,7 @@ class VehicleFile(Section):
     name: Text = words("the name of the vehicle")
     source: Text = words("where its data are from")
     wheelbase_m: float = Field(ge=0.6, le=10.0, description="the wheelbase of a bogie")
-    pivot_distance_m: float = number("pivot_distance", "the distance of the pivots of both bogies")
+    pivot_distance_m: float = number("pivot_distance")
     wheelset_mass_kg: float = number("vehicle_mass", "the mass of a wheelset")
     bogie_mass_kg: float = number("vehicle_mass", "the mass of a bogie without wheelsets")
     body_mass_kg: float = number("vehicle_mass", "the mass of the body with its load")
@@ -87,25 +87,19 @@ class VehicleFile(Section):
     lateral_stiffness_MN_m: float = number(
         "spring_stiffness", "the lateral stiffness between an axle box and the bogie"
     )
-    spring_spacing_m: float = number(
-        "spring_spacing", "the lateral distance of the springs of both axle boxes"
-    )
-    secondary_yaw_stiffness_MN_m_rad: float = number(
-        "yaw_stiffness", "the yaw stiffness between a bogie and the body", 0.0
-    )
-    roll_coefficient: float = number("roll_coefficient", "the roll coefficient of the body", 0.0)
+    spring_spacing_m: float = number("spring_spacing")
+    secondary_yaw_stiffness_MN_m_rad: float = number("yaw_stiffness", default=0.0)
+    roll_coefficient: float = number("roll_coefficient", default=0.0)
 
     @property
     def vehicle(self) -> Vehicle:
         """The vehicle in SI units."""
+        values = self.si()
+        alike = ("wheelset_mass", "bogie_mass", "body_mass", "bogie_height", "body_height")
         return Vehicle(
+            **{key: values[key] for key in alike},
             half_wheelbase=0.5 * self.wheelbase_m,
             half_pivot_distance=0.5 * self.pivot_distance_m,
-            wheelset_mass=self.wheelset_mass_kg,
-            bogie_mass=self.bogie_mass_kg,
-            body_mass=self.body_mass_kg,
-            bogie_height=self.bogie_height_m,
-            body_height=self.body_height_m,
             lateral_stiffness=2e6 * self.lateral_stiffness_MN_m,
             yaw_stiffness=0.5e6 * self.longitudinal_stiffness_MN_m * self.spring_spacing_m**2,
             secondary_yaw_stiffness=1e6 * self.secondary_yaw_stiffness_MN_m_rad,
@@ -253,12 +247,7 @@ class VehicleSection(Section):
         description="which axle of its bogie the wheelset is: the outer one is in the front bogie while it "
         "leads, the inner one in the rear bogie; it matters where the body holds the bogies",
     )
-    axle_yaw_offset_mrad: float = number(
-        "axle_yaw_offset",
-        "the yaw of the wheelset in its bogie without forces, positive to the right while it is leading; "
-        "the other axle has the opposite one, so that both are out of parallel by twice as much",
-        0.0,
-    )
+    axle_yaw_offset_mrad: float = number("axle_yaw_offset", default=0.0)
     tangent: Literal["suspended", "kinematic", "guided", "shifted"] = Field(
         "suspended",
         description="how wheelsets move on straight track: held by their yaw stiffness, free to roll, held "
@@ -377,8 +366,7 @@ def read_vehicle(scene: FieldScene, place: Place) -> Route:
             text = f"axle_torque_kN_m = {largest:g} is more than friction can carry in {shown(one.name)}"
             text += f": friction x axle load x radius_mm = {most:.3g} kN m; lower it"
             faults.append(scene.fault(key, text))
-    if faults:
-        raise SceneError(faults)
+    raise_any(faults)
     about = f"{file.name} ({file.source})"
     kinds = list(zip(practice_of(section).values(), rails_of(scene)[1], strict=True))
     classes = tuple(_track(one, scene, *kinds[k % len(kinds)]) for k, one in enumerate(track))

@@ -16,7 +16,7 @@ from pydantic import AfterValidator, Field, Strict, ValidationError
 
 from wearsim.contact.patch import FloatArray
 from wearsim.damage.wear.table import INDEX_COLUMNS, RATE_COLUMNS, WearTable
-from wearsim.errors import Fault, SceneError
+from wearsim.errors import Fault, SceneError, raise_any
 from wearsim.scene.section import Section, Text, number, words
 from wearsim.toml_faults import (
     KeyPath,
@@ -52,7 +52,7 @@ class WearTableSection(Section):
     below: Literal["proportional", "hold", "zero"] | None = Field(
         None, description="what holds below the first row, where that is above 0"
     )
-    hardness_GPa: float | None = number("hardness", "the hardness of the wheel", None)
+    hardness_GPa: float | None = number("hardness", default=None)
     T_gamma_A_N_mm2: Column | None = column("frictional work per area and distance", "N/mm2")
     power_density_W_mm2: Column | None = column("frictional power per area", "W/mm2")
     slip_speed_m_s: Column | None = column("the sliding speed", "m/s")
@@ -234,8 +234,7 @@ def _parsed_csv(file: str, text: str) -> tuple[dict[str, Any], Lines]:
             faults += [Fault(f"column {name} is given twice; delete one", file, line) for name in twice]
             data |= {name: [] for name in header}
             lines |= {(name,): line for name in header}
-    if faults:
-        raise SceneError(faults)
+    raise_any(faults)
     return data, lines
 
 

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from wearsim.errors import LONGEST_ECHO, Fault, SceneError
+from wearsim.errors import LONGEST_ECHO, Fault, SceneError, raise_any
 from wearsim.profile.conicity import flange_clearance
 from wearsim.profile.files import is_file
 from wearsim.profile.inspection.inputs import placement_notes, read_input
@@ -109,8 +109,7 @@ def read_table(source: str, flags: Mapping[str, str]) -> Table:
     if not faults and not rows:
         missing = "only a header" if columns else "nothing"
         faults = [Fault(f"holds {missing}; give a header with flags and a row per point", name)]
-    if faults:
-        raise SceneError(faults)
+    raise_any(faults)
     return Table(name, columns, rows, list(_warnings(columns)))
 
 

@@ -16,15 +16,8 @@ import time
 import tomllib
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import (
-    FIRST_COMPLETED,
-    BrokenExecutor,
-    CancelledError,
-    Executor,
-    Future,
-    ProcessPoolExecutor,
-    wait,
-)
+from concurrent import futures
+from concurrent.futures import BrokenExecutor, Executor, Future
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -285,11 +278,11 @@ def _hand_out(
                 except BrokenExecutor:
                     lost.append(waiting[0])
                 waiting.pop(0)
-            for future in wait(running, return_when=FIRST_COMPLETED).done:
+            for future in futures.wait(running, return_when=futures.FIRST_COMPLETED).done:
                 case = running.pop(future)
                 try:
                     outcome = future.result()
-                except (BrokenExecutor, CancelledError):
+                except (BrokenExecutor, futures.CancelledError):
                     lost.append(case)
                     continue
                 except Exception as error:  # of the executor: what the case itself raises is in its outcome
@@ -317,7 +310,7 @@ def _processes(jobs: int) -> Iterator[Executor]:
     os.environ.update(dict.fromkeys(_THREADS, "1"))  # read once, when a worker starts
     try:
         context = multiprocessing.get_context("spawn")
-        with ProcessPoolExecutor(jobs, mp_context=context, initializer=_begin) as executor:
+        with futures.ProcessPoolExecutor(jobs, mp_context=context, initializer=_begin) as executor:
             yield executor
     finally:
         for name, value in kept.items():

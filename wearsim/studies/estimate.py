@@ -6,7 +6,7 @@ import math
 import time
 from collections import Counter, defaultdict
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,9 +22,7 @@ from wearsim.contact.problem import ContactPatches
 from wearsim.operation.points import OperatingPoints
 from wearsim.results.limits import LIMITED, ending_limits, worst_of
 from wearsim.results.schema import FILL_FLOAT
-
-if TYPE_CHECKING:
-    from wearsim.scene import CampaignSetup
+from wearsim.scene import CampaignSetup
 
 _EFFORT = 6.0
 """Time for the steps that are tried [s]; each block has at least one within twice that."""
