@@ -249,12 +249,18 @@ def _wheel_load(
             if patches[j].group == group:
                 old = patches[j].slope if n >= used else 0.0
                 patches[j].slope = apart * old + (1.0 - apart) * slope
+    for j in range(used):
+        patches[j].force = np.pi * modulus * patches[j].slope * (0.5 * np.pi * patches[j].volume)
+    return _carried(used, vertical, patches), used
+
+
+@bare_kernel
+def _carried(used: int, vertical: bool, patches: Records) -> float:
+    """Load that the normal forces of patches carry."""
     total = 0.0
     for j in range(used):
-        one = patches[j]
-        one.force = np.pi * modulus * one.slope * (0.5 * np.pi * one.volume)
-        total += one.force * np.cos(one.angle) if vertical else one.force
-    return total, used
+        total += patches[j].force * np.cos(patches[j].angle) if vertical else patches[j].force
+    return total
 
 
 @bare_kernel
@@ -344,12 +350,10 @@ def _find_approach(
         if skewed == yawed and abs(excess) < (_NEAR if used == 1 else _DONE):
             moved = used == 1 and _move_on(work.patches[0], row, factor * approach, grow, work.strips)
             if moved or _lay_patches(approach * grow, factor, number, row, skewed, work) == used:
-                carried = 0.0
+                carried = _carried(used, vertical, work.patches)
                 for j in range(used):
-                    one = work.patches[j]
-                    one.force *= load / value
-                    carried += one.force * np.cos(one.angle) if vertical else one.force
-                return approach * grow, carried, used
+                    work.patches[j].force *= load / carried
+                return approach * grow, load, used
         if excess < 0.0:
             lower = approach
         else:
