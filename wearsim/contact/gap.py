@@ -68,7 +68,7 @@ def between_points(gap: Gap, curves: tuple[FloatArray, ...], row: IntArray, y: F
     places = plain(y).reshape(row.size, y.size // max(row.size, 1))
     out = np.empty((len(curves), *places.shape))
     _interpolate(gap.counterface.y, tuple(map(plain, curves)), row, places, out)
-    return out.reshape(-1, *y.shape)
+    return out.reshape(len(curves), *y.shape)
 
 
 @kernel
