@@ -118,7 +118,7 @@ def kernel_time():
     given = (y, width, half, -half, np.full(patches, 0.35), slope, creepage, flexibility)
     counts = (np.full(patches, strips), np.full(patches, cells))
     outputs = np.empty((5, patches, cells, strips)), np.zeros((patches, 3)), np.zeros(patches)
-    rows = np.empty(15 * fastsim._ROW)
+    rows = fastsim.rows_for_march()
     times = []
     for _ in range(40):
         start = time.perf_counter()

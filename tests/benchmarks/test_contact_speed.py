@@ -59,7 +59,7 @@ def test_fastsim_kernel_against_c(show, best, tmp_path):
 
     ours, theirs = outputs(), outputs()
     alone = (np.empty((1, patches, cells, strips)), *outputs()[1:])
-    rows = np.empty(15 * fastsim._ROW)
+    rows = fastsim.rows_for_march()
 
     def kernel(outputs=ours):
         fastsim._march(*given, strip_count, cell_count, True, rows, *outputs)

@@ -180,7 +180,7 @@ def _size_of(layout: Mapping[str, tuple[str, tuple[int, ...]]]) -> int:
     return sum(np.dtype(kind).itemsize * math.prod(shape) for kind, shape in layout.values())
 
 
-APPEND_INTERVAL = 2.0
+APPEND_INTERVAL = 5.0
 """Rows of steps faster than this are appended together [s]."""
 
 APPEND_AT_MOST = 16

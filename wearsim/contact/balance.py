@@ -382,8 +382,10 @@ def _torque_scale(task: Task, chunk: ContactConditions) -> FloatArray:
 
 def _residual(task: Task, chunk: ContactConditions, forces: Forces, columns: list[int]) -> FloatArray:
     """Torque over what friction can carry, and logarithm of vertical forces over the wheel load, (n, k)."""
+    vertical: FloatArray = np.log(np.maximum(forces.vertical / chunk.loads, 1e-9))
+    if 0 not in columns:
+        return vertical[:, [column - 1 for column in columns]]
     torque = (forces.torque.sum(axis=1) - chunk.torque) / _torque_scale(task, chunk)
-    vertical = np.log(np.maximum(forces.vertical / chunk.loads, 1e-9))
     both: FloatArray = np.concatenate([torque[:, None], vertical], axis=1)
     return both[:, columns]
 

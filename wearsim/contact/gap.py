@@ -46,15 +46,15 @@ class ContactPlane(NamedTuple):
     vertical_displacement: FloatArray
 
 
-def between_points(gap: Gap, curve: FloatArray, row: IntArray, y: FloatArray) -> FloatArray:
-    """Interpolate one of the curves of a gap.
+def between_points(gap: Gap, curves: tuple[FloatArray, ...], row: IntArray, y: FloatArray) -> FloatArray:
+    """Interpolate curves of a gap at the same positions.
 
     Parameters
     ----------
     gap : Gap
         n rows.
-    curve : (n, g) array
-        Such as its `wheel_y`.
+    curves : tuple of (n, g) array
+        k of them, such as its `wheel_y`.
     row : (m,) int array
         Row of each patch.
     y : (m, ...) array
@@ -62,24 +62,28 @@ def between_points(gap: Gap, curve: FloatArray, row: IntArray, y: FloatArray) ->
 
     Returns
     -------
-    (m, ...) array
+    (k, m, ...) array
         Linear between the points of the grid, and beyond its ends.
     """
     places = plain(y).reshape(row.size, y.size // max(row.size, 1))
-    out = np.empty_like(places)
-    _interpolate(gap.counterface.y, curve, row, places, out)
-    return out.reshape(y.shape)
+    out = np.empty((len(curves), *places.shape))
+    _interpolate(gap.counterface.y, tuple(map(plain, curves)), row, places, out)
+    return out.reshape(len(curves), *y.shape)
 
 
 @kernel
-def _interpolate(grid: FloatArray, curve: FloatArray, row: IntArray, y: FloatArray, out: FloatArray) -> None:
-    """Fill `out` (m, k) with the rows of `curve` at positions (m, k)."""
+def _interpolate(
+    grid: FloatArray, curves: tuple[FloatArray, ...], row: IntArray, y: FloatArray, out: FloatArray
+) -> None:
+    """Fill `out` (k, m, j) with the rows of `curves` at positions (m, j)."""
     for m in range(row.size):
         k = 0
         for j in range(y.shape[1]):
             k = place_in(grid, min(max(y[m, j], grid[0]), grid[-1]), k)
             share = (y[m, j] - grid[k]) / (grid[k + 1] - grid[k])
-            out[m, j] = curve[row[m], k] + share * (curve[row[m], k + 1] - curve[row[m], k])
+            for n in range(len(curves)):
+                left, right = curves[n][row[m], k], curves[n][row[m], k + 1]
+                out[n, m, j] = left + share * (right - left)
 
 
 def contact_plane(gap: Gap, row: IntArray, y: FloatArray, angle: FloatArray) -> ContactPlane:
@@ -102,7 +106,7 @@ def contact_plane(gap: Gap, row: IntArray, y: FloatArray, angle: FloatArray) -> 
         With x on the contact line x(y) and the displacement of initial contact: the lowest value of the row's
         gap, which is measured along the roller's radius, over the cosine of that radius from straight down.
     """
-    x = between_points(gap, gap.x, row, y)
+    x = between_points(gap, (gap.x,), row, y)[0]
     lowest = gap.gap[row].argmin(axis=1)
     low = gap.gap[row, lowest]
     _, cosine, _ = roller_angle(gap.x[row, lowest], gap.counterface.z[lowest] - low, gap.curvature)

@@ -342,11 +342,14 @@ def _search(
         for i in range(circle.size):
             k = circle[i]
             if k < 0:
+                nearest.gap[row, i] = NO_WHEEL
                 nearest.wheel_y[row, i] = nearest.sin_theta[row, i] = nearest.x[row, i] = 0.0
                 nearest.wheel_radius[row, i] = bodies.nominal_radius
                 continue
             step = line.y[k + 1] - line.y[k]
             share = (counterface.y[i] - line.y[k]) / step if step != 0.0 else 0.0
+            height = line.height[k] + share * (line.height[k + 1] - line.height[k])
+            nearest.gap[row, i] = counterface.z[i] - height
             nearest.wheel_y[row, i] = y[k] + share * (y[k + 1] - y[k])
             nearest.wheel_radius[row, i] = radius[k] + share * (radius[k + 1] - radius[k])
             nearest.sin_theta[row, i] = sine[k] + share * (sine[k + 1] - sine[k])
@@ -388,12 +391,26 @@ def _contact_line(bodies: Bodies, row: int, kappa: float, line: _ContactLine) ->
 
 @bare_kernel
 def _envelope(line: _ContactLine, counterface: CounterfaceProfile, gap: FloatArray, circle: IntArray) -> None:
-    """Smallest gap over each grid point, and the first of the two circles around it; -1 without wheel."""
-    points = counterface.y.size
+    """First of the two circles around each grid point where the gap is smallest; -1 without wheel.
+
+    `gap` is for work.
+    """
+    points, last = counterface.y.size, line.y.size - 1
+    folded = 0
+    for k in range(last):
+        folded += line.y[k + 1] <= line.y[k]
+    if folded == 0:
+        k = 0
+        for i in range(points):
+            place = counterface.y[i]
+            while k < last and line.y[k + 1] < place:
+                k += 1
+            circle[i] = k if k < last and line.y[k] <= place else -1
+        return
     gap[:] = NO_WHEEL
     circle[:] = -1
     first = 0
-    for k in range(line.y.size - 1):
+    for k in range(last):
         left, right = line.y[k], line.y[k + 1]
         low, high = min(left, right), max(left, right)
         while first < points and counterface.y[first] < low:

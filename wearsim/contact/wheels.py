@@ -164,20 +164,19 @@ def wheels_of(
     row, profile, here = normal.patch.row, side.gap.counterface, side.gap
     sign = side.sign
 
-    def at(table: FloatArray, y: FloatArray) -> FloatArray:
-        return between_points(here, table, row, y)
-
     reference = normal.reference_point
     centre = normal.centre_y if reference is None else reference.y
-    counterface_z, apart = np.interp(centre, profile.y, profile.z), at(here.gap, centre)
+    curves = here.gap, here.x, here.wheel_y, here.wheel_radius, here.sin_theta
+    apart, x, wheel_y, wheel_radius, sin_theta = between_points(here, curves, row, centre)
+    counterface_z = np.interp(centre, profile.y, profile.z)
     # The wheel goes straight down, the gap is measured along the roller's radius there.
     kappa = here.curvature
-    slope = kappa * at(here.x, centre) / (1.0 - kappa * (counterface_z - apart))
+    slope = kappa * x / (1.0 - kappa * (counterface_z - apart))
     motion = kinematics(
         ContactPoint(
-            wheel_y=at(here.wheel_y, centre),
-            wheel_radius=at(here.wheel_radius, centre),
-            sin_theta=at(here.sin_theta, centre),
+            wheel_y=wheel_y,
+            wheel_radius=wheel_radius,
+            sin_theta=sin_theta,
             counterface_z=counterface_z,
             contact_angle=normal.contact_angle,
             approach=normal.approach if reference is None else reference.approach,
@@ -204,6 +203,8 @@ def wheels_of(
     if chunk.friction_flange is not None:
         steep = np.clip((np.abs(angle) - TREAD_ANGLE) / (FLANGE_ANGLE - TREAD_ANGLE), 0.0, 1.0)
         friction = friction + steep * (chunk.friction_flange[row] - friction)
+    if reference is not None:
+        (wheel_y,) = between_points(here, (here.wheel_y,), row, normal.centre_y)
     return Wheels(
         sign=np.full(row.size, sign),
         load=load[row],
@@ -211,8 +212,8 @@ def wheels_of(
         kinematics=motion,
         friction=friction,
         speed=chunk.speed[row],
-        wheel_y=at(here.wheel_y, normal.centre_y),
-        edges_wheel_y=at(here.wheel_y, normal.edge_y),
+        wheel_y=wheel_y,
+        edges_wheel_y=between_points(here, (here.wheel_y,), row, normal.edge_y)[0],
     )
 
 

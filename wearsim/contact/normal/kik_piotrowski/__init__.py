@@ -88,7 +88,7 @@ def solve(
     most = points // 2  # minima of a gap
     work = Work(
         Strips(*np.empty((9, points))), np.zeros(0 if rough else points, SECTION), np.empty(most, BASIN),
-        np.empty(most, PATCH), np.empty(most, PATCH), np.empty(most, np.int64), np.empty((2, most)),
+        np.empty(most, PATCH), np.empty(most, np.int64), np.empty((2, most)),
     )  # fmt: skip
     count, fault = np.zeros(load.size, np.int64), np.zeros(gap.gap.shape[0], np.int64)
     patches = np.empty(load.size * most, PATCH)  # what is not written stays idle

@@ -303,6 +303,23 @@ def find_outline(touch: float, row: Row, patch: Record) -> bool:
 
 
 @bare_kernel
+def find_edges(patch: Record, row: Row) -> None:
+    """Both ends of a patch across, where the interpenetration falls to zero, in its contact plane."""
+    profile, gap, limit = row.profile, row.gap, patch.rim
+    cosine, sine = np.cos(patch.angle), np.sin(patch.angle)
+    k, share = share_at(profile.y, patch.centre, patch.first, patch.last)
+    patch.foot = between(profile.z, k, share)
+    i, j = patch.first, patch.first - 1
+    here = (profile.y[i] - patch.centre) * cosine + (profile.z[i] - patch.foot) * sine
+    beyond = (profile.y[j] - patch.centre) * cosine + (profile.z[j] - patch.foot) * sine
+    patch.left = here + (limit - gap[i]) / (gap[j] - gap[i]) * (beyond - here)
+    i, j = patch.last, patch.last + 1
+    here = (profile.y[i] - patch.centre) * cosine + (profile.z[i] - patch.foot) * sine
+    beyond = (profile.y[j] - patch.centre) * cosine + (profile.z[j] - patch.foot) * sine
+    patch.right = here + (limit - gap[i]) / (gap[j] - gap[i]) * (beyond - here)
+
+
+@bare_kernel
 def lay_strips(patch: Record, row: Row, skewed: bool, strips: Strips, sections: Records) -> None:
     """Cut a patch into strips in its contact plane, one at each grid point.
 
@@ -313,8 +330,8 @@ def lay_strips(patch: Record, row: Row, skewed: bool, strips: Strips, sections: 
     start, stop = patch.first, patch.last
     limit, centre = patch.rim, patch.centre
     cosine, sine = np.cos(patch.angle), np.sin(patch.angle)
-    k, share = share_at(profile.y, centre, start, stop)
-    base = patch.foot = between(profile.z, k, share)
+    find_edges(patch, row)
+    base = patch.foot
     kappa = row.pose.kappa
     # Slices, because the compiler uses vector instructions only where no index can be negative.
     points = slice(start - 1, stop + 2)
@@ -342,22 +359,18 @@ def lay_strips(patch: Record, row: Row, skewed: bool, strips: Strips, sections: 
             half = np.sqrt(square[i])
             middle[i] = along[i] + 0.5 * half * (ahead[i] - behind[i])
             square[i] = 0.25 * square[i] * (ahead[i] + behind[i]) ** 2
-    # Ends of the patch: where the interpenetration falls to zero. Each strip reaches half way to the next.
+    # Each strip reaches half way to the next, the outer ones to the ends of the patch.
     last = y.size - 1
-    left = s[1] + (limit - opening[1]) / (opening[0] - opening[1]) * (s[0] - s[1])
-    right = s[last - 1] + (limit - opening[last - 1]) / (opening[last] - opening[last - 1]) * (
-        s[last] - s[last - 1]
-    )
     for i in range(1, y.size):
         edges[i] = 0.5 * (s[i - 1] + s[i])
-    edges[1], edges[last] = 0.5 * (left + s[1]), 0.5 * (s[last - 1] + right)
+    edges[1], edges[last] = 0.5 * (patch.left + s[1]), 0.5 * (s[last - 1] + patch.right)
     for i in range(1, y.size - 1):
         widths[i] = edges[i + 1] - edges[i]
     volume, deepest = 0.0, 0.0
     for i in range(1, y.size - 1):
         volume += square[i] * widths[i]
         deepest = max(deepest, square[i])
-    patch.volume, patch.left, patch.right, patch.deepest = volume, left, right, deepest
+    patch.volume, patch.deepest = volume, deepest
 
 
 @bare_kernel

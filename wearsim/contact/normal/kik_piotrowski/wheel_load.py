@@ -18,6 +18,7 @@ from wearsim.contact.normal.kik_piotrowski.strips import (
     Strips,
     between,
     displacement_at,
+    find_edges,
     find_outline,
     lay_strips,
 )
@@ -36,13 +37,12 @@ BASIN = np.dtype(
 
 
 class Work(NamedTuple):
-    """Strips and sections of a wheel at grid points, basins, patches now and before; for work."""
+    """Strips and sections of a wheel at grid points, basins and patches; for work."""
 
     strips: Strips
     sections: Records
     basins: Records
     patches: Records
-    earlier: Records
     joins: IntArray
     sums: FloatArray
 
@@ -98,6 +98,9 @@ def find_basins(gap: FloatArray, highest: float, basins: Records) -> int:
 _POWER = 1.52  # of the approach that the load grows with, as a first guess; 1.5 for a quadratic gap
 _COARSE = 0.02  # error of the load without skew from which one more step leads to that with skew
 _ROUGH = 0.04  # error of the load of rough solutions
+# Error of the load of one patch, and of several, from which one more step needs no other displacement: what
+# is known of the power leaves some hundredths of it.
+_NEAR, _DONE = 3e-4, 1e-6
 _ELLIPSE = 1.34  # load over modulus, approach and mean semi-axis, to some per cent whatever the ratio of axes
 _TRIALS = 200
 _DEEPEST = 0.01  # m, of an approach
@@ -170,11 +173,8 @@ def _partner(patch: Record, basins: Records) -> int:
 
 
 @bare_kernel
-def _wheel_load(
-    approach: float, factor: float, modulus: float, vertical: bool, number: int, row: Row, skewed: bool,
-    work: Work,
-) -> tuple[float, int]:  # fmt: skip
-    """Load of all patches of one wheel under a rigid approach, and their number."""
+def _lay_patches(approach: float, factor: float, number: int, row: Row, skewed: bool, work: Work) -> int:
+    """Lay the patches of one wheel under a rigid approach, and return their number."""
     basins, patches, joins, sums = work.basins, work.patches, work.joins, work.sums
     _spread(approach, factor, number, basins)
     used = 0
@@ -214,6 +214,21 @@ def _wheel_load(
     for j in range(used):
         lay_strips(patches[j], row, skewed, work.strips, work.sections)
         patches[j].group = j
+    low = basins[basins[0].order].height
+    for j in range(used):
+        one = patches[j]
+        one.approach = (approach - (basins[one.basin].height - low)) * np.cos(one.angle)
+    return used
+
+
+@bare_kernel
+def _wheel_load(
+    approach: float, factor: float, modulus: float, vertical: bool, number: int, row: Row, skewed: bool,
+    work: Work,
+) -> tuple[float, int]:  # fmt: skip
+    """Load of all patches of one wheel under a rigid approach, and their number."""
+    basins, patches, joins = work.basins, work.patches, work.joins
+    used = _lay_patches(approach, factor, number, row, skewed, work)
     # Each patch for itself, then the pairs.
     for n in range(2 * used):
         one = patches[n if n < used else joins[n - used]]
@@ -234,44 +249,61 @@ def _wheel_load(
             if patches[j].group == group:
                 old = patches[j].slope if n >= used else 0.0
                 patches[j].slope = apart * old + (1.0 - apart) * slope
-    total = 0.0
-    low = basins[basins[0].order].height
     for j in range(used):
-        one = patches[j]
-        cosine = np.cos(one.angle)
-        one.approach = (approach - (basins[one.basin].height - low)) * cosine
-        one.force = np.pi * modulus * one.slope * (0.5 * np.pi * one.volume)
-        total += one.force * cosine if vertical else one.force
-    return total, used
+        patches[j].force = np.pi * modulus * patches[j].slope * (0.5 * np.pi * patches[j].volume)
+    return _carried(used, vertical, patches), used
 
 
 @bare_kernel
-def _move_on(work: Work, used: int, gap: FloatArray, share: float) -> bool:
-    """Carry patches on by `share` of how they changed since an earlier approach.
+def _carried(used: int, vertical: bool, patches: Records) -> float:
+    """Load that the normal forces of patches carry."""
+    total = 0.0
+    for j in range(used):
+        total += patches[j].force * np.cos(patches[j].angle) if vertical else patches[j].force
+    return total
 
-    Only if they keep their grid points, and the square of the change is too small to matter.
+
+@bare_kernel
+def _power_of(patch: Record, gap: FloatArray, depth: float, strips: Strips) -> tuple[float, float]:
+    """Powers of the approach that volume and load of a single patch grow with; 1.5 both in a quadratic gap.
+
+    A strip's x_l^2 grows like its interpenetration, what it moves with a power of that between a half and 1.
     """
-    for j in range(used):
-        one, old = work.patches[j], work.earlier[j]
-        if one.first != old.first or one.last != old.last or one.basin != old.basin:
-            return False
-        rim = one.rim + share * (one.rim - old.rim)
-        if min(gap[one.first - 1], gap[one.last + 1]) < rim or max(gap[one.first], gap[one.last]) >= rim:
-            return False
-        if abs(share) * (one.force - old.force) ** 2 > 1e-8 * one.force**2:  # a tenth is left
-            return False
-    for j in range(used):
-        one, old = work.patches[j], work.earlier[j]
-        one.rim += share * (one.rim - old.rim)
-        one.centre += share * (one.centre - old.centre)
-        one.foot += share * (one.foot - old.foot)
-        one.angle += share * (one.angle - old.angle)
-        one.approach += share * (one.approach - old.approach)
-        one.left += share * (one.left - old.left)
-        one.right += share * (one.right - old.right)
-        one.volume += share * (one.volume - old.volume)
-        one.deepest += share * (one.deepest - old.deepest)
-        one.force += share * (one.force - old.force)
+    points = slice(patch.first, patch.last + 1)
+    opening, width, square = gap[points], strips.width[points], strips.square[points]
+    distance, integral = strips.distance[points], strips.integral[points]
+    wider, further, moved = 0.0, 0.0, 0.0
+    for i in range(square.size):
+        growth = depth / (patch.rim - opening[i])
+        near = np.sqrt(np.sqrt(distance[i] / (square[i] + distance[i])))
+        wider += growth * square[i] * width[i]
+        further += growth * integral[i] * width[i] * (0.5 + 0.5 * near + 0.05 * (1.0 - near) ** 2)
+        moved += integral[i] * width[i]
+    of_volume = wider / patch.volume
+    return of_volume, min(max(1.0 + of_volume - further / moved, 1.0), 6.0)
+
+
+@bare_kernel
+def _move_on(one: Record, row: Row, depth: float, grow: float, strips: Strips) -> bool:
+    """Carry a single patch on to `grow` times its approach, of the interpenetration `depth`, to first order.
+
+    Only if it keeps its grid points.
+    """
+    gap, y, angle = row.gap, row.profile.y, row.profile.angle
+    first, last = one.first, one.last
+    rise = (grow - 1.0) * depth
+    rim = one.rim + rise
+    if min(gap[first - 1], gap[last + 1]) < rim or max(gap[first], gap[last]) >= rim:
+        return False
+    one.volume *= 1.0 + (grow - 1.0) * _power_of(one, gap, depth, strips)[0]
+    one.deepest *= grow
+    one.approach *= grow
+    moment = one.centre * one.weight + rise * (y[last] * y[last + 1] - y[first - 1] * y[first])
+    one.weight += rise * (y[last] + y[last + 1] - y[first - 1] - y[first])
+    for i in range(first, last + 1):
+        one.tilt += rise * (y[i + 1] - y[i - 1]) * angle[i]
+    one.rim, one.centre, one.angle = rim, moment / one.weight, one.tilt / one.weight
+    find_edges(one, row)
     return True
 
 
@@ -302,33 +334,33 @@ def _find_approach(
     skewed = yawed and not rough and guess > 0.0
     approach = guess if guess > 0.0 else _first_approach(load, factor, modulus, number, row, work)
     lower, upper, power = 0.0, np.inf, _POWER
-    before, load_before, value, used, known = 0.0, 0.0, 0.0, 0, 0
+    before, load_before, value, used = 0.0, 0.0, 0.0, 0
     for trial in range(_TRIALS):
         value, used = _wheel_load(approach, factor, modulus, vertical, number, row, skewed, work)
         excess = value / load - 1.0
-        if skewed == yawed or rough:
-            if rough and abs(excess) < _ROUGH:
-                # Patches stay as they are; the displacement is where the true ones begin.
-                return approach * (load / value) ** (1.0 / power), value, used
-            if abs(excess) < 1e-9:
-                break
-            share = (load - value) / (value - load_before) if before > 0.0 and value != load_before else 1.0
-            if abs(share) < 0.1 and used <= known and _move_on(work, used, row.gap, share):
-                return approach + share * (approach - before), load, used
-            known = used
-            for j in range(used):
-                work.earlier[j] = work.patches[j]
+        if before > 0.0 and before != approach and load_before > 0.0 and value > 0.0:
+            # The power of the approach that the last two loads show.
+            power = min(max(np.log(value / load_before) / np.log(approach / before), 1.0), 6.0)
+        elif used == 1:
+            _, power = _power_of(work.patches[0], row.gap, factor * approach, work.strips)
+        grow = (load / value) ** (1.0 / power) if value > 0.0 else 4.0
+        if rough and abs(excess) < _ROUGH:
+            # Patches stay as they are; the displacement is where the true ones begin.
+            return approach * grow, value, used
+        if skewed == yawed and abs(excess) < (_NEAR if used == 1 else _DONE):
+            moved = used == 1 and _move_on(work.patches[0], row, factor * approach, grow, work.strips)
+            if moved or _lay_patches(approach * grow, factor, number, row, skewed, work) == used:
+                carried = _carried(used, vertical, work.patches)
+                for j in range(used):
+                    work.patches[j].force *= load / carried
+                return approach * grow, load, used
         if excess < 0.0:
             lower = approach
         else:
             upper = approach
         if upper - lower < 1e-14 * upper or lower > _DEEPEST:
             break
-        # The power of the approach that the last two loads show.
-        if before > 0.0 and before != approach and load_before > 0.0 and value > 0.0:
-            power = min(max(np.log(value / load_before) / np.log(approach / before), 1.0), 6.0)
         before, load_before = approach, value
-        grow = (load / value) ** (1.0 / power) if value > 0.0 else 4.0
         approach *= min(max(grow, 0.1), 4.0)
         if upper < np.inf and (trial % 8 == 7 or not lower < approach < upper):
             approach = 0.5 * (lower + upper)
