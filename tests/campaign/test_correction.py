@@ -75,7 +75,7 @@ def test_solved_at_every_step_of_euler_s_rule_it_is_the_half_space(evolution_of,
 
 @pytest.mark.slow
 def test_wear_steps_keep_their_order(evolution_of, scene_text, monkeypatch):
-    """Second, as with the half-space in all stages, until the noise of a grid of 24 x 24 of 3e-4 is reached."""
+    """Second, as with the half-space in all stages, down to the noise of a grid of 24 x 24, 3e-4."""
     monkeypatch.setattr(correction, "_STRICTEST", 0.0)
     monkeypatch.setattr(handover, "handed_over", lambda state, *_: state)
 
