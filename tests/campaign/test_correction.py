@@ -74,6 +74,40 @@ def test_solved_at_every_step_of_euler_s_rule_it_is_the_half_space(evolution_of,
     assert state.wear_depth == pytest.approx(other.wear_depth, rel=0.0, abs=1e-14 * state.wear_depth.max())
 
 
+@pytest.mark.slow
+def test_wear_steps_keep_their_order(evolution_of, scene_text, monkeypatch):
+    """Second, as with the half-space in all stages, down to the noise of a grid of 24 x 24, 3e-4."""
+    monkeypatch.setattr(correction, "_STRICTEST", 0.0)
+    monkeypatch.setattr(handover, "handed_over", lambda state, *_: state)
+
+    def worn(model, steps):
+        text = scene_text({"shift_mm": 2, "distance_km": 5000}, contact=f"{model}\nstrips = 24\ncells = 24",
+                          campaign="distance_km = 16\nsmoothing_wavelength_mm = 5")  # fmt: skip
+        free = {"error_tolerance": np.inf, "depth_cap": 1.0, "stability": 1e9, "first_depth": 1.0}
+        evolution = with_control(evolution_of(text), max_step=16e3 / steps * (1.0 + 1e-12), **free)
+        state, taken = evolution.start()
+        if state.correction is not None:  # no point may wait, none asks for shorter steps
+            state = replace(state, correction=replace(state.correction, strictness=0.0))
+        while not reached(state.distance, evolution.target):
+            state, taken = evolution.advance(state, evolution.evaluate(state, taken))
+            if state.correction is not None:
+                unlimited = np.full_like(state.correction.length, np.inf)
+                state = replace(state, correction=replace(state.correction, length=unlimited))
+        assert state.step == steps
+        return state.wear_depth
+
+    true = worn('model = "accurate"', 16)
+    error = {
+        (model, steps): np.abs(worn(f'model = "{model}"', steps) - true).max() / true.max()
+        for model in ("accurate", "auto")
+        for steps in (2, 4)
+    }
+    assert error["auto", 4] < 1e-3
+    assert error["auto", 2] > 3.0 * error["auto", 4]
+    for steps in (2, 4):
+        assert error["auto", steps] < 1.2 * error["accurate", steps]
+
+
 @pytest.fixture(scope="module")
 def spread(tmp_path_factory, scene_text):
     campaign = "distance_km = 400\npoint_spacing_mm = 0.5"
