@@ -217,7 +217,11 @@ def test_wear_and_forces_at_both_sides_of_a_jump_are_means_with_their_shares(ste
     state, points = found[-1][0], evolution.setup.points
     running, setup, weight = state.running, setup_of(evolution.setup), points.weight
     past = BeyondJump(
-        np.array([1]), running.shift[[1]] + 0.2e-3, running.load[[1]] + [1e3, -1e3], np.array([0.3])
+        np.array([1]),
+        running.shift[[1]] + 0.2e-3,
+        running.load[[1]] + [1e3, -1e3],
+        np.array([0.3]),
+        np.array([4e3]),
     )
 
     def of(position):
@@ -248,7 +252,7 @@ def test_wear_and_forces_at_both_sides_of_a_jump_are_means_with_their_shares(ste
 def with_a_jump(running, share):
     """Return where the wheelset runs, the first point at two shifts."""
     shift, load = running.shift[:1] + 0.2e-3, running.load[:1] + np.array([1e3, -1e3])
-    return replace(running, beyond=BeyondJump(np.array([0]), shift, load, np.array([share])))
+    return replace(running, beyond=BeyondJump(np.array([0]), shift, load, np.array([share]), np.array([4e3])))
 
 
 def test_both_sides_of_a_jump_are_solved_by_the_same_model(by_force, monkeypatch):
@@ -311,7 +315,7 @@ def test_a_point_that_runs_in_other_shares_past_a_jump_is_solved_again(by_force,
 
 def test_a_stored_state_keeps_both_sides_of_a_jump(steps):
     state = steps[1][-1][0]
-    past = BeyondJump(np.array([1]), np.array([6e-3]), np.array([[9e4, 7e4]]), np.array([0.25]))
+    past = BeyondJump(np.array([1]), np.array([6e-3]), np.array([[9e4, 7e4]]), np.array([0.25]), np.ones(1))
     for beyond in (past, None):
         running = replace(state.running, beyond=beyond)
         stored = rebuilt(State, flattened(replace(state, running=running))).running
@@ -340,7 +344,9 @@ def test_a_campaign_by_force_wears_on_where_the_force_jumps_on_the_worn_flank():
 
 def test_check_marks_a_block_that_runs_on_both_sides_of_a_jump(steps):
     setup, running = steps[0].setup, steps[1][0][0].running
-    past = BeyondJump(np.array([1]), running.shift[[1]] + 1e-6, running.load[[1]], np.array([0.5]))
+    past = BeyondJump(
+        np.array([1]), running.shift[[1]] + 1e-6, running.load[[1]], np.array([0.5]), np.ones(1)
+    )
     marked = states_of(replace(setup, points=where_it_runs(setup.points, replace(running, beyond=past))))
     jumps = [any("both sides of the jump" in mark for mark in one["marks"]) for one in marked]
     assert jumps == [False, True]
