@@ -224,7 +224,7 @@ def settle(
     start : Running, optional
         Where the wheelset ran before; by default in the middle of the track.
     stage : (n,) bool array, optional
-        Points that act in a stage of a wear step: only they move, but for bogies, and by a last step without
+        Points that act in a stage of a wear step: only they move, and all bogies, and by a last step without
         solution where at most 2e-3 of the axle load were missing.
     threads : int
         Of the contact solver; their number does not change the bits.
@@ -261,8 +261,7 @@ def settle(
         axles = controlled.bogies.points
         alone = alone & ~np.isin(np.arange(count), axles)
         search.shift[axles], search.yaw[axles] = start.shift[axles], start.yaw[axles]
-        if stage is None:
-            _curved(search, controlled.bogies, start)
+        _curved(search, controlled.bogies, start)
     rows = np.flatnonzero(alone if stage is None else alone & stage)
     known = ~forced[rows] | (search.stiffness[rows] > 0.0)
     rest = np.append(_corrected(search, rows[known], MOST_WARM, stage is not None), rows[~known])
