@@ -8,6 +8,7 @@ import pytest
 
 from wearsim.campaign import correction, evaluate
 from wearsim.campaign import evolution as evolution_of_wheels
+from wearsim.campaign import running as running_of_states
 from wearsim.campaign.control import reached
 from wearsim.campaign.evaluate import forces_of, setup_of, solve_passage, solved
 from wearsim.campaign.evolution import WheelsetEvolution
@@ -88,6 +89,25 @@ def test_a_stored_state_takes_the_same_step_to_the_last_bit(steps):
     np.testing.assert_array_equal(again.running.shift, after.running.shift)
 
 
+def test_stages_look_for_acting_points_with_the_models_of_the_campaign(steps, monkeypatch):
+    """Not with the last of its models, which stands in where others fail or which is the half-space."""
+    evolution, found, _ = steps
+    state, asked = found[1][0], []
+
+    def recording(conditions, controlled, wheelset, counterface, models, start, *, stage, threads):
+        asked.append((models.model.max(), None if stage is None else stage.tolist()))
+        return states.settle(
+            conditions, controlled, wheelset, counterface, models, start, stage=stage, threads=threads
+        )
+
+    monkeypatch.setattr(running_of_states, "settle", recording)
+    after, _ = evolution.advance(state, evolution.evaluate(state))
+    acts = (after.active_weight > 0.0).tolist()
+    assert (0, acts) in asked
+    assert (0, None) in asked
+    assert {model for model, _ in asked} == {0}
+
+
 def corrected(model, cell_mm=1.0, **tables):
     """Evolution of a scene by a contact model."""
     contact = {"strips": 12, "cells": 12, "cell_mm": cell_mm, **model}
@@ -115,6 +135,7 @@ RIG = {
     "operation": {"block": FORCES, "monitor": SCENE["operation"]["monitor"]},
     "campaign": {"distance_km": 0.1, "point_spacing_mm": 0.5, "error_tolerance_um": 0.1},
 }
+NEAR_BY = 0.4e-3  # m, that a rest moves in a step
 CURVE = {"name": "curve", "share": 1, "curve_radius_m": 2000, "cant_deficiency_mm": 40, "speed_km_h": 100,
          "friction": 0.35}  # fmt: skip
 VEHICLE = {
@@ -217,7 +238,11 @@ def test_wear_and_forces_at_both_sides_of_a_jump_are_means_with_their_shares(ste
     state, points = found[-1][0], evolution.setup.points
     running, setup, weight = state.running, setup_of(evolution.setup), points.weight
     past = BeyondJump(
-        np.array([1]), running.shift[[1]] + 0.2e-3, running.load[[1]] + [1e3, -1e3], np.array([0.3])
+        np.array([1]),
+        running.shift[[1]] + 0.2e-3,
+        running.load[[1]] + [1e3, -1e3],
+        np.array([0.3]),
+        np.array([4e3]),
     )
 
     def of(position):
@@ -248,7 +273,7 @@ def test_wear_and_forces_at_both_sides_of_a_jump_are_means_with_their_shares(ste
 def with_a_jump(running, share):
     """Return where the wheelset runs, the first point at two shifts."""
     shift, load = running.shift[:1] + 0.2e-3, running.load[:1] + np.array([1e3, -1e3])
-    return replace(running, beyond=BeyondJump(np.array([0]), shift, load, np.array([share])))
+    return replace(running, beyond=BeyondJump(np.array([0]), shift, load, np.array([share]), np.array([4e3])))
 
 
 def test_both_sides_of_a_jump_are_solved_by_the_same_model(by_force, monkeypatch):
@@ -311,7 +336,7 @@ def test_a_point_that_runs_in_other_shares_past_a_jump_is_solved_again(by_force,
 
 def test_a_stored_state_keeps_both_sides_of_a_jump(steps):
     state = steps[1][-1][0]
-    past = BeyondJump(np.array([1]), np.array([6e-3]), np.array([[9e4, 7e4]]), np.array([0.25]))
+    past = BeyondJump(np.array([1]), np.array([6e-3]), np.array([[9e4, 7e4]]), np.array([0.25]), np.ones(1))
     for beyond in (past, None):
         running = replace(state.running, beyond=beyond)
         stored = rebuilt(State, flattened(replace(state, running=running))).running
@@ -319,16 +344,40 @@ def test_a_stored_state_keeps_both_sides_of_a_jump(steps):
         assert all((value == flattened(running)[name]).all() for name, value in flattened(stored).items())
 
 
-@pytest.mark.slow
-def test_a_campaign_by_force_wears_on_where_the_force_jumps_on_the_worn_flank():
-    """Shipped scene to 700 km; before the shift followed in stages, steps were of 0.3 km from 540 km on."""
-    evolution = WheelsetEvolution(build(load_scene(shipped_path("workflows", "rig.toml"))))
-    state, taken = evolution.start()
+@pytest.fixture(scope="module")
+def worn_by_force():
+    """Rows of the shipped scene to 700 km; solutions of each search at each block, and how far it moved."""
+    solve, settle, searches = states.Search.solve, running_of_states.settle, []
+
+    def counting(search, rows, *others, **options):
+        if searches:  # not yet while the scene is built
+            np.add.at(searches[-1][0], rows, 1)
+        return solve(search, rows, *others, **options)
+
+    def settled_and_counted(conditions, controlled, wheelset, counterface, models, start, **options):
+        searches.append((np.zeros(start.shift.size, dtype=int), np.zeros(start.shift.size)))
+        found = settle(conditions, controlled, wheelset, counterface, models, start, **options)
+        searches[-1][1][:] = np.abs(found.shift - start.shift)
+        return found
+
     rows = []
-    while state.distance < 700e3:
-        evaluation = evolution.evaluate(state, taken)
-        rows.append(evolution.row(state, evaluation, taken))
-        state, taken = evolution.advance(state, evaluation)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(states.Search, "solve", counting)
+        patch.setattr(running_of_states, "settle", settled_and_counted)
+        evolution = WheelsetEvolution(build(load_scene(shipped_path("workflows", "rig.toml"))))
+        state, taken = evolution.start()
+        while state.distance < 700e3:
+            evaluation = evolution.evaluate(state, taken)
+            rows.append(evolution.row(state, evaluation, taken))
+            state, taken = evolution.advance(state, evaluation)
+    solutions, moved = (np.array(each)[:, :4] for each in zip(*searches, strict=True))
+    return rows, solutions, moved
+
+
+@pytest.mark.slow
+def test_a_campaign_by_force_wears_on_where_the_force_jumps_on_the_worn_flank(worn_by_force):
+    """Before the shift followed in stages, steps were of 0.3 km from 540 km on."""
+    rows, _, _ = worn_by_force
     shares = np.array([row["share_beyond_jump"] for row in rows])
     assert ((shares > 0.0) & (shares < 1.0)).any(axis=0).tolist()[3]
     assert len(rows) < 40
@@ -338,9 +387,28 @@ def test_a_campaign_by_force_wears_on_where_the_force_jumps_on_the_worn_flank():
     assert (np.diff(positions) > -2e-6).all()  # outwards, as the flank wears
 
 
+@pytest.mark.slow
+def test_a_shift_by_force_needs_at_most_five_solutions_where_it_rests_near_by(worn_by_force):
+    """Stages and ends of all steps; the rest moves by more where the one before has gone (next test)."""
+    _, solutions, moved = worn_by_force
+    assert (solutions[moved < NEAR_BY] > 0).sum() > 300
+    assert solutions[moved < NEAR_BY].max() <= states.MOST_WARM
+
+
+@pytest.mark.slow
+@pytest.mark.xfail(
+    strict=True, reason="measured 7, target 5, where the wheelset finds another rest on the tread"
+)
+def test_a_shift_by_force_needs_at_most_five_solutions_where_its_rest_has_gone(worn_by_force):
+    _, solutions, moved = worn_by_force
+    assert solutions[moved >= NEAR_BY].max() <= states.MOST_WARM
+
+
 def test_check_marks_a_block_that_runs_on_both_sides_of_a_jump(steps):
     setup, running = steps[0].setup, steps[1][0][0].running
-    past = BeyondJump(np.array([1]), running.shift[[1]] + 1e-6, running.load[[1]], np.array([0.5]))
+    past = BeyondJump(
+        np.array([1]), running.shift[[1]] + 1e-6, running.load[[1]], np.array([0.5]), np.ones(1)
+    )
     marked = states_of(replace(setup, points=where_it_runs(setup.points, replace(running, beyond=past))))
     jumps = [any("both sides of the jump" in mark for mark in one["marks"]) for one in marked]
     assert jumps == [False, True]

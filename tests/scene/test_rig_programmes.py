@@ -87,6 +87,17 @@ def test_a_programme_is_a_table_of_blocks(folder):
         load_scene("scene.toml")
     places = [Path(line.split(": ")[0]).name for line in str(caught.value).splitlines()]
     assert places == ["table.csv:3"] * 2
+    assert 'speed_km_h = "fast"' in str(caught.value)
+    Path("table.csv").write_text(table + "up,0,80,72,0.3,2,3\n\nhold,300,80,72,0.3,4,\n")
+    with pytest.raises(SceneError, match=r"table.csv:4: .*shift_mm"):
+        build(load_scene("scene.toml"))
+    forces = "name,lateral_force_kN,axle_load_kN,speed_km_h,friction,distance_km\n"
+    Path("table.csv").write_text(forces + "a,1,160,72,0.3,2\nb,70,160,72,0.3,2\n")
+    with pytest.raises(SceneError, match=r'table.csv:3: block "b": lateral_force_kN = 70 is beyond the rig'):
+        load_scene("scene.toml")
+    Path("table.csv").write_text(forces + "a,1,160,72,0.3,2\nb,58,30,72,0.3,2\n")
+    with pytest.raises(SceneError, match=r"table.csv:3: b: the moment of the lateral force"):
+        build(load_scene("scene.toml"))
     for number in ("nan", "inf"):
         Path("table.csv").write_text(table + f"up,0,80,72,0.3,2,{number}\n")
         with pytest.raises(SceneError, match=f"table.csv:2: positions = {number} must be"):

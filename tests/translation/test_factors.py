@@ -90,6 +90,10 @@ def test_friction_on_the_flange_and_loads_by_side_separate_points(rig, field):
     loads = loads.transpose("step", "operating_point", "wheel").isel(step=[0] * field.sizes["step"])
     for other in (field.assign(flange_friction=field["friction"] - 0.1), field.assign(wheel_loads=loads)):
         assert len(factors.match_points(rig, other)) == 0
+    for key in factors.TURNING_KEYS:
+        assert len(factors.match_points(rig, field.assign({key: field["friction"]}))) == 0
+        same = [one.assign({key: one["friction"]}) for one in (rig, field)]
+        assert len(factors.match_points(*same)) == len(factors.match_points(rig, field))
     alike = field.assign(flange_friction=field["friction"])
     assert len(factors.match_points(rig, alike)) == len(factors.match_points(rig, field))
 

@@ -335,7 +335,7 @@ class WheelsetEvolution:
         def rate_at(ahead: State) -> WearRate:
             nonlocal running
             ahead = replace(ahead, running=running)
-            ahead = settled_state(ahead, self.setup.points, self._contact, weight > 0.0)
+            ahead = settled_state(ahead, self.setup.points, self._contact, stage=weight > 0.0)
             running = ahead.running
             stage = solved(ahead, self._where(ahead).points, weight, self._contact)
             failed.update(stage.passage.failed)

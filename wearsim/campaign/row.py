@@ -28,6 +28,7 @@ from wearsim.campaign.faint import lost_row
 from wearsim.campaign.left_out import row_left_out
 from wearsim.campaign.running import row_running
 from wearsim.campaign.state import PatchWear, State, worn_wheels
+from wearsim.contact.problem import ContactConditions
 from wearsim.damage.wear import WEAR_LAWS, WearSettings, coefficients_of
 from wearsim.errors import ProfileError
 from wearsim.profile import measures
@@ -212,6 +213,7 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         "flange_friction": (
             conditions.friction if conditions.friction_flange is None else conditions.friction_flange
         ),
+        **_turning(conditions),
         "environment": points.environment,
         "weight": points.weight,
         "block_length": points.block_length,
@@ -279,6 +281,17 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         "warnings": "; ".join(str(warning) for warning in setup.warnings),
     }
     return Header(static, attributes)
+
+
+def _turning(conditions: ContactConditions) -> dict[str, np.ndarray]:
+    """Torque and speed difference of the rollers of each operating point, where there are any."""
+    shape, apart = conditions.shift.shape, conditions.speed_difference
+    given = {"applied_torque": conditions.torque, "roller_speed_difference": 0.0 if apart is None else apart}
+    return (
+        {key: np.broadcast_to(value, shape) for key, value in given.items()}
+        if any(map(np.any, given.values()))
+        else {}
+    )
 
 
 def _static_binning(setup: CampaignSetup) -> dict[str, np.ndarray]:

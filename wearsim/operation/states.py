@@ -48,6 +48,9 @@ _STRIDE, _STRIDES, _FURTHEST = 0.25e-3, 8, 16e-3  # of the walk [m]; strides sol
 _COARSE, _COARSE_CELL = 12, 2e-3  # strips, cells and their size of the walk: its end is solved as asked for
 _LONGEST = 0.5e-3  # correction of the shift [m]
 _STIFFEST = 1e9  # dH/dy that a correction takes [N/m]
+_STEEP = 4.0  # times that at one side of a jump
+_FURTHER = 8e-6  # that a jump moves by the force at one side of it [m]
+_LOADS_LEFT = 0.1  # of a correction of the loads that the next one takes, at the same shift
 _MOST_TRIALS = 24
 _NOISE = 1e-8  # difference of shifts below which the roll's tolerance decides that of the forces [m]
 _JUMP = 1e-6  # widest bracket in which the force jumps: it changes by more than `_STIFFEST` explains [m]
@@ -94,6 +97,7 @@ class BeyondJump:
     shift: FloatArray  # (k,) [m]
     load: FloatArray  # (k, 2) [N]
     share: FloatArray  # (k,) of the distance of the point, between 0 and 1 [-]
+    gap: FloatArray  # (k,) between the lateral forces at both shifts [N]
 
 
 @dataclass(frozen=True)
@@ -146,7 +150,7 @@ class Search:
     yaw: FloatArray
     load: FloatArray
     stiffness: FloatArray
-    beyond: FloatArray  # shift, both loads and share past a jump (n, 4); NaN: there is none
+    beyond: FloatArray  # shift, both loads, share and gap past a jump (n, 5); NaN: there is none
 
     def solve(
         self,
@@ -220,7 +224,7 @@ def settle(
     start : Running, optional
         Where the wheelset ran before; by default in the middle of the track.
     stage : (n,) bool array, optional
-        Points that act in a stage of a wear step: only they move, but for bogies, and by a last step without
+        Points that act in a stage of a wear step: only they move, and all bogies, and by a last step without
         solution where at most 2e-3 of the axle load were missing.
     threads : int
         Of the contact solver; their number does not change the bits.
@@ -248,17 +252,16 @@ def settle(
         conditions, controlled, wheelset, counterface, models, threads,
         np.where(forced, start.shift, conditions.shift), conditions.yaw.copy(),
         np.where(loaded[:, None], start.load, load), np.where(forced, start.stiffness, 0.0),
-        np.full((count, 4), np.nan),
+        np.full((count, 5), np.nan),
     )  # fmt: skip
     if (two := start.beyond) is not None:
-        search.beyond[two.point] = np.column_stack([two.shift, two.load, two.share])
+        search.beyond[two.point] = np.column_stack([two.shift, two.load, two.share, two.gap])
     alone = controlled.any
     if controlled.bogies is not None:
         axles = controlled.bogies.points
         alone = alone & ~np.isin(np.arange(count), axles)
         search.shift[axles], search.yaw[axles] = start.shift[axles], start.yaw[axles]
-        if stage is None:
-            _curved(search, controlled.bogies, start)
+        _curved(search, controlled.bogies, start)
     rows = np.flatnonzero(alone if stage is None else alone & stage)
     known = ~forced[rows] | (search.stiffness[rows] > 0.0)
     rest = np.append(_corrected(search, rows[known], MOST_WARM, stage is not None), rows[~known])
@@ -271,7 +274,7 @@ def settle(
         )
     at = np.flatnonzero(np.isfinite(search.beyond[:, 0]))
     past = search.beyond[at]
-    beyond = BeyondJump(at, past[:, 0], past[:, 1:3], past[:, 3]) if at.size else None
+    beyond = BeyondJump(at, past[:, 0], past[:, 1:3], *past[:, 3:].T) if at.size else None
     return Running(search.shift, search.load, search.stiffness, search.yaw, beyond)
 
 
@@ -303,7 +306,8 @@ def _corrected(search: Search, rows: IntArray, most: int, stage: bool = False) -
 
     Loads by their levers; shifts by secants, and within brackets once the force wanted lies between those of
     two shifts: such rows go on after `most` solutions. Where the force jumps past the one wanted, both sides
-    of the jump are taken. A row of a `stage` is done, too, once one more step is enough.
+    of the jump are taken; a jump is looked for by what its sides missed before. The last step of steps that
+    converge is not looked at, nor that of a `stage` which is short or comes after `most` solutions.
     """
     count = search.shift.size
     before, moved = np.zeros(count), np.zeros(count)
@@ -311,6 +315,7 @@ def _corrected(search: Search, rows: IntArray, most: int, stage: bool = False) -
     ends = np.tile([[-np.inf, np.nan], [np.inf, np.nan]], (count, 1, 1))
     third, end_loads, end_moves = np.full((count, 2), np.nan), np.zeros((count, 2, 4)), np.zeros((count, 2))
     beyond, lost = search.beyond.copy(), rows[:0]
+    width_before = np.where(np.isfinite(beyond[:, 0]), beyond[:, 0] - search.shift, 0.0)
     search.beyond[rows] = np.nan
     for trial in range(_MOST_TRIALS):
         if trial >= most:
@@ -336,27 +341,41 @@ def _corrected(search: Search, rows: IntArray, most: int, stage: bool = False) -
         (low, low_off), (high, high_off) = np.moveaxis(ends[rows], 0, 2)
         between = np.isfinite(low) & np.isfinite(high) & (low < high)
         width = np.where(between, high, 1.0) - np.where(between, low, 0.0)
-        jumps = between & (width <= _JUMP) & (high_off - low_off > _STIFFEST * width)
+        widest = 2.0 * _JUMP if stage and trial == most - 1 else _JUMP
+        jumps = between & (width <= widest) & (high_off - low_off > _STIFFEST * width)
         worse = np.argmax(end_moves[rows], axis=1)  # of a jump the end whose loads are further off
         again = jumps & (end_moves[rows, worse] > _PROMISING)
         jumps &= ~again
-        balanced = (np.abs(off) <= TOLERANCE * total) & (moves <= TOLERANCE)
+        fits = np.abs(off) <= TOLERANCE * total
+        balanced = fits & (moves <= TOLERANCE)
         still = solved & (balanced | jumps)
+        jumped = np.isfinite(beyond[rows, 0]) & ~between  # near a jump at first, on the way to it
         known, tried = search.stiffness[rows], np.abs(moved[rows]) > _NOISE
         secant = (off - before[rows]) / np.where(tried, moved[rows], 1.0)
-        usable = forced & tried & ~still & (secant > _GENTLE) & (secant < _STIFFEST)
-        search.stiffness[rows] = np.where(usable, secant, np.minimum(known, _STIFFEST))
+        usable = forced & tried & ~still & (secant > _GENTLE)
+        usable &= secant < np.where(jumped & (off * before[rows] > 0.0), _STEEP, 1.0) * _STIFFEST
+        search.stiffness[rows] = np.where(usable, secant, np.minimum(known, _STEEP * _STIFFEST))
         step = -off / np.maximum(search.stiffness[rows], _GENTLE)
-        jumped = np.isfinite(beyond[rows, 0])  # off by the jump, too: near it at first
-        most_step = np.where(jumped, _JUMP * 2.0 * 4.0 ** max(trial - 1, 0), _LONGEST)
+        # the last one, not looked at, where steps so far converge: it leaves at most the share they left
+        left = off**2 / np.maximum(np.abs(before[rows]), np.abs(off) + 1e-9)
+        last = solved & (trial > 0) & (fits | (usable & (left <= TOLERANCE * total)))
+        last &= (moves <= TOLERANCE / _LOADS_LEFT) & ~jumped
+        # to a jump: as far as it was above the force here, and by its width
+        share, gap = beyond[rows, 3:].T
+        level = np.where(off < 0.0, -share * gap, (1.0 - share) * gap) - off
+        level = np.abs(np.where(level * off < 0.0, level, 0.0))
+        most_step = np.minimum(level / np.maximum(search.stiffness[rows], _GENTLE), _FURTHER)
+        most_step += width_before[rows] * 4.0**trial
+        most_step = np.where(jumped, most_step, _LONGEST)
         step = np.clip(step, -most_step, most_step)
-        step = np.where(between, _within(shift, off, ends[rows], third[rows]), step)
+        inside = _within(shift, off, ends[rows], third[rows], width_before[rows] > 0.0)
+        step = np.where(between & ~(last & (step * inside > 0.0) & (np.abs(step) < width)), inside, step)
         two = jumped & (trial == 0) & (off < 0.0)  # next the other side of the jump
-        step = np.where(two, beyond[rows, 0] - shift, step)
         step = np.where(again, ends[rows, worse, 0] - shift, step)
-        step = np.where(forced & solved & ~still, step, 0.0)
-        quick = stage & solved & ~between & ~jumped & (np.abs(step) <= _SMALL_STEP)
-        quick &= np.maximum(np.abs(off) / total, moves) <= _PROMISING
+        step = np.where(forced & solved & ~still & (np.abs(off) > 0.5 * TOLERANCE * total), step, 0.0)
+        small = (np.abs(step) <= _SMALL_STEP) & ~between
+        small |= trial == most - 1
+        quick = stage & solved & small & ~jumped & (np.maximum(np.abs(off) / total, moves) <= _PROMISING)
         search.shift[rows] = shift + step
         search.load[rows] = np.where((still & balanced)[:, None], load, after)
         search.load[rows[two]] = beyond[rows[two], 1:3]
@@ -367,16 +386,18 @@ def _corrected(search: Search, rows: IntArray, most: int, stage: bool = False) -
             gap = ends[own, 1, 1] - ends[own, 0, 1]
             search.shift[own], search.load[own] = ends[own, 0, 0], end_loads[own, 0, :2]
             share = -ends[own, 0, 1] / gap
-            search.beyond[own] = np.column_stack([ends[own, 1, 0], end_loads[own, 1, :2], share])
-        rows = rows[~(still | quick)]
+            search.beyond[own] = np.column_stack([ends[own, 1, 0], end_loads[own, 1, :2], share, gap])
+        rows = rows[~(still | quick | last)]
     return np.append(lost, rows)
 
 
-def _within(at: FloatArray, off: FloatArray, ends: FloatArray, third: FloatArray) -> FloatArray:
+def _within(
+    at: FloatArray, off: FloatArray, ends: FloatArray, third: FloatArray, halved: NDArray[np.bool_]
+) -> FloatArray:
     """Step (k,) from the newer end of brackets `ends` (k, 2, 2), shifts and values, by Chandrupatla's rule.
 
     Inverse quadratic interpolation with the `third` (k, 2) point, the end before, where that is safe, else
-    bisection; linear interpolation as long as there is none.
+    bisection; linear interpolation as long as there is none, but for those (k,) to be `halved`.
     """
     rising = off < 0.0
     other, other_off = np.where(rising, ends[:, 1].T, ends[:, 0].T)
@@ -387,7 +408,9 @@ def _within(at: FloatArray, off: FloatArray, ends: FloatArray, third: FloatArray
         quadratic = off / (other_off - off) * before_off / (other_off - before_off)
         third_off = off / (before_off - off) * other_off / (before_off - other_off)
         quadratic += (before - at) / (other - at) * third_off
-        share = np.where(safe, quadratic, np.where(np.isfinite(before), 0.5, off / (off - other_off)))
+        share = np.where(
+            safe, quadratic, np.where(np.isfinite(before) | halved, 0.5, off / (off - other_off))
+        )
         step: FloatArray = share * (other - at)
     return step
 

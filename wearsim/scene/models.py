@@ -453,6 +453,11 @@ class RigScene(_Campaign):
     recorded: ClassVar[None] = None
     vehicle: ClassVar[None] = None
 
+    def fault(self, path: KeyPath, message: str) -> Fault:
+        """Fault or warning at the line of a key, of a block in the table it is from."""
+        block = self.operation.blocks[int(path[2])] if path[1:2] == ("block",) and path[2:] else None
+        return Fault(message, *block._place) if block and block._place else super().fault(path, message)
+
 
 class FieldScene(_Campaign):
     """A campaign on track."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar
@@ -51,6 +52,7 @@ def read_rows(
         }
         try:
             found.append(model.model_validate({**(defaults or {}), **values}))
+            found[-1]._place = str(path), line
         except ValidationError as error:
             faults += [
                 Fault(one.message, str(path), line) for one in validation_faults(error, model, {}, str(path))
@@ -66,8 +68,7 @@ def _cell(name: str, text: str) -> Any:
     """Value of a cell: text, whole number, or decimal; what is neither stays text, which is a fault."""
     if name == "name":
         return text
-    try:
-        value = decimal(text)
-    except ValueError:
+    value = decimal(text)
+    if math.isnan(value) and "nan" not in text.lower():
         return text
     return int(value) if name == "positions" and value.is_integer() else value

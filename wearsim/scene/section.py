@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
-from pydantic import AfterValidator, Field, GetCoreSchemaHandler
+from pydantic import AfterValidator, Field, GetCoreSchemaHandler, PrivateAttr
 from pydantic.annotated_handlers import GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
@@ -87,6 +87,7 @@ class Section(Table):
     """A table of the scene file; `not_here` holds hints on keys that people look for in it."""
 
     not_here: ClassVar[dict[str, str]] = {}
+    _place: tuple[str, int] | None = PrivateAttr(None)  # file and line of a table that is a row of a CSV file
 
     def si(self) -> dict[str, Any]:
         """Values by key without its unit, numbers in SI units; without None and lists of numbers."""

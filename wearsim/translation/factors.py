@@ -44,8 +44,8 @@ COMPARED: dict[str, Any] = tomllib.loads(
 )
 """What is compared."""
 
-COMPARED_KEYS, MATCH_KEYS, POINT_QUANTITIES, WEAR_QUANTITIES, SIMILARITY = (
-    COMPARED[key] for key in ("settings", "match", "points", "wear", "similarity")
+COMPARED_KEYS, MATCH_KEYS, TURNING_KEYS, POINT_QUANTITIES, WEAR_QUANTITIES, SIMILARITY = (
+    COMPARED[key] for key in ("settings", "match", "turning", "points", "wear", "similarity")
 )
 
 _WEAR_NUMBERS: dict[str, Callable[[Any], Any]] = {
@@ -179,7 +179,14 @@ def match_points(rig: xr.Dataset, field: xr.Dataset) -> IntArray:
     if not rotation_matches(rig, field):
         return np.empty((0, 2), dtype=np.int64)
     mine, theirs = (np.nan_to_num(_stated(data), nan=np.inf) for data in (rig, field))
-    tolerance = np.array([*MATCH_KEYS.values(), MATCH_KEYS["friction"], *[MATCH_KEYS["wheel_load"]] * 2])
+    tolerance = np.array(
+        [
+            *MATCH_KEYS.values(),
+            MATCH_KEYS["friction"],
+            *[MATCH_KEYS["wheel_load"]] * 2,
+            *TURNING_KEYS.values(),
+        ]
+    )
     pairs: dict[int, int] = {}  # rig by field
     for i in range(rig.sizes["operating_point"]):
         equals = np.flatnonzero(
@@ -191,11 +198,13 @@ def match_points(rig: xr.Dataset, field: xr.Dataset) -> IntArray:
 
 
 def _stated(data: xr.Dataset) -> FloatArray:
-    """`MATCH_KEYS`, friction on the flange and loads of both new wheels, (m, n) of the operating points."""
+    """`MATCH_KEYS`, friction on the flange, loads of both new wheels, `TURNING_KEYS`, (m, n) of points."""
     keys = [data[key].values for key in MATCH_KEYS]
     flange = data.get("flange_friction", data["friction"]).values
     loads = data["wheel_loads"].values[0].T if "wheel_loads" in data else [data["wheel_load"].values] * 2
-    return np.stack([*keys, flange, *loads])
+    nothing = np.zeros(flange.size)
+    turning = [data[key].values if key in data else nothing for key in TURNING_KEYS]
+    return np.stack([*keys, flange, *loads, *turning])
 
 
 def wear_by_wheel(dataset: xr.Dataset, name: str) -> FloatArray:
