@@ -65,6 +65,21 @@ def test_a_record_of_a_known_collective_gives_its_wear(reducer, rows):
     assert binning_error(found.increments_on(reducer.wheelset)) == found.error
 
 
+def test_two_records_joined_wear_as_their_sum_weighted_by_distance(reducer, rows):
+    """One on the tread and at the right flange, the other, half as long, elsewhere."""
+    right = rows[rows[:, 0] > 0.0]
+    parts = (right, rows[rows[:, 0] <= 0.0][: len(right) // 2])
+    one, other, both = (
+        reduce_samples(samples_of(record(part)), reducer, 1e-6) for part in (*parts, np.concatenate(parts))
+    )
+    depth = [each.reducer.increment(each.points) for each in (one, other, both)]
+    run = [each.points.distance.sum() for each in (one, other)]
+    assert run[0] == pytest.approx(2.0 * run[1], rel=0.02)
+    np.testing.assert_allclose(
+        np.average(depth[:2], axis=0, weights=run), depth[2], atol=1e-9 * depth[2].max()
+    )
+
+
 def test_scattered_samples_keep_the_tolerance_by_nested_points(reducer, rows):
     scattered = rows * (1.0 + 0.05 * np.random.default_rng(2).standard_normal(rows.shape))
     samples = samples_of(record(scattered))
