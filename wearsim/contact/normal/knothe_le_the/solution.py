@@ -79,6 +79,7 @@ _SWEEPS = 40  # of lengths and pressures in turn, at most
 _TURNS = 40  # of strips that enter or leave, at most
 _ENTER, _LEAVE = 4, 8  # turns after which only one strip enters or leaves at a time
 _GROWN = 2.0  # of what was missed, beyond which the steps before are forgotten
+_RATE = 0.3  # of what is missed in one turn to the next, as long as there is one only
 _BARELY = 1e-12  # m, P of a strip that just got pressure
 
 
@@ -184,7 +185,7 @@ def solve_strips(
                 q += share * (min(bow[j] * one.load / strips[j].load, bow[j]) - q)
             missed[k] = q - one.square
             change = max(change, abs(missed[k]) / most)
-        work.states[0].left = change * min(change / last, 1.0)
+        work.states[0].left = change * (min(change / last, 1.0) if same else _RATE)
         if not same or change > _GROWN * last:
             kept = total - total
         elif kept < STEPS:
