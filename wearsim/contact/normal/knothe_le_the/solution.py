@@ -162,6 +162,13 @@ def solve_strips(
         displacement, m = _press(work, row, total, displacement)
         if m == 0:
             return displacement, False
+        fall = work.sums[2][:total]
+        for k in range(total):
+            fall[k] = 0.0
+        for k in range(m):
+            load, rises = strips[active[k]].load, above[active[k], :total]
+            for i in range(fall.size):
+                fall[i] -= rises[i] * load
         same, most = m == number, 0.0
         for k in range(m):
             i = active[k]
@@ -169,11 +176,8 @@ def solve_strips(
             listed[k] = i
             q = strips[i].square
             most = max(most, q)
-            fall = 0.0
-            for column in range(m):
-                fall -= above[active[column], i] * strips[active[column]].load
             # Of the gap along the strip both means are known, and the difference is that of the pressures.
-            bow[i] = max(q * fall / (bow_of(0.75 * q, strips[i]) - bow[i]), 0.0)
+            bow[i] = max(q * fall[i] / (bow_of(0.75 * q, strips[i]) - bow[i]), 0.0)
         number, change = m, 0.0
         missed = work.right
         for k in range(m):

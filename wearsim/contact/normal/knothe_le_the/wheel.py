@@ -39,11 +39,9 @@ from wearsim.contact.normal.model import AT_EDGE, NO_BALANCE, NO_CONTACT, NOT_SI
 from wearsim.contact.patch import FloatArray, IntArray
 
 _STAGES = 16  # of fitting the strips to the patch
-_CLOSE = 0.1  # change of q, over the largest, from which Newton's method takes over
-# Changes in Newton's method, over the largest: after the first it is seen whether the strips fit at all,
-# after the second whether they still do, after the third the next one is rounding.
-_FIRST, _ROUGH, _DONE = 3e-2, 3e-3, 1e-4
-_LEFT = 3e-6  # change in Newton's method that is to be expected next, below which there is none
+# Changes of q, over the largest: in the first stage, before it is seen whether the strips fit, in the end.
+_CLOSE, _ROUGH, _DONE = 0.1, 3e-3, 1e-4
+_LEFT = 3e-6  # change that is to be expected next, below which there is none
 _FAR = 2.0  # widths of a strip, by which an end moved, from which lengths and pressures take turns first
 _WIDEST, _NARROW = 0.65e-3, 0.3e-3  # m, of a strip: profiles change their radius within wide patches
 _SMOOTH_GAP, _ROUGH_GAP = 0.02, 0.035  # fourth differences of the gap, over the displacement, of these widths
