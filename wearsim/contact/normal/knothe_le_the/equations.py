@@ -182,7 +182,7 @@ def share_of_neighbour(load: float, inside: float) -> float:
 
 _UNLIKE, _ALIKE = 0.6, 0.9  # load of a strip at the rim over its neighbour's, from which on it is on its own
 UNKNOWN = 1e9  # logarithm of a half-length about which nothing is expanded
-NEARBY = 0.03  # change of the logarithm of a half-length up to which averages are expanded to second order
+NEARBY = 0.015  # change of the logarithm of a half-length up to which averages are expanded to second order
 
 
 @bare_kernel

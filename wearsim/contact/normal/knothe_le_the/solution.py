@@ -149,7 +149,7 @@ def solve_strips(
 ) -> tuple[float, bool]:
     """Pressures that never pull on strips of given lengths, and lengths from them, in turn.
 
-    From the steps before the next one is made as by Anderson's method.
+    Steps of the lengths are those of Anderson's method.
     """
     strips, active, listed, bow, above = work.strips, work.active, work.listed, work.bow, work.above
     kept, number, last = total - total, total - total, 1.0

@@ -284,7 +284,7 @@ def _lay_parts(
         for j in range(old_total):
             if a <= old[j].y <= b:
                 longest = max(longest, old[j].square)
-        if longest > 0.0:  # strips much narrower than long make Newton's method fail
+        if longest > 0.0:  # lengths of strips much narrower than long are ill determined
             each = min(each, max(8, int(100.0 * (b - a) / np.sqrt(longest))))
         if total + each > strips.size:
             return NO_ROOM, total
