@@ -22,7 +22,7 @@ from wearsim.contact.normal.knothe_le_the.strips import (
 )
 from wearsim.contact.patch import FloatArray
 
-_SETTLED = 0.03  # widths of a strip, by which the ends of a patch miss their place between the strips
+_SETTLED = 0.02  # widths of a strip, by which the ends of a patch miss their place between the strips
 _STILL = 1e-4  # rad, by which the plane of a part turns, at most, in the last stage
 _EARLY = 4  # stages in which ends that miss their place by more than a strip are sought anew
 _GIVES_WAY = 0.25  # widths of a strip
