@@ -9,18 +9,19 @@ Neglected: the middle line of the pressure is that of the smallest gap, and the 
 
 Solution: it starts from a solution nearby, or the patches of virtual penetration, under less load where those
 of all of it lead nowhere (soft bodies); pressures that never pull for given lengths, and lengths for given
-pressures, in turn, converge from anywhere; then Newton's method, each Jacobian kept as long as its steps
-shrink fast, the influence of strips whose lengths hardly change, over the width of a strip, expanded to
-second order. A coarse set of strips locates the ends of the patch, a finer one is fitted to it; a start of
-this model takes the place of the coarse set. The outermost strip takes its ratio :math:`p/a` from its
-neighbour, as alone it could shrink to a point between overlapping surfaces; from 0.6 to 0.9 of the
-neighbour's load on it goes over to its own equations: of two strips that take it from each other neither
-would know its length. The fine set is fitted again until the ends of the patch lie at their place in the
-outermost strips, to 3 % of a width, or between two places as near to each other, and the plane is that of the
-pressures, to 1e-4 rad: the solution depends on the state, not on the way to it. Strips are at most 0.65 mm
-wide, because profiles change their radius within wide patches, and 0.3 mm where the gap of worn profiles is
-rough: with wider ones its ends find no place and displacements scatter by 1e-6 m, a thousand times what the
-roll of a wheelset is searched to. Parts much narrower than the widest have fewer strips.
+pressures, in turn, converge from anywhere, each step of the lengths made from the five before by least
+squares as in the method of Anderson [2]_ [3]_; no derivatives are asked for, of which the shortest waves of
+narrow strips are nearly without. The influence of strips whose lengths hardly change, over the width of a
+strip, is expanded to second order. A coarse set of strips locates the ends of the patch, a finer one is
+fitted to it; a start of this model takes the place of the coarse set. The outermost strip takes its ratio
+:math:`p/a` from its neighbour, as alone it could shrink to a point between overlapping surfaces; from 0.6 to
+0.9 of the neighbour's load on it goes over to its own equations: of two strips that take it from each other
+neither would know its length. The fine set is fitted again until the ends of the patch lie at their place in
+the outermost strips, to 2 % of a width, or between two places as near to each other, and the plane is that of
+the pressures, to 1e-4 rad: the solution depends on the state, not on the way to it. Strips are at most 0.65
+mm wide, because profiles change their radius within wide patches, and 0.3 mm where the gap of worn profiles
+is rough: with wider ones its ends find no place and displacements scatter by 1e-6 m, a thousand times what
+the roll of a wheelset is searched to. Parts much narrower than the widest have fewer strips.
 
 Rule for several patches: parts of the profile in contact 0.3 mm or more from each other have strips of their
 own and share the vertical displacement; parts that come nearer are one. A part with 0.3 mm and more without
@@ -37,6 +38,8 @@ Measured accuracy, and the cases the thresholds were set on: reports/contact_mod
 References
 ----------
 .. [1] K. Knothe, H. Le The, Computers and Structures 18 (1984) 1025-1033.
+.. [2] D. G. Anderson, Journal of the ACM 12 (1965) 547-560, doi:10.1145/321296.321305.
+.. [3] H. F. Walker, P. Ni, SIAM Journal on Numerical Analysis 49 (2011) 1715-1735, doi:10.1137/10078356X.
 """
 
 from __future__ import annotations

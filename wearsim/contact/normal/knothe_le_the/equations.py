@@ -22,7 +22,7 @@ import numpy as np
 from scipy.interpolate import RectBivariateSpline
 
 from wearsim.contact.kernel import bare_kernel
-from wearsim.contact.normal.knothe_le_the.strips import Record, Row, Work, influence_share
+from wearsim.contact.normal.knothe_le_the.strips import Record, Work, influence_share
 from wearsim.contact.patch import FloatArray
 
 # Table over ln(shorter/longer) and ln(Y): start and steps per unit. Linear interpolation in these steps is
@@ -125,11 +125,8 @@ def in_the_middle(table: FloatArray, distance: float) -> float:
 
 @bare_kernel
 def bow_of(x_squared: float, strip: Record) -> float:
-    """Gap that wheel and counterface open at a distance from where they are nearest."""
-    radius, sigma = strip.radius, strip.sigma
-    wheel = x_squared / (radius + np.sqrt(max(radius * radius - x_squared, 0.0)))
-    counterface = sigma * x_squared / (1.0 + np.sqrt(max(1.0 - sigma * sigma * x_squared, 0.0)))
-    rise: float = wheel + counterface
+    """Gap that wheel and counterface open at a distance from where they are nearest: two circles, to x^4."""
+    rise: float = x_squared * (strip.bend + strip.bend_more * x_squared)
     return rise
 
 
@@ -184,30 +181,26 @@ def share_of_neighbour(load: float, inside: float) -> float:
 
 
 _UNLIKE, _ALIKE = 0.6, 0.9  # load of a strip at the rim over its neighbour's, from which on it is on its own
-UNKNOWN = 1e9  # logarithm of a half-length about which nothing is expanded, and of one that is not needed
+UNKNOWN = 1e9  # logarithm of a half-length about which nothing is expanded
 NEARBY = 0.015  # change of the logarithm of a half-length up to which averages are expanded to second order
 
 
 @bare_kernel
-def expand(
-    work: Work, table: FloatArray, total: int, base: FloatArray, terms: FloatArray, nearby: float
-) -> None:
+def expand(work: Work, table: FloatArray, total: int) -> None:
     """Averages on strips per load of each, with derivatives by logarithms of half-lengths, about `base`.
 
     M - N of a strip is the derivative of N by the logarithm of its own half-length. Those of strips that
-    changed by more than `nearby`, or had none before.
+    changed by more than `NEARBY`, or had none before.
     """
-    logs, changed, nothing = work.logs, work.sums[2], True
+    logs, base, terms, changed, nothing = work.logs, work.base, work.terms, work.sums[1], True
     for i in range(total):
         changed[i] = 0.0
-        if abs(logs[i] - base[i]) > nearby:
+        if abs(logs[i] - base[i]) > NEARBY:
             changed[i], base[i] = 1.0, logs[i]
-            nothing = nothing and logs[i] == UNKNOWN
+            nothing = False
     if nothing:
         return
     for i in range(total):
-        if base[i] == UNKNOWN:
-            continue
         if changed[i] > 0.0:
             a, b, _, _, b_own, b_other = averages(table, 0.0, work.farther[i, i] - base[i])
             bend = b_own + b_other - 2.0 * (b - a)
@@ -215,7 +208,7 @@ def expand(
             terms[1, i, i] = terms[2, i, i] = 2.0 * (b - a)
             terms[3, i, i] = terms[4, i, i] = terms[5, i, i] = bend
         for j in range(i + 1, total):
-            if base[j] == UNKNOWN or changed[i] + changed[j] == 0.0:
+            if changed[i] + changed[j] == 0.0:
                 continue
             short, long = (i, j) if base[i] < base[j] else (j, i)
             log = base[long]
@@ -235,87 +228,18 @@ def expand(
 
 
 @bare_kernel
-def residuals(work: Work, row: Row, displacement: float, total: int, m: int) -> None:
-    """Write what is left of the equations of the strips with pressure, from what `expand` made nearby.
-
-    A strip at the rim takes the ratio P/q from its neighbour: alone it could shrink to a point where the
-    surfaces still overlap.
-    """
-    strips, active, right, state = work.strips, work.active, work.right, work.states[0]
-    near, turn, moved = work.sums[0][:total], work.sums[1][:total], work.sums[2][:total]
+def influences(work: Work, total: int) -> None:
+    """Averages N, and what M is above them, on strips per load of each, from what `expand` made nearby."""
+    moved = work.sums[0][:total]
     for k in range(total):
-        near[k] = turn[k] = 0.0
         moved[k] = work.logs[k] - work.base[k]
     for j in range(total):
-        p, other = strips[j].load, moved[j]
-        if p <= 0.0:
-            continue
+        mean, above, other = work.mean[j, :total], work.above[j, :total], moved[j]
         value, by_own, by_other = work.terms[0, j, :total], work.terms[1, j, :total], work.terms[2, j, :total]
         bend, both, other_bend = work.terms[3, j, :total], work.terms[4, j, :total], work.terms[5, j, :total]
         # In two loops, because the compiler uses vector instructions only for few arrays.
-        for k in range(near.size):
+        for k in range(mean.size):
             first = by_own[k] + 0.5 * bend[k] * moved[k] + both[k] * other
-            near[k] += p * (value[k] + first * moved[k] + (by_other[k] + 0.5 * other_bend[k] * other) * other)
-        for k in range(turn.size):
-            turn[k] += p * (by_own[k] + bend[k] * moved[k] + both[k] * other)
-    carried = 0.0
-    for k in range(m):
-        i = active[k]
-        one = strips[i]
-        low_bow, high_bow = bow_of(0.25 * one.square, one), bow_of(0.75 * one.square, one)
-        right[k] = -(near[i] + one.gap + low_bow - displacement * one.turn)
-        right[m + k] = -(turn[i] + high_bow - low_bow)
-        carried += _lift(one, row) * one.load
-        inner = inner_of(work, m, k)
-        if inner >= 0:
-            inside = strips[active[inner]]
-            off = (one.square * inside.load - one.load * inside.square) / (state.per_p * state.per_q)
-            right[m + k] += share_of_neighbour(one.load, inside.load) * (off * displacement - right[m + k])
-    right[2 * m] = 1.0 - carried
-
-
-@bare_kernel
-def jacobian(work: Work, row: Row, displacement: float, m: int) -> None:
-    """Derive the equations by P and q of each strip and the displacement, over what these are; transposed."""
-    n = 2 * m + 1
-    strips, active, matrix, terms, state = work.strips, work.active, work.matrix, work.terms, work.states[0]
-    turn, bend = work.sums[0], work.sums[1]
-    for k in range(m):
-        turn[k] = bend[k] = 0.0
-    for j in range(m):
-        by = active[j]
-        load = strips[by].load
-        by_q = 0.5 * load / strips[by].square * state.per_q
-        for k in range(m):
-            i = active[k]
-            matrix[j, k], matrix[m + j, k] = terms[0, by, i] * state.per_p, terms[2, by, i] * by_q
-            matrix[j, m + k], matrix[m + j, m + k] = terms[1, by, i] * state.per_p, terms[4, by, i] * by_q
-            turn[k] += terms[1, by, i] * load
-            bend[k] += terms[3, by, i] * load
-        matrix[j, n - 1], matrix[m + j, n - 1] = _lift(strips[by], row) * state.per_p, 0.0
-    matrix[n - 1, n - 1] = 0.0
-    for k in range(m):
-        one = strips[active[k]]
-        q = one.square
-        low_bow, high_bow = bow_of(0.25 * q, one), bow_of(0.75 * q, one)
-        matrix[m + k, k] += (0.5 * turn[k] + low_bow) / q * state.per_q
-        matrix[m + k, m + k] += (0.5 * bend[k] + high_bow - low_bow) / q * state.per_q
-        matrix[n - 1, k], matrix[n - 1, m + k] = -one.turn * state.per_displacement, 0.0
-        inner = inner_of(work, m, k)
-        if inner >= 0:
-            inside = strips[active[inner]]
-            share = share_of_neighbour(one.load, inside.load)
-            for j in range(2 * m):
-                matrix[j, m + k] *= 1.0 - share
-            share *= displacement
-            matrix[k, m + k] += share * inside.square / state.per_q
-            matrix[inner, m + k] -= share * q / state.per_q
-            matrix[m + k, m + k] -= share * inside.load / state.per_p
-            matrix[m + inner, m + k] += share * one.load / state.per_p
-
-
-@bare_kernel
-def _lift(strip: Record, row: Row) -> float:
-    """Load that a strip carries per P, over that of the wheel."""
-    lift: float = 0.5 * np.pi * strip.width * (strip.cosine if row.vertical else 1.0) / row.load
-    return lift
+            mean[k] = value[k] + first * moved[k] + (by_other[k] + 0.5 * other_bend[k] * other) * other
+        for k in range(above.size):
+            above[k] = by_own[k] + bend[k] * moved[k] + both[k] * other

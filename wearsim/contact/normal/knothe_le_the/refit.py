@@ -22,8 +22,9 @@ from wearsim.contact.normal.knothe_le_the.strips import (
 )
 from wearsim.contact.patch import FloatArray
 
-_SETTLED = 0.03  # widths of a strip, by which the ends of a patch miss their place between the strips
+_SETTLED = 0.02  # widths of a strip, by which the ends of a patch miss their place between the strips
 _STILL = 1e-4  # rad, by which the plane of a part turns, at most, in the last stage
+_EARLY = 4  # stages in which ends that miss their place by more than a strip are sought anew
 _GIVES_WAY = 0.25  # widths of a strip
 _SLOWEST, _FASTEST = 0.5, 6.0  # of what an end moves, by which it comes nearer to its place
 APART = 0.3e-3  # m, between parts of the profile that have strips of their own
@@ -89,7 +90,9 @@ def overlap(k: int, displacement: float, row: Row, strips: Records, total: int, 
 
 
 @bare_kernel
-def _next_end(place: float, miss: float, per: float, span: Record, side: int) -> tuple[float, bool]:
+def _next_end(
+    place: float, miss: float, per: float, early: bool, span: Record, side: int
+) -> tuple[float, bool]:
     """Where to look next for an end that is missed by so much, and whether there is nothing between.
 
     Places and misses [m] count inwards. What is missed jumps where a strip at the rim gets its pressure: the
@@ -100,12 +103,13 @@ def _next_end(place: float, miss: float, per: float, span: Record, side: int) ->
     step = miss
     if last_miss != 0.0 and abs(place - last) > 1e-3 * per:
         step = miss / min(max((last_miss - miss) / (place - last), _SLOWEST), _FASTEST)
-    if abs(miss) > per or (inner_miss != 0.0 and outer_miss != 0.0 and inner <= outer):
+    far = early and abs(miss) > per
+    if far or (inner_miss != 0.0 and outer_miss != 0.0 and inner <= outer):
         outer_miss, inner_miss = 0.0, 0.0
-    if 0.0 < miss <= per:
+    if miss > 0.0 and not far:
         inner_miss *= 0.5 if outer_miss != 0.0 else 1.0
         outer, outer_miss = place, miss
-    elif -per <= miss <= 0.0:
+    elif not far:
         outer_miss *= 0.5 if inner_miss != 0.0 else 1.0
         inner, inner_miss = place, miss
     span.last[side], span.last_miss[side] = place, miss
@@ -173,7 +177,9 @@ def refit(
             move = max(move, -0.5 * each) - MARGIN * min(each / count, 1.0)
             place, settled = spans[k].ends[side] + step * per * move, True
             if stage > 0:
-                place, settled = _next_end(step * spans[k].ends[side], move * per, per, fresh[kept], side)
+                place, settled = _next_end(
+                    step * spans[k].ends[side], move * per, per, stage < _EARLY, fresh[kept], side
+                )
                 place *= step
             fresh[kept].ends[side] = place
             again = again or not (settled or abs(move) < _SETTLED)

@@ -9,17 +9,13 @@ import numpy as np
 
 from wearsim.contact.kernel import bare_kernel
 from wearsim.contact.normal.knothe_le_the.equations import (
-    NEARBY,
-    UNKNOWN,
     bow_of,
     expand,
-    in_the_middle,
+    influences,
     inner_of,
-    jacobian,
-    residuals,
     share_of_neighbour,
 )
-from wearsim.contact.normal.knothe_le_the.strips import Row, Work
+from wearsim.contact.normal.knothe_le_the.strips import STEPS, Row, Work
 from wearsim.contact.patch import FloatArray
 
 _SMALL = 1e-13  # of a pivot, over its row's largest number before
@@ -82,10 +78,8 @@ def substitute(matrix: FloatArray, right: FloatArray, n: int) -> None:
 _SWEEPS = 40  # of lengths and pressures in turn, at most
 _TURNS = 40  # of strips that enter or leave, at most
 _ENTER, _LEAVE = 4, 8  # turns after which only one strip enters or leaves at a time
-_STEPS = 60  # of Newton's method, at most
-_OVERLAP = 1e-3  # of the displacement, of a strip that stays without pressure
-_RATE = 0.1  # of the change of one step to the next with a Jacobian from nearby, as long as there is one only
-_GOOD = 0.4  # of the last step's change, up to which a Jacobian is kept
+_GROWN = 2.0  # of what was missed, beyond which the steps before are forgotten
+_RATE = 0.3  # of what is missed in one turn to the next, as long as there is one only
 _BARELY = 1e-12  # m, P of a strip that just got pressure
 
 
@@ -106,8 +100,8 @@ def _press(work: Work, row: Row, total: int, displacement: float) -> tuple[float
 
     All that pull leave at once, then all that overlap enter; one by one should that go in circles.
     """
-    strips, active, bow, influence = work.strips, work.active, work.bow, work.exact_terms[0]
-    matrix, right = work.plain, work.right
+    strips, active, bow, influence = work.strips, work.active, work.bow, work.mean
+    matrix, right = work.matrix, work.right
     for turn in range(_TURNS):
         m = _gather(work, total)
         if m == 0:
@@ -150,28 +144,42 @@ def _press(work: Work, row: Row, total: int, displacement: float) -> tuple[float
 
 
 @bare_kernel
-def relax(
+def solve_strips(
     work: Work, row: Row, total: int, displacement: float, table: FloatArray, tolerance: float
 ) -> tuple[float, bool]:
-    """Pressures that never pull on strips of given lengths, and lengths from them, in turn."""
-    strips, active, bow, terms = work.strips, work.active, work.bow, work.exact_terms
-    work.exact_base[:] = UNKNOWN
+    """Pressures that never pull on strips of given lengths, and lengths from them, in turn.
+
+    Steps of the lengths are those of Anderson's method.
+    """
+    strips, active, listed, bow, above = work.strips, work.active, work.listed, work.bow, work.above
+    kept, number, last = total - total, total - total, 1.0
     for _ in range(_SWEEPS):
         for i in range(total):
             work.logs[i] = 0.5 * np.log(strips[i].square) - work.states[0].log_width
             bow[i] = bow_of(0.25 * strips[i].square, strips[i])
-        expand(work, table, total, work.exact_base, terms, 0.0)
+        expand(work, table, total)
+        influences(work, total)
         displacement, m = _press(work, row, total, displacement)
         if m == 0:
             return displacement, False
-        change, most = 0.0, 0.0
+        fall = work.sums[2][:total]
+        for k in range(total):
+            fall[k] = 0.0
+        for k in range(m):
+            load, rises = strips[active[k]].load, above[active[k], :total]
+            for i in range(fall.size):
+                fall[i] -= rises[i] * load
+        same, most = m == number, 0.0
         for k in range(m):
             i = active[k]
-            most = max(most, strips[i].square)
-            fall = 0.0
-            for column in range(m):
-                fall -= terms[1, active[column], i] * strips[active[column]].load
-            bow[i] = max(4.0 * fall / (1.0 / strips[i].radius + strips[i].sigma), 0.0)
+            same = same and listed[k] == i
+            listed[k] = i
+            q = strips[i].square
+            most = max(most, q)
+            # Of the gap along the strip both means are known, and the difference is that of the pressures.
+            bow[i] = max(q * fall[i] / (bow_of(0.75 * q, strips[i]) - bow[i]), 0.0)
+        number, change = m, 0.0
+        missed = work.right
         for k in range(m):
             one, q = strips[active[k]], bow[active[k]]
             inner = inner_of(work, m, k)
@@ -179,18 +187,25 @@ def relax(
                 j = active[inner]
                 share = share_of_neighbour(one.load, strips[j].load)
                 q += share * (min(bow[j] * one.load / strips[j].load, bow[j]) - q)
-            change = max(change, abs(q - one.square) / most)
-            one.square = min(max(q, 0.1 * one.square), 10.0 * one.square)
+            missed[k] = q - one.square
+            change = max(change, abs(missed[k]) / most)
+        work.states[0].left = change * (min(change / last, 1.0) if same else _RATE)
+        if not same or change > _GROWN * last:
+            kept = total - total
+        elif kept < STEPS:
+            kept += 1
+        last = change
+        _next_step(work, kept, m)
         # Lengths of strips without pressure, should they get some.
         for i in range(total):
             if strips[i].load <= 0.0:
                 lifted = strips[i].gap - displacement * strips[i].turn
                 nearest = active[0]
                 for k in range(m):
-                    lifted += terms[0, active[k], i] * strips[active[k]].load
+                    lifted += work.mean[active[k], i] * strips[active[k]].load
                     if work.farther[i, active[k]] < work.farther[i, nearest]:
                         nearest = active[k]
-                q = -4.0 * lifted / (1.0 / strips[i].radius + strips[i].sigma)
+                q = -2.0 * lifted / strips[i].bend
                 strips[i].square = min(max(q, 0.001 * strips[nearest].square), strips[nearest].square)
         if change < tolerance:
             break
@@ -198,92 +213,42 @@ def relax(
 
 
 @bare_kernel
-def newton(
-    work: Work, row: Row, total: int, displacement: float, table: FloatArray, tolerance: float
-) -> tuple[float, bool]:
-    """Pressures, half-lengths, displacement on given strips; those without pressure leave, overlapped enter.
+def _next_step(work: Work, kept: int, m: int) -> None:
+    """Take a step with what is missed, less what the `kept` steps before say will be missed again.
 
-    A Jacobian serves as long as each step is much smaller than the one before, the next time, too.
+    Least squares of their differences, by elimination of the normal equations.
     """
-    strips, active, matrix, right, logs = work.strips, work.active, work.matrix, work.right, work.logs
-    made_for, state, taken, barred = work.made_for, work.states[0], work.taken, work.barred
-    taken[:] = 0.0
-    barred[:] = 0.0  # a strip that came in and left again stays out
-    last = 1.0
-    for _ in range(_STEPS):
-        m = _gather(work, total)
-        if m == 0:
-            break
-        n = 2 * m + 1
-        same = made_for[0] == m
+    strips, active, missed, gram = work.strips, work.active, work.right, work.gram
+    moves, changes = work.moves, work.changes
+    if kept > 0:
+        for j in range(kept - 1, 0, -1):
+            for k in range(m):
+                moves[j, k], changes[j, k] = moves[j - 1, k], changes[j - 1, k]
         for k in range(m):
-            same = same and made_for[k + 1] == active[k]
-        for j in range(total):
-            logs[j] = 0.5 * np.log(strips[j].square) - state.log_width if strips[j].load > 0.0 else UNKNOWN
-        if not same:
-            taken[:n] = 0.0
-            state.per_p, state.per_q, state.per_displacement = 0.0, 0.0, displacement
-            for k in range(m):
-                state.per_p = max(state.per_p, strips[active[k]].load)
-                state.per_q = max(state.per_q, strips[active[k]].square)
-        expand(work, table, total, work.base, work.terms, NEARBY)
-        residuals(work, row, displacement, total, m)
-        if not same:
-            made_for[0] = 0
-            jacobian(work, row, displacement, m)
-            if not factorise(matrix, n):
-                break
-            made_for[0] = m
-            for k in range(m):
-                made_for[k + 1] = active[k]
-        substitute(matrix, right, n)
-        change, along, square = 0.0, 0.0, 0.0
-        for k in range(n):
-            change = max(change, abs(right[k]))
-            along += right[k] * taken[k]
-            square += taken[k] * taken[k]
-        if same and not change < _GOOD * last:
-            made_for[0] = 0
-            continue
-        state.left = change * (min(change / last, 1.0) if last < 1.0 else _RATE)
-        last = change
-        # As Broyden's method with the step before: what is left of it shows how far the Jacobian is off.
-        longer = 1.0 / min(max(1.0 - along / square, 0.6), 1.5) if same and square > 0.0 else 1.0
-        for k in range(n):
-            taken[k] = right[k] = longer * right[k]
-        displacement += state.per_displacement * min(max(right[n - 1], -0.5), 1.0)
-        left = False
+            moves[0, k] = strips[active[k]].square - work.aims[0, k]
+            changes[0, k] = missed[k] - work.aims[1, k]
+    for k in range(m):
+        work.aims[0, k], work.aims[1, k] = strips[active[k]].square, missed[k]
+    for i in range(kept):
+        for j in range(kept + 1):
+            gram[i, j] = 0.0
         for k in range(m):
-            one = strips[active[k]]
-            q = one.square
-            one.square = min(max(q + right[m + k] * state.per_q, 0.25 * q), 4.0 * q)
-            one.load += right[k] * state.per_p
-            if not one.load > 0.0:
-                one.load = 0.0
-                left = True
-                barred[active[k]] += 1.0
-        if left or change > 0.03:
-            continue
-        # Strips without pressure that overlap come in.
-        entered, kept_out = False, False
-        for i in range(total):
-            if strips[i].load > 0.0:
-                continue
-            lifted = strips[i].gap - displacement * strips[i].turn
-            nearest, distance = -1, 1e9
-            for k in range(m):
-                j = active[k]
-                a = in_the_middle(table, work.farther[i, j] - logs[j])
-                b = in_the_middle(table, work.nearer[i, j] - logs[j])
-                lifted += work.part[i, j] * (a - b) * strips[j].load
-                if work.farther[i, j] < distance and strips[j].load > 0.0:
-                    nearest, distance = j, work.farther[i, j]
-            if barred[i] > 1.0:
-                kept_out = kept_out or lifted < -_OVERLAP * displacement
-            elif lifted < -1e-5 * displacement:
-                entered = True
-                strips[i].load = 0.05 * strips[nearest].load
-                strips[i].square = 0.05 * strips[nearest].square
-        if not entered and change < tolerance:
-            return displacement, not kept_out
-    return displacement, False
+            for j in range(kept):
+                gram[i, j] += changes[i, k] * changes[j, k]
+            gram[i, kept] += changes[i, k] * missed[k]
+    for i in range(kept):
+        gram[i, i] = gram[i, i] * (1.0 + 1e-9) + 1e-60
+    for i in range(kept):
+        for j in range(i + 1, kept):
+            factor = gram[j, i] / gram[i, i]
+            for k in range(i, kept + 1):
+                gram[j, k] -= factor * gram[i, k]
+    for i in range(kept - 1, -1, -1):
+        for j in range(i + 1, kept):
+            gram[i, kept] -= gram[i, j] * gram[j, kept]
+        gram[i, kept] /= gram[i, i]
+    for k in range(m):
+        one, step = strips[active[k]], missed[k]
+        for j in range(kept):
+            step -= gram[j, kept] * (moves[j, k] + changes[j, k])
+        one.square = min(max(one.square + step, 0.1 * one.square), 10.0 * one.square)

@@ -48,10 +48,10 @@ def _record(whole: str, real: str, pairs: str = "") -> np.dtype[np.void]:
     return np.dtype(fields + [(name, float, (2,)) for name in pairs.split()])
 
 
-# Strip: place s in its contact plane, gap, share of the displacement in it, radius of the wheel, curvature of
-# the counterface, P, q, profile y and z, width, cosine and angle of the plane, y of its origin, the profile's
+# Strip: place s in its contact plane, gap, share of the displacement in it, factors of x^2 and x^4 in the gap
+# along it, P, q, profile y and z, width, cosine and angle of the plane, y of its origin, the profile's
 # angle, logarithm of the half-length; number of the part of the profile.
-STRIP = _record("part", "s gap turn radius sigma load square y z width cosine angle origin tilt log")
+STRIP = _record("part", "s gap turn bend bend_more load square y z width cosine angle origin tilt log")
 # Part of the profile: number of strips; half-length squared per depth, gap where it ends and load per
 # half-length squared as first pressed in; its ends, then places and what was missed there, of both: one too
 # far out, one too far in, the last one tried.
@@ -66,9 +66,9 @@ PATCH = _record(
     "force scale displacement angle origin start stop own centre approach pressure left right "
     "point point_approach across along",
 )
-# What Newton's unknowns P, q and displacement are over; logarithm of the width `pairs` and `logs` are over;
-# what Newton's method leaves to go; of how many strips of a part alone `pairs` are.
-STATE = _record("alone", "per_p per_q per_displacement log_width left")
+# Logarithm of the width `pairs` and `logs` are over; what is left to go; of how many strips of a part alone
+# `pairs` are.
+STATE = _record("alone", "log_width left")
 
 
 class Work(NamedTuple):
@@ -76,16 +76,16 @@ class Work(NamedTuple):
 
     `pairs` are logarithms of the distance of a strip to the nearer and the farther edge of another, the same
     for both (of strips of unlike width the mean is taken), and `part` the share of the elastic influence.
-    `matrix` (2 n + 1, 2 n + 1) and `right` are Newton's, `made_for` how many and which strips its factors
-    were made for, `taken` the last step, `barred` how often a strip lost its pressure; `plain` is the matrix
-    of given lengths. `active` are the strips with pressure, `logs` the logarithms of the half-lengths,
-    `terms` (6, n, n) the averages' expansion about the logarithms `base`, `exact_terms` about `exact_base`;
-    `steps` are the logarithms of 0.5, 0.5, 1.5 and so on. `s`, `opening` and `turn` are places in a plane,
-    gap and share of the displacement at the points of the profile; `bow` and `sums` (3, n) for work.
+    `active` are the strips with pressure, `matrix` and `right` the equations of their loads, `listed` the
+    strips of the steps before. `logs` are the logarithms of the half-lengths, `terms` (6, n, n) the averages'
+    expansion about the logarithms `base`, `mean` and `above` what it gives; `steps` are the logarithms of
+    0.5, 0.5, 1.5 and so on. Of the steps before, `moves` (k, n) are the differences of q, `changes` those of
+    what it missed, `aims` both of the last one, and `gram` is the normal equations of the next. `s`,
+    `opening` and `turn` are places in a plane, gap and share of the displacement at the points of the
+    profile; `bow` and `sums` (3, n) for work.
     """
 
     strips: Records
-    before: Records
     old: Records
     spans: Records
     fresh: Records
@@ -93,37 +93,41 @@ class Work(NamedTuple):
     states: Records
     share: FloatArray
     active: IntArray
-    made_for: IntArray
+    listed: IntArray
     steps: FloatArray
     nearer: FloatArray
     farther: FloatArray
     part: FloatArray
+    mean: FloatArray
+    above: FloatArray
     matrix: FloatArray
-    plain: FloatArray
     right: FloatArray
-    taken: FloatArray
-    barred: FloatArray
     bow: FloatArray
     logs: FloatArray
     base: FloatArray
-    exact_base: FloatArray
+    moves: FloatArray
+    changes: FloatArray
+    aims: FloatArray
+    gram: FloatArray
     terms: FloatArray
-    exact_terms: FloatArray
     sums: FloatArray
     s: FloatArray
     opening: FloatArray
     turn: FloatArray
 
 
+STEPS = 5  # before, from which the next one is made
+
+
 def work_for(most: int, parts: int, given: int, points: int) -> Work:
     """Room for `most` strips in parts of a profile of so many points, and their equations."""
     room: tuple[Any, ...] = (
-        np.zeros(most, STRIP), np.zeros(most, STRIP), np.zeros(max(most, given), STRIP),
+        np.zeros(most, STRIP), np.zeros(max(most, given), STRIP),
         np.zeros(parts, SPAN), np.zeros(parts, SPAN), np.zeros(parts, PLANE), np.zeros(1, STATE),
         np.eye(parts), *np.zeros((2, most + 1), np.int64), np.log(np.abs(np.arange(most + 1) - 0.5)),
-        *np.empty((3, most, most)), np.empty((2 * most + 1, 2 * most + 1)), np.empty((most + 1, most + 1)),
-        *np.empty((2, 2 * most + 1)), *np.empty((5, most)), *np.zeros((2, 6, most, most)),
-        np.empty((3, most)), *np.empty((3, points)),
+        *np.empty((5, most, most)), np.empty((most + 1, most + 1)), *np.empty((4, most + 1)),
+        *np.empty((2, STEPS, most)), np.empty((2, most)), np.empty((STEPS, STEPS + 1)),
+        np.zeros((6, most, most)), np.empty((3, most)), *np.empty((3, points)),
     )  # fmt: skip
     return Work(*room)
 
@@ -197,8 +201,9 @@ def cut_strips(
         one.y = row.y[i] + share * (row.y[i + 1] - row.y[i])
         one.turn = turn[i] + share * (turn[i + 1] - turn[i])
         one.tilt = row.angle[i] + share * (row.angle[i + 1] - row.angle[i])
-        one.radius = (row.radius[i] + share * (row.radius[i + 1] - row.radius[i])) / cosine
-        one.sigma = row.kappa / (1.0 - row.kappa * z) * cosine
+        wheel = cosine / (row.radius[i] + share * (row.radius[i + 1] - row.radius[i]))
+        counterface = row.kappa / (1.0 - row.kappa * z) * cosine
+        one.bend, one.bend_more = 0.5 * (wheel + counterface), 0.125 * (wheel**3 + counterface**3)
         one.cosine, one.angle, one.origin = cosine, delta, middle
     return True
 

@@ -21,7 +21,7 @@ from wearsim.contact.normal.knothe_le_the.refit import (
     refit,
     rotated,
 )
-from wearsim.contact.normal.knothe_le_the.solution import newton, relax
+from wearsim.contact.normal.knothe_le_the.solution import solve_strips
 from wearsim.contact.normal.knothe_le_the.strips import (
     MARGIN,
     NO_ROOM,
@@ -39,11 +39,9 @@ from wearsim.contact.normal.model import AT_EDGE, NO_BALANCE, NO_CONTACT, NOT_SI
 from wearsim.contact.patch import FloatArray, IntArray
 
 _STAGES = 16  # of fitting the strips to the patch
-_CLOSE = 0.1  # change of q, over the largest, from which Newton's method takes over
-# Changes in Newton's method, over the largest: after the first it is seen whether the strips fit at all,
-# after the second whether they still do, after the third the next one is rounding.
-_FIRST, _ROUGH, _DONE = 3e-2, 3e-3, 1e-4
-_LEFT = 3e-6  # change in Newton's method that is to be expected next, below which there is none
+# Changes of q, over the largest: in the first stage, before it is seen whether the strips fit, in the end.
+_CLOSE, _ROUGH, _DONE = 0.1, 3e-3, 1e-4
+_LEFT = 3e-6  # change that is to be expected next, below which there is none
 _FAR = 2.0  # widths of a strip, by which an end moved, from which lengths and pressures take turns first
 _WIDEST, _NARROW = 0.65e-3, 0.3e-3  # m, of a strip: profiles change their radius within wide patches
 _SMOOTH_GAP, _ROUGH_GAP = 0.02, 0.035  # fourth differences of the gap, over the displacement, of these widths
@@ -108,7 +106,7 @@ def solve_wheels(
 @bare_kernel
 def _fit(n: int, row: Row, start: Start, count: int, table: FloatArray, work: Work) -> tuple[int, int, float]:
     """Fit strips to the patches of a wheel; a fault or 0, their number, and the displacement."""
-    strips, before, spans, fresh = work.strips, work.before, work.spans, work.fresh
+    strips, spans, fresh = work.strips, work.spans, work.fresh
     if row.low >= NO_WHEEL:
         return NO_CONTACT, 0, 0.0
     left, right = _room(row)
@@ -121,7 +119,6 @@ def _fit(n: int, row: Row, start: Start, count: int, table: FloatArray, work: Wo
     total = splits = parts - parts  # numba would compile the kernels for a literal 0 once more
     uncertain = alone = again = cut = False
     may_split = True
-    work.made_for[0] = 0
     for stage in range(int(start.near), _STAGES):
         together = _joined(spans, parts)
         may_split = may_split and (together == parts or splits == 0)
@@ -138,22 +135,11 @@ def _fit(n: int, row: Row, start: Start, count: int, table: FloatArray, work: Wo
         if parts > 1 or not alone:
             work.base[:] = UNKNOWN
         alone = parts == 1
-        if stage == 0 or uncertain:
-            displacement, done = relax(work, row, total, displacement, table, _CLOSE)
+        kept, more = parts, total - total
+        for tolerance in (_CLOSE if stage == 0 else _ROUGH, _DONE):
+            displacement, done = solve_strips(work, row, total, displacement, table, tolerance)
             if not done:
                 return NO_BALANCE, total, displacement
-        kept, more = parts, total - total
-        for tolerance in (_FIRST if stage == 1 and not start.near else _ROUGH, _DONE):
-            if stage > 0:
-                kept_displacement = displacement
-                _copy(strips, before, total)
-                displacement, done = newton(work, row, total, displacement, table, tolerance)
-                if not done:
-                    _copy(before, strips, total)
-                    work.made_for[0], work.states[0].left = 0, 1.0
-                    displacement, done = relax(work, row, total, kept_displacement, table, 0.1 * tolerance)
-                if not done:
-                    return NO_BALANCE, total, displacement
             old_total = total - total
             for j in range(total):
                 if strips[j].load > 0.0:
@@ -164,7 +150,7 @@ def _fit(n: int, row: Row, start: Start, count: int, table: FloatArray, work: Wo
             if kept > spans.size:
                 return NO_ROOM, total, displacement
             again = again or rotated(kept, old_total, total, row, work)
-            if (again and stage < _STAGES - 1) or (stage > 0 and work.states[0].left < _LEFT):
+            if (again and stage < _STAGES - 1) or stage == 0 or work.states[0].left < _LEFT:
                 break
         parts = kept
         splits += more
@@ -298,7 +284,7 @@ def _lay_parts(
         for j in range(old_total):
             if a <= old[j].y <= b:
                 longest = max(longest, old[j].square)
-        if longest > 0.0:  # strips much narrower than long make Newton's method fail
+        if longest > 0.0:  # lengths of strips much narrower than long are ill determined
             each = min(each, max(8, int(100.0 * (b - a) / np.sqrt(longest))))
         if total + each > strips.size:
             return NO_ROOM, total
