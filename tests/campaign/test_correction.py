@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from wearsim.campaign import correction, evaluate, handover
+from wearsim.campaign import correction, differences, evaluate, handover
 from wearsim.campaign.control import reached
 from wearsim.campaign.evaluate import accumulate, setup_of, solve_passage
 from wearsim.campaign.evolution import WheelsetEvolution
@@ -278,7 +278,7 @@ def test_what_was_taken_over_is_unknown_after_a_reprofiling(spread):
     points, setup = evolution.setup.points, setup_of(evolution.setup)
     weight = points.weight
     taken = handover.handed_over(state, weight, 10.0, OWN, NEVER)
-    taken = replace(taken, correction=correction.refreshed(taken, points, weight > 0.0, setup).correction)
+    taken = replace(taken, correction=differences.refreshed(taken, points, weight > 0.0, setup).correction)
     assert not taken.correction.wheel.any()
     fresh = correction.forgotten(taken, wheels=True)
     assert not fresh.correction.until.any()

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from wearsim.campaign import correction, evaluate, neighbours
+from wearsim.campaign import correction, differences, evaluate, neighbours
 from wearsim.campaign.evaluate import setup_of, solve_passage
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.contact.wheels import joined
@@ -134,7 +134,7 @@ def test_differences_from_before_do_not_stay_where_they_are_unknown(fine, passag
     step = known.step if any(models) else np.full_like(known.step, -1)
     first = replace(known, wheel=old, model=of, step=step, turn=np.zeros_like(step))
     before = replace(state, correction=first)
-    again = correction.refreshed(before, points, every, setup, passage)
+    again = differences.refreshed(before, points, every, setup, passage)
     np.testing.assert_array_equal(again.correction.wheel, known.wheel)
     assert not again.change.any()
 

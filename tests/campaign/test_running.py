@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from wearsim.campaign import correction, evaluate
+from wearsim.campaign import correction, differences, evaluate
 from wearsim.campaign import evolution as evolution_of_wheels
 from wearsim.campaign import running as running_of_states
 from wearsim.campaign.control import reached
@@ -313,7 +313,7 @@ def test_a_point_that_runs_in_other_shares_past_a_jump_is_solved_again(by_force,
     assert not correction.moved(state, setup).any()
     assert correction.moved(jumped, setup)[0]
     there = where_it_runs(evolution.setup.points, jumped.running)
-    known = correction.refreshed(jumped, there, acts, setup).correction
+    known = differences.refreshed(jumped, there, acts, setup).correction
     assert known.beyond[0] == 0.3
     solved_there = replace(jumped, correction=known)
     assert not correction.moved(solved_there, setup).any()
