@@ -18,10 +18,10 @@ STEPS = 3
 def test_share_of_operation(name, show, monkeypatch):
     spent, settle = [0.0], module.settled_state
 
-    def timed(*given):
+    def timed(*given, **named):
         began = time.process_time()
         try:
-            return settle(*given)
+            return settle(*given, **named)
         finally:
             spent[0] += time.process_time() - began
 

@@ -149,7 +149,9 @@ def test_no_scheduler_and_no_dask_are_one_line_and_nothing_is_run(folder, capsys
 
 @pytest.mark.slow
 def test_an_address_where_nobody_listens_is_one_line(monkeypatch):
-    dask = pytest.importorskip("dask")
+    pytest.importorskip("distributed")  # before the setting, which would take the defaults along when it ends
+    import dask
+
     with (
         dask.config.set({"distributed.comm.timeouts.connect": "1s"}),
         pytest.raises(ResultError, match=r"^tcp://127\.0\.0\.1:1: no Dask scheduler answers \(.*address$"),
