@@ -36,7 +36,7 @@ from wearsim.contact.problem import ContactConditions, ContactModels, ContactPat
 from wearsim.contact.solve import ContactSolution, solve_each
 from wearsim.contact.wheels import joined
 from wearsim.errors import ContactError
-from wearsim.operation.bogie import Bogies, curved
+from wearsim.operation.bogie import MOST, Bogies, curved
 from wearsim.operation.resultants import Differences, Resultants, resultants
 
 MOST_WARM = 5
@@ -54,9 +54,10 @@ _LOADS_LEFT = 0.1  # of a correction of the loads that the next one takes, at th
 _MOST_TRIALS = 24
 _NOISE = 1e-8  # difference of shifts below which the roll's tolerance decides that of the forces [m]
 _JUMP = 1e-6  # widest bracket in which the force jumps: it changes by more than `_STIFFEST` explains [m]
-# In a stage a last step without a solution is enough from these on:
-_PROMISING = 2e-3  # force and loads missing, over the axle load
-_SMALL_STEP = 10e-6  # length of that step [m]
+# In a stage:
+_SOON = 20  # solutions of all contacts of bogies, which otherwise have none
+_PROMISING = 2e-3  # force and loads missing, over the axle load, from which a step needs no solution
+_SMALL_STEP = 10e-6  # length of such a step [m]
 _LEAST_LOAD = 0.02  # of a wheel, over the axle load: below it is unloaded
 _GENTLE = 1e4  # dH/dy of a start without a known one [N/m]
 
@@ -261,7 +262,7 @@ def settle(
         axles = controlled.bogies.points
         alone = alone & ~np.isin(np.arange(count), axles)
         search.shift[axles], search.yaw[axles] = start.shift[axles], start.yaw[axles]
-        _curved(search, controlled.bogies, start)
+        _curved(search, controlled.bogies, start, stage is not None)
     rows = np.flatnonzero(alone if stage is None else alone & stage)
     known = ~forced[rows] | (search.stiffness[rows] > 0.0)
     rest = np.append(_corrected(search, rows[known], MOST_WARM, stage is not None), rows[~known])
@@ -278,8 +279,10 @@ def settle(
     return Running(search.shift, search.load, search.stiffness, search.yaw, beyond)
 
 
-def _curved(search: Search, bogies: Bogies, start: Running) -> None:
+def _curved(search: Search, bogies: Bogies, start: Running, stage: bool) -> None:
     """Balance all bogies, in place, from where they ran before if they did.
+
+    In a `stage` of a wear step soon, or not at all: a shorter step costs less.
 
     Raises
     ------
@@ -288,8 +291,8 @@ def _curved(search: Search, bogies: Bogies, start: Running) -> None:
     """
     rows = bogies.points
     warm = bool((start.stiffness[rows] > 0.0).all())
-    left = curved(search, bogies, warm, TOLERANCE)
-    if left.size and warm:
+    left = curved(search, bogies, warm, TOLERANCE, _SOON if stage else MOST)
+    if left.size and warm and not stage:
         left = left[curved(search, bogies.at(left), False, TOLERANCE)]
     if left.size:
         radius = 1.0 / search.conditions.track_curvature[bogies.leading[left]]

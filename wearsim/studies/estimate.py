@@ -69,8 +69,8 @@ class _Leg:
         return change
 
     def time(self) -> float:
-        """Return that of all its steps [s], without what compiled in one of those tried."""
-        rest = sorted(self.seconds)[:-1] or self.seconds
+        """Return that of all its steps [s], without the first one tried, which may have compiled."""
+        rest = self.seconds[1:] or self.seconds
         return self.reasons.total() * sum(rest) / len(rest)
 
 
