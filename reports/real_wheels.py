@@ -92,6 +92,7 @@ RIGS = (
 SIDES = ("right", "left")
 CASES = (
     *(Case(name, name, 3000.0, target, changes=more) for name, target, more in RIGS),
+    Case("rig66_strips", "rig66", 3000.0, 90.0, changes=STRIPS),
     *(Case(name, name, 100.0, quarter=True, changes=more) for name, _, more in RIGS),
     Case("rig66", "rig66", 20.0, quarter=True),
     *(Case(f"rig66_seed{n}", "rig66", 100.0, seed=n, changes=SMOOTHED) for n in range(1, 6)),
@@ -298,7 +299,7 @@ def tables(table):
     long = [row for row in rows if row["distance_km"] >= 1000.0]
     short = [row for row in rows if pd.notna(row["difference_percent"])]
     seeds = [row for row in rows if pd.notna(row["unsmoothed"])]
-    strips = [row for row in rows if row["case"].endswith("_strips")]
+    strips = [row for row in rows if row["case"].endswith("_strips") and row["distance_km"] < 1000.0]
     run_of = (("reached_km", ".6g"), ("cpu_s", ".1f"))
     counts = (("steps", ".0f"), ("stages", ".0f"), ("rejected", ".0f"))
     bent = (("curvature_new_per_m", ".0f"), ("curvature_worn_per_m", ".0f"))
