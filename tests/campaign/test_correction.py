@@ -234,6 +234,9 @@ def test_few_points_are_the_half_space_s_until_their_wear_is_deep(evolution_of, 
     assert own[~deep].all()
     assert (own == ~deep)[:-1].all()
     assert not own[-2]
+    given = states[int(np.argmax(deep))]  # whose row is corrected at once
+    assert (given.correction.step[given.active_weight > 0.0] == given.step).all()
+    assert given.correction.wheel.any()
     assert np.isfinite(state.wear_depth).all()
     assert (state.correction.length > 0.0).all()
 

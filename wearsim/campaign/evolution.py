@@ -316,6 +316,8 @@ class WheelsetEvolution:
             for name, value in acted.items()
         }
         after = replace(worn, active_weight=weight, **kept)
+        if correction.stale(after, weight).any():  # given back by the reference: their row is corrected
+            after, taken = self._solved_with_reference(after, weight), replace(taken, end=None)
         if setup.counterface_wear is None or control.reached(after.distance, self.target):
             return after, taken
         changed = redressed(after, setup.counterface, setup.counterface_wear)

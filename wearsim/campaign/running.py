@@ -82,7 +82,7 @@ def refreshed_where_it_runs(
     """Return the state with what the reference says of some points (n,) where its forces let them run.
 
     Fast models whose forces are corrected find that place nearly: the reference looks there again.
-    `share_short` is that of `correction.refreshed`.
+    `share_short` is that of `differences.refreshed`.
     """
     for number in range(_ROUNDS + 1):
         if not among.any():

@@ -496,6 +496,5 @@ def _walked(search: Search, rows: IntArray) -> None:
         done=np.zeros(rows.size, bool),
     )  # fmt: skip
     search.shift[rows] = root
-    step = 2e-6
-    ends = [missing(root + side * step, np.ones(rows.size, bool)) for side in (-1.0, 1.0)]
-    search.stiffness[rows] = np.clip((ends[0] - ends[1]) / (2.0 * step), _GENTLE, _STIFFEST)
+    ends = [missing(root + side * 2e-6, np.ones(rows.size, bool)) for side in (-1.0, 1.0)]
+    search.stiffness[rows] = np.clip((ends[0] - ends[1]) / 4e-6, _GENTLE, _STIFFEST)
