@@ -147,12 +147,12 @@ def _press(work: Work, row: Row, total: int, displacement: float) -> tuple[float
 def solve_strips(
     work: Work, row: Row, total: int, displacement: float, table: FloatArray, tolerance: float
 ) -> tuple[float, bool]:
-    """Pressures that never pull on strips of given lengths, and lengths from them, in turn, if they settle.
+    """Pressures that never pull on strips of given lengths, and lengths from them, in turn.
 
     Steps of the lengths are those of Anderson's method.
     """
     strips, active, listed, bow, above = work.strips, work.active, work.listed, work.bow, work.above
-    kept, number, last, settled = total - total, total - total, 1.0, False
+    kept, number, last = total - total, total - total, 1.0
     for _ in range(_SWEEPS):
         for i in range(total):
             work.logs[i] = 0.5 * np.log(strips[i].square) - work.states[0].log_width
@@ -208,9 +208,8 @@ def solve_strips(
                 q = -2.0 * lifted / strips[i].bend
                 strips[i].square = min(max(q, 0.001 * strips[nearest].square), strips[nearest].square)
         if change < tolerance:
-            settled = True
             break
-    return displacement, settled
+    return displacement, True
 
 
 @bare_kernel
