@@ -40,9 +40,7 @@ _DAMPING = np.array(
 _STEPS = np.array([2e-6, 2e-6])  # of differences [m, rad]
 _LONGEST = np.array([0.5e-3, 1e-3, 0.5e-3, 1e-3])  # [m, rad]
 _SCALE = 1e4  # of residuals [N, N m]
-MOST = 80
-"""Solutions of all contacts until a balance is given up."""
-
+_MOST, _SOON = 80, 20  # solutions of all contacts until a balance is given up
 _KEPT = 0.6  # of the residual before, up to which the slope is kept
 _SMALL = 1e-2  # of the scale: from here on Newton's steps in full
 _ENDLESS = 1e9
@@ -141,7 +139,7 @@ def suspension(
     )
 
 
-def curved(search: Search, bogies: Bogies, warm: bool, tolerance: float, most: int = MOST) -> IntArray:
+def curved(search: Search, bogies: Bogies, warm: bool, tolerance: float, soon: bool = False) -> IntArray:
     """Find the balance of all bogies, in place of shift, yaw and loads of a search.
 
     Parameters
@@ -154,8 +152,8 @@ def curved(search: Search, bogies: Bogies, warm: bool, tolerance: float, most: i
         Whether the search starts where the axles ran before.
     tolerance : float
         Of forces and moments (at 1 m), over the axle load.
-    most : int
-        Solutions of all contacts.
+    soon : bool
+        Whether to give up soon.
 
     Returns
     -------
@@ -175,7 +173,7 @@ def curved(search: Search, bogies: Bogies, warm: bool, tolerance: float, most: i
     slope, known = np.zeros((count, 4, 4)), np.zeros(count, dtype=bool)
     taken, turned = np.zeros((count, 4)), np.zeros(count, dtype=bool)  # the steps before
     rest = np.arange(count)
-    for _ in range(most):
+    for _ in range(_SOON if soon else _MOST):
         rows = axles[rest].ravel()
         state = np.stack([search.shift[rows], search.yaw[rows]], axis=1).reshape(-1, 4)
         load = search.load[rows]

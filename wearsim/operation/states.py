@@ -36,7 +36,7 @@ from wearsim.contact.problem import ContactConditions, ContactModels, ContactPat
 from wearsim.contact.solve import ContactSolution, solve_each
 from wearsim.contact.wheels import joined
 from wearsim.errors import ContactError
-from wearsim.operation.bogie import MOST, Bogies, curved
+from wearsim.operation.bogie import Bogies, curved
 from wearsim.operation.resultants import Differences, Resultants, resultants
 
 MOST_WARM = 5
@@ -54,10 +54,9 @@ _LOADS_LEFT = 0.1  # of a correction of the loads that the next one takes, at th
 _MOST_TRIALS = 24
 _NOISE = 1e-8  # difference of shifts below which the roll's tolerance decides that of the forces [m]
 _JUMP = 1e-6  # widest bracket in which the force jumps: it changes by more than `_STIFFEST` explains [m]
-# In a stage:
-_SOON = 20  # solutions of all contacts of bogies, which otherwise have none
-_PROMISING = 2e-3  # force and loads missing, over the axle load, from which a step needs no solution
-_SMALL_STEP = 10e-6  # length of such a step [m]
+# In a stage a last step without a solution is enough from these on:
+_PROMISING = 2e-3  # force and loads missing, over the axle load
+_SMALL_STEP = 10e-6  # length of that step [m]
 _LEAST_LOAD = 0.02  # of a wheel, over the axle load: below it is unloaded
 _GENTLE = 1e4  # dH/dy of a start without a known one [N/m]
 
@@ -291,7 +290,7 @@ def _curved(search: Search, bogies: Bogies, start: Running, stage: bool) -> None
     """
     rows = bogies.points
     warm = bool((start.stiffness[rows] > 0.0).all())
-    left = curved(search, bogies, warm, TOLERANCE, _SOON if stage else MOST)
+    left = curved(search, bogies, warm, TOLERANCE, soon=stage)
     if left.size and warm and not stage:
         left = left[curved(search, bogies.at(left), False, TOLERANCE)]
     if left.size:
@@ -496,5 +495,6 @@ def _walked(search: Search, rows: IntArray) -> None:
         done=np.zeros(rows.size, bool),
     )  # fmt: skip
     search.shift[rows] = root
-    ends = [missing(root + side * 2e-6, np.ones(rows.size, bool)) for side in (-1.0, 1.0)]
-    search.stiffness[rows] = np.clip((ends[0] - ends[1]) / 4e-6, _GENTLE, _STIFFEST)
+    step = 2e-6
+    ends = [missing(root + side * step, np.ones(rows.size, bool)) for side in (-1.0, 1.0)]
+    search.stiffness[rows] = np.clip((ends[0] - ends[1]) / (2.0 * step), _GENTLE, _STIFFEST)

@@ -18,7 +18,6 @@ from wearsim.quantities import QUANTITIES, Quantity
 
 SCHEMA = 5
 PATCH_SLOTS = 8
-REGIME_FLAGS = ("wear_regime", "wear_regime_highest")
 
 FILL_FLOAT = float(netCDF4.default_fillvals["f8"])
 FILL_INT = int(netCDF4.default_fillvals["i4"])
@@ -110,6 +109,9 @@ KINDS: dict[str, Any] = {"f8": np.dtype("f8"), "i4": np.dtype("i4"), "str": str}
 
 STATED: dict[str, Any] = tomllib.loads(Path(__file__).with_name("schema.toml").read_text(encoding="utf-8"))
 """What result files hold beyond the table of quantities."""
+
+REGIME_FLAGS = tuple(name for name, dimension in STATED["places"].items() if dimension == "regime")
+"""Variables whose values are numbers of regimes."""
 
 PACKED = 1100
 """No byte of a result file unpacks to more bytes: deflate reaches 1030."""
