@@ -187,6 +187,8 @@ def solve_strips(
                 j = active[inner]
                 share = share_of_neighbour(one.load, strips[j].load)
                 q += share * (min(bow[j] * one.load / strips[j].load, bow[j]) - q)
+                if share == 1.0:
+                    one.square = q
             missed[k] = q - one.square
             change = max(change, abs(missed[k]) / most)
         work.states[0].left = change * (min(change / last, 1.0) if same else _RATE)
