@@ -13,7 +13,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from wearsim.contact.geometry import Gap
-from wearsim.contact.kernel import bare_kernel
+from wearsim.contact.kernel import bare_kernel, plain
 from wearsim.contact.patch import FloatArray, IntArray, Patch, Resolution
 from wearsim.contact.registry import check_grid
 from wearsim.errors import ContactError, NumericalError
@@ -225,11 +225,22 @@ class NormalModel:
         return solution
 
 
-_REAL = (
-    "centre_y", "contact_angle", "approach", "normal_force", "max_pressure", "edge_y", "load_scale",
+_OF_PATCH = (
+    "centre_y", "contact_angle", "approach", "normal_force", "max_pressure", "load_scale",
     "vertical_displacement",
 )  # fmt: skip
-_REAL_OF_PATCH = "y", "width", "x_lead", "x_trail", "pressure_slope", "interpenetration"
+_OF_STRIPS = "y", "x_lead", "x_trail", "pressure_slope", "interpenetration"
+
+
+@bare_kernel
+def _add_up(of_patch: tuple[FloatArray, ...], of_strips: tuple[FloatArray, ...], total: FloatArray) -> None:
+    """Add all values of each patch to `total` (m,)."""
+    for m in range(total.size):
+        for one in of_patch:
+            total[m] += one[m]
+        for each in of_strips:
+            for j in range(each.shape[1]):
+                total[m] += each[m, j]
 
 
 def _check_solution(gap: Gap, solution: NormalSolution, effective_modulus: float) -> None:
@@ -237,9 +248,11 @@ def _check_solution(gap: Gap, solution: NormalSolution, effective_modulus: float
     patch = solution.patch
     row = patch.row
     loaded = ~(solution.normal_force < FAINT * np.bincount(row, solution.normal_force)[row])
-    arrays = [getattr(solution, name) for name in _REAL] + [getattr(patch, name) for name in _REAL_OF_PATCH]
-    with np.errstate(all="ignore"):  # what is not finite makes sums that are not
-        fine = np.isfinite(sum(array if array.ndim == 1 else array.sum(axis=1) for array in arrays))
+    of_patch = tuple(plain(getattr(solution, name)) for name in _OF_PATCH)
+    of_strips = tuple(plain(getattr(patch, name)) for name in _OF_STRIPS)
+    total = patch.width + solution.edge_y.sum(axis=1)
+    _add_up(of_patch, of_strips, total)  # what is not finite makes sums that are not
+    fine = np.isfinite(total)
     if not fine.all():
         raise NumericalError(
             "the normal contact has no finite solution; check profiles, radii and load, or take another "
