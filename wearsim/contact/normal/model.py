@@ -225,22 +225,23 @@ class NormalModel:
         return solution
 
 
-_OF_PATCH = (
-    "centre_y", "contact_angle", "approach", "normal_force", "max_pressure", "load_scale",
+_REAL = (
+    "centre_y", "contact_angle", "approach", "normal_force", "max_pressure", "edge_y", "load_scale",
     "vertical_displacement",
 )  # fmt: skip
-_OF_STRIPS = "y", "x_lead", "x_trail", "pressure_slope", "interpenetration"
+_REAL_OF_PATCH = "x_lead", "x_trail", "y", "width", "pressure_slope", "interpenetration"
 
 
 @bare_kernel
-def _add_up(of_patch: tuple[FloatArray, ...], of_strips: tuple[FloatArray, ...], total: FloatArray) -> None:
-    """Add all values of each patch to `total` (m,)."""
+def _sum_up(values: tuple[FloatArray, ...], total: FloatArray, longest: FloatArray) -> None:
+    """Sum (m,) of all values (m, k) of each patch, and its longest strip, between the first two of them."""
     for m in range(total.size):
-        for one in of_patch:
-            total[m] += one[m]
-        for each in of_strips:
-            for j in range(each.shape[1]):
-                total[m] += each[m, j]
+        total[m], longest[m] = 0.0, 0.0
+        for one in values:
+            for j in range(one.shape[1]):
+                total[m] += one[m, j]
+        for j in range(values[0].shape[1]):
+            longest[m] = max(longest[m], values[0][m, j] - values[1][m, j])
 
 
 def _check_solution(gap: Gap, solution: NormalSolution, effective_modulus: float) -> None:
@@ -248,11 +249,10 @@ def _check_solution(gap: Gap, solution: NormalSolution, effective_modulus: float
     patch = solution.patch
     row = patch.row
     loaded = ~(solution.normal_force < FAINT * np.bincount(row, solution.normal_force)[row])
-    of_patch = tuple(plain(getattr(solution, name)) for name in _OF_PATCH)
-    of_strips = tuple(plain(getattr(patch, name)) for name in _OF_STRIPS)
-    total = patch.width + solution.edge_y.sum(axis=1)
-    _add_up(of_patch, of_strips, total)  # what is not finite makes sums that are not
-    fine = np.isfinite(total)
+    arrays = [getattr(patch, name) for name in _REAL_OF_PATCH] + [getattr(solution, name) for name in _REAL]
+    total, longest = np.empty((2, row.size))
+    _sum_up(tuple(plain(array).reshape(row.size, -1) for array in arrays), total, longest)
+    fine = np.isfinite(total)  # what is not finite makes sums that are not
     if not fine.all():
         raise NumericalError(
             "the normal contact has no finite solution; check profiles, radii and load, or take another "
@@ -260,7 +260,7 @@ def _check_solution(gap: Gap, solution: NormalSolution, effective_modulus: float
             row=int(row[np.argmin(fine)]),
             rows=np.unique(row[~fine]).tolist(),
         )
-    half = 0.5 * (patch.x_lead - patch.x_trail).max(axis=1)
+    half = 0.5 * longest
     radius = _smallest_radius(gap, solution)
     beyond = loaded & (half > LONGEST_PATCH * radius)
     if beyond.any():
