@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from wearsim.contact.patch import FloatArray, IntArray
-from wearsim.contact.solve import ContactSolution, solve_each
+from wearsim.contact.solve import ContactSolution, available_cores, solve_each
 from wearsim.damage.wear import passage_depth
 from wearsim.errors import ContactError, Fault, NumericalError, SceneError
 from wearsim.operation.left_out import LARGEST_SHARE, carried_share, mask_of
@@ -29,10 +29,10 @@ _Failed = Mapping[int, ContactError]
 """Errors of points without contact, by their row."""
 
 
-def check_contact(scene: CampaignScene) -> tuple[Fault, ...]:
+def check_contact(scene: CampaignScene, threads: int | None = None) -> tuple[Fault, ...]:
     """Solve the contact of the new wheels at all operating points of a scene of `load_scene`.
 
-    With FASTSIM, whatever the tangential model.
+    With FASTSIM, whatever the tangential model; on so many threads, by default all available.
 
     Returns
     -------
@@ -56,7 +56,7 @@ def check_contact(scene: CampaignScene) -> tuple[Fault, ...]:
             if noise := noise_faults(part, setup):  # a contact that noise decides has no faults of the scene
                 faults += noise
                 continue
-            failed, share = _failed(setup)
+            failed, share = _failed(setup, threads or available_cores())
         except ContactError as error:  # of no point: the grid
             faults.append(part.fault(("contact",), str(error)))
             continue
@@ -72,7 +72,7 @@ def check_contact(scene: CampaignScene) -> tuple[Fault, ...]:
     return tuple(warnings)
 
 
-def _failed(setup: CampaignSetup) -> tuple[dict[int, ContactError], float]:
+def _failed(setup: CampaignSetup, threads: int) -> tuple[dict[int, ContactError], float]:
     """Errors of points without contact, and the share of the wear they carry; inf if one only watches."""
     points, wear, failed = setup.points, setup.wear, dict[int, ContactError]()
 
@@ -84,7 +84,9 @@ def _failed(setup: CampaignSetup) -> tuple[dict[int, ContactError], float]:
     for one in (setup.models, *setup.fallbacks):
         failed, conditions = {}, points.conditions.at(rest)
         problem = (setup.wheelset, setup.counterface, replace(one, tangential="fastsim"))
-        found = solve_each(conditions, *problem, worn, failed=failed, fields=wear.needs_fields or "work")
+        found = solve_each(
+            conditions, *problem, worn, threads=threads, failed=failed, fields=wear.needs_fields or "work"
+        )
         parts += [(rest[point], area) for point, area in found]
         failed = {int(rest[row]): error for row, error in failed.items()}
         rest = np.array(sorted(failed), dtype=np.int64)
