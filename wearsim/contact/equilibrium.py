@@ -15,7 +15,6 @@ _MOST_WIDENINGS, _MOST_STEPS = 12, 60
 _MOST_ROLLS = 20
 QUICK_ROLLS = 4
 """Rolls after which a bracket is forgotten: displacements of these may hang on the roll before a little."""
-_LATE = 10.0  # times the tolerance, after quick rolls: displacements on rough gaps scatter by as much
 _LARGEST_CHANGE = 1e-4  # rad, of the roll in the end: where loads jump with the roll it does not come to rest
 _LEAST_FALL, _LARGEST_FALL = 0.1, 5.0  # of the difference with the roll, over the distance of the wheels
 
@@ -104,7 +103,7 @@ def resting_roll(
     half_span : float
         Half the distance of the wheels, for the second guess [m].
     tolerance : float
-        Of the difference, ten times as large after `QUICK_ROLLS` [m].
+        Of the difference [m].
     fall : (n,) array, optional
         How fast the difference falls, over the distance of the wheels, to begin with; the last one seen is
         left in it. 1 if not given [-].
@@ -133,7 +132,7 @@ def resting_roll(
         aim = roll + off / (span * fall)
         outside = moving & ~((low < aim) & (aim < high))
         aim[outside] = 0.5 * (low[outside] + high[outside])
-        moving = np.abs(off) > (tolerance if trial < QUICK_ROLLS else _LATE * tolerance)
+        moving = np.abs(off) > tolerance
         if trial == _MOST_ROLLS - 1:
             moving &= np.abs(aim - roll) > _LARGEST_CHANGE
         if not moving.any():
