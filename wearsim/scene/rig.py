@@ -10,7 +10,7 @@ from pydantic import Field
 from wearsim.errors import Fault, SceneError, raise_any
 from wearsim.scene.models import BlockSection, RigScene
 from wearsim.scene.rows import read_rows
-from wearsim.scene.section import Section, Text, number, words
+from wearsim.scene.section import Section, Text
 from wearsim.scene.vehicle import Place, shipped_or_own
 from wearsim.toml_faults import read_toml, shown
 
@@ -18,33 +18,31 @@ from wearsim.toml_faults import read_toml, shown
 class RigLimits(Section):
     """[limits] of a rig: the largest magnitude of set-points of its blocks, under their names."""
 
-    shift_mm: float | None = number("shift", "the largest shift", None)
-    yaw_mrad: float | None = number("yaw", "the largest yaw", None)
-    lateral_force_kN: float | None = Field(None, gt=0.0, description="the largest lateral force")
-    load_kN: float | None = number("wheel_load", "the largest load of a wheel", None)
-    wheel_load_right_kN: float | None = number("wheel_load", "the largest load of the right wheel", None)
-    wheel_load_left_kN: float | None = number("wheel_load", "the largest load of the left wheel", None)
-    axle_load_kN: float | None = number("axle_load", "the largest axle load", None)
-    axle_box_right_kN: float | None = number("axle_load", "the largest force on the right axle box", None)
-    axle_box_left_kN: float | None = number("axle_load", "the largest force on the left axle box", None)
-    axle_torque_kN_m: float | None = Field(None, gt=0.0, description="the largest torque on the axle")
-    speed_km_h: float | None = number("speed", "the highest speed", None)
-    speed_difference_percent: float | None = number("speed_difference", "the largest difference", None)
+    shift_mm: float | None = None
+    yaw_mrad: float | None = None
+    lateral_force_kN: float | None = None
+    load_kN: float | None = None
+    wheel_load_right_kN: float | None = None
+    wheel_load_left_kN: float | None = None
+    axle_load_kN: float | None = None
+    axle_box_right_kN: float | None = None
+    axle_box_left_kN: float | None = None
+    axle_torque_kN_m: float | None = None
+    speed_km_h: float | None = None
+    speed_difference_percent: float | None = None
 
 
 class RigFile(Section):
     """A roller rig: rollers, drive, what it controls and within which limits."""
 
-    name: Text = words("the name of the rig")
-    source: Text = words("where its data are from")
-    roller_radius_mm: float = number("roller_radius", "the radius of the rollers at the profile's top")
-    roller_radius_left_mm: float | None = number(
-        "roller_radius", "the radius of the left roller, if it differs", None
-    )
-    gauge_mm: float = number("gauge", default=1435.0)
-    gauge_height_mm: float = number("gauge_height", "the depth below the top at which it is measured", 14.0)
-    drive: Literal["coupled", "independent"] = Field(description="whether both rollers turn alike")
-    controlled: tuple[str, ...] = Field(description="the set-points of its blocks that it can control")
+    name: Text
+    source: Text
+    roller_radius_mm: float
+    roller_radius_left_mm: float | None = None
+    gauge_mm: float = 1435.0
+    gauge_height_mm: float = 14.0
+    drive: Literal["coupled", "independent"]
+    controlled: tuple[str, ...]
     limits: RigLimits = Field(default_factory=lambda: RigLimits.model_validate({}))
 
 

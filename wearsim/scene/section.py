@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import re
+import tomllib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
 from pydantic import AfterValidator, Field, GetCoreSchemaHandler, PrivateAttr
@@ -24,33 +27,35 @@ _SI = {
 _ASCII = str.maketrans("µ²³", "u23")
 
 
+_KEYS: dict[str, dict[str, Any]] = tomllib.loads(
+    Path(__file__).with_name("keys.toml").read_text(encoding="utf-8")
+)
+_NOT_HERE = _KEYS.pop("not_here")
+_TEXTS = ("Text", "Words", "Inclination")
+"""Types of texts, which have at most 200 characters."""
+
+
 def range_of(name: str) -> dict[str, Any]:
     """Input range of a quantity as arguments of `Field`."""
     low, high, above = QUANTITIES[name].range
     return {"gt" if above else "ge": low, "le": high}
 
 
-def number(name: str, meaning: str = "", default: Any = ...) -> Any:
-    """Field of a quantity: its unit, its limits and, where none is given, its meaning."""
-    meaning = meaning or f"the {QUANTITIES[name].meaning}"
-    unit = QUANTITIES[name].shown_unit.translate(_ASCII)
-    extra: Any = {"unit": unit} if unit != "1" else None
-    return Field(default, description=meaning, json_schema_extra=extra, **range_of(name))
-
-
-def entries(meaning: str, most: int, default: Any = (), **more: Any) -> Any:
-    """Field of a list of at most `most` values, a tuple in Python."""
-    return Field(default, description=meaning, max_length=most, strict=False, **more)
-
-
-def axle_torque(meaning: str, default: Any = ...) -> Any:
-    """Field of a torque on an axle."""
-    return Field(default, description=meaning, ge=-50.0, le=50.0, json_schema_extra={"unit": "kN m"})
-
-
-def words(meaning: str, default: Any = ...) -> Any:
-    """Field of a text of at most 200 characters."""
-    return Field(default, description=meaning, min_length=1, max_length=200)
+def _field(annotation: str, said: str | dict[str, Any], default: Any, laws: Callable[[str], str]) -> Any:
+    """Field of a key as `keys.toml` describes it; lists of values are tuples in Python."""
+    options: dict[str, Any] = {"meaning": said} if isinstance(said, str) else dict(said)
+    meaning, unit = options.pop("meaning", ""), options.pop("unit", "")
+    if annotation.split(" ")[0] in _TEXTS:
+        options = {"min_length": 1, "max_length": 200}
+    elif "max_length" in options:
+        options.setdefault("strict", False)
+    if name := options.pop("quantity", None):
+        meaning = meaning or f"the {QUANTITIES[name].meaning}"
+        unit = unit or QUANTITIES[name].shown_unit.translate(_ASCII)
+        options |= range_of(name)
+    extra: Any = {"unit": unit} if unit not in ("", "1") else None
+    text = re.sub(r"\{(\w+)\}", lambda parameter: laws(parameter[1]), meaning)
+    return Field(default, description=text, json_schema_extra=extra, **options)
 
 
 def _printable(text: str) -> str:
@@ -89,6 +94,19 @@ class Section(Table):
     not_here: ClassVar[dict[str, str]] = {}
     _place: tuple[str, int] | None = PrivateAttr(None)  # file and line of a table that is a row of a CSV file
 
+    @staticmethod
+    def laws_that_take(parameter: str) -> str:
+        """Names of the laws that take a parameter, for the meaning of a key."""
+        return parameter
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        for key, said in _KEYS.get(cls.__name__, {}).items():
+            default = cls.__dict__.get(key, ...)
+            setattr(cls, key, _field(cls.__annotations__[key], said, default, cls.laws_that_take))
+        hints = _NOT_HERE.get(cls.__name__, {}).items()
+        cls.not_here = cls.not_here | {key: hint for keys, hint in hints for key in keys.split()}
+
     def si(self) -> dict[str, Any]:
         """Values by key without its unit, numbers in SI units; without None and lists of numbers."""
         values: dict[str, Any] = {}
@@ -103,15 +121,9 @@ class Section(Table):
 class SetPoints(Section):
     """What blocks, classes and segments of track have in common."""
 
-    name: Text = words("a name for tables and figures")
-    speed_km_h: float = number("speed", "the speed")
-    friction: float = number(
-        "friction", "Coulomb's coefficient of friction, on the tread if it is another there"
-    )
-    friction_flange: float | None = number("friction_flange", default=None)
-    axle_torque_kN_m: float | None = axle_torque(
-        "the torque on the axle, driving forward, by default that of [contact]", None
-    )
-    environment: float = number(
-        "environment", "the factor on the wear depth, 1 for dry laboratory coefficients", 1.0
-    )
+    name: Text
+    speed_km_h: float
+    friction: float
+    friction_flange: float | None = None
+    axle_torque_kN_m: float | None = None
+    environment: float = 1.0

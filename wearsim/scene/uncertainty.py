@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
 from scipy import stats
 
 from wearsim.errors import SceneError, raise_any
 from wearsim.scene.overrides import Override, paths_of
-from wearsim.scene.section import Section, Text, entries, number, words
+from wearsim.scene.section import Section, Text
 from wearsim.toml_faults import KeyPath, is_key, shown, unknown_key
 
 if TYPE_CHECKING:
@@ -36,33 +35,19 @@ Drawn = float | int | str | dict[str, Any]
 class InputSection(Section):
     """[[uncertainty.input]]: one uncertain key of the scene and its distribution."""
 
-    key: Text = words(
-        "the dotted key, such as wear.hardness_GPa; operation.friction stands for that of every block and "
-        "class, rig. or field. before it for one scene of a comparison"
-    )
-    name: Text | None = words("a name for tables and figures, by default the key", None)
-    distribution: Literal["uniform", "normal", "lognormal", "values"] = Field(
-        description="uniform from low to high; normal with mean and std; lognormal with median, and 90 % "
-        "from median / within to median * within; or one of values, each as likely"
-    )
-    low: float | None = Field(None, description="the lowest value of a uniform distribution")
-    high: float | None = Field(None, description="the highest value of a uniform distribution")
-    mean: float | None = Field(None, description="the mean of a normal distribution")
-    std: float | None = Field(None, gt=0.0, description="the standard deviation of a normal distribution")
-    median: float | None = Field(None, gt=0.0, description="the median of a lognormal distribution")
-    within: float | None = Field(
-        None, gt=1.0, le=100.0, description="the factor that 90 % of a lognormal distribution keep to"
-    )
-    values: tuple[float | int | str | dict[str, Any], ...] = entries(
-        "the values of a distribution of them; tables of keys for key = wear", 100
-    )
-    acts: Literal["value", "factor", "addition"] = Field(
-        "value", description="whether what is drawn takes the place of the scene's values, or acts on them"
-    )
-    shared: bool = Field(
-        False, description="whether rig and field get one value, such as that of a steel; else each its own"
-    )
-    source: Text | None = words("where the range comes from", None)
+    key: Text
+    name: Text | None = None
+    distribution: Literal["uniform", "normal", "lognormal", "values"]
+    low: float | None = None
+    high: float | None = None
+    mean: float | None = None
+    std: float | None = None
+    median: float | None = None
+    within: float | None = None
+    values: tuple[float | int | str | dict[str, Any], ...] = ()
+    acts: Literal["value", "factor", "addition"] = "value"
+    shared: bool = False
+    source: Text | None = None
 
     @property
     def label(self) -> str:
@@ -73,23 +58,19 @@ class InputSection(Section):
 class MaterialSection(Section):
     """[[uncertainty.material]]: another steel, to be ranked against that of the scene."""
 
-    name: Text = words("the name of the steel")
-    wear: dict[str, Any] = Field(
-        min_length=1, description="keys of [wear] that it changes, such as law, coefficients, hardness_GPa"
-    )
-    source: Text | None = words("where its coefficients come from", None)
+    name: Text
+    wear: dict[str, Any]
+    source: Text | None = None
 
 
 class UncertaintySection(Section):
     """[uncertainty]: what `wearsim run SCENE --bands` draws, and how often."""
 
-    draws: int = number("uncertainty_draws", "the number of draws, 64, 128, 256, ...", 64)
-    most_draws: int | None = number(
-        "uncertainty_draws", "the number up to which draws are doubled until the bands are sure", None
-    )
-    seed: int = number("sweep_seed", "the seed of the draws", 1)
-    input: tuple[InputSection, ...] = entries("the uncertain inputs", 30)
-    material: tuple[MaterialSection, ...] = entries("steels in comparison with that of the scene", 20)
+    draws: int = 64
+    most_draws: int | None = None
+    seed: int = 1
+    input: tuple[InputSection, ...] = ()
+    material: tuple[MaterialSection, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from pydantic import AfterValidator, Field, Strict, ValidationError
 from wearsim.contact.patch import FloatArray
 from wearsim.damage.wear.table import INDEX_COLUMNS, RATE_COLUMNS, WearTable
 from wearsim.errors import Fault, SceneError, raise_any
-from wearsim.scene.section import Section, Text, number, words
+from wearsim.scene.section import Section, Text
 from wearsim.toml_faults import (
     KeyPath,
     Lines,
@@ -43,16 +43,14 @@ def column(meaning: str, unit: str) -> Any:
 class WearTableSection(Section):
     """[wear.table]: a wear law of one's own, one index column or two and one column of the wear rate."""
 
-    source: Words = words("where the table comes from")
-    certainty: Words = words("how sure it is, in words")
-    validity: Words | None = words("what it holds for", None)
-    materials: Words | None = words("wheel and rail, and the state of their surfaces", None)
-    interpolation: Literal["linear", "step"] = Field(description="what holds between the rows")
-    beyond: Literal["hold", "slope"] = Field(description="what holds beyond the last row")
-    below: Literal["proportional", "hold", "zero"] | None = Field(
-        None, description="what holds below the first row, where that is above 0"
-    )
-    hardness_GPa: float | None = number("hardness", default=None)
+    source: Words
+    certainty: Words
+    validity: Words | None = None
+    materials: Words | None = None
+    interpolation: Literal["linear", "step"]
+    beyond: Literal["hold", "slope"]
+    below: Literal["proportional", "hold", "zero"] | None = None
+    hardness_GPa: float | None = None
     T_gamma_A_N_mm2: Column | None = column("frictional work per area and distance", "N/mm2")
     power_density_W_mm2: Column | None = column("frictional power per area", "W/mm2")
     slip_speed_m_s: Column | None = column("the sliding speed", "m/s")
