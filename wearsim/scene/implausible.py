@@ -8,7 +8,8 @@ from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 from wearsim.scene.models import FieldScene, RigScene
-from wearsim.toml_faults import KeyPath, shown
+from wearsim.texts import shown
+from wearsim.toml_faults import KeyPath
 
 
 class Implausible(NamedTuple):

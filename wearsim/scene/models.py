@@ -218,26 +218,7 @@ class MonitorSection(Section):
 class RecordColumns(Section):
     """[recorded.columns]: the column of the file by quantity, with its unit; what has none is constant."""
 
-    time_s: Text | None = None
-    time_h: Text | None = None
-    distance_m: Text | None = None
-    distance_km: Text | None = None
-    speed_km_h: Text | None = None
-    speed_m_s: Text | None = None
-    shift_mm: Text | None = None
-    shift_m: Text | None = None
-    yaw_mrad: Text | None = None
-    yaw_rad: Text | None = None
-    curve_radius_m: Text | None = None
-    track_curvature_per_m: Text | None = None
-    track_curvature_per_km: Text | None = None
-    friction: Text | None = None
-    wheel_load_right_kN: Text | None = None
-    wheel_load_right_N: Text | None = None
-    wheel_load_left_kN: Text | None = None
-    wheel_load_left_N: Text | None = None
-    axle_torque_kN_m: Text | None = None
-    axle_torque_N_m: Text | None = None
+    others: ClassVar[str] = "Text"
 
     @property
     def given(self) -> dict[str, str]:

@@ -26,7 +26,7 @@ from wearsim.profile.smoothing import ROUGH_BELOW, change, longest_wavelength, r
 from wearsim.scene.models import FieldScene, RigScene
 from wearsim.scene.read import inputs_of
 from wearsim.scene.setup import CampaignSetup
-from wearsim.toml_faults import shown
+from wearsim.texts import shown
 
 DECIDES = 0.8
 """RMS change of pressure by noise over the largest pressure, from which noise decides the contact: a little

@@ -33,6 +33,7 @@ from wearsim.scene.sides import side_warnings
 from wearsim.scene.sweep import SweepScene, read_sweep
 from wearsim.scene.vehicle import Rails, rails_of, read_vehicle
 from wearsim.scene.wear_table import read_wear_table
+from wearsim.texts import shown
 from wearsim.toml_faults import (
     LARGEST_FILE,
     LARGEST_TABLE,
@@ -41,7 +42,6 @@ from wearsim.toml_faults import (
     content_of,
     is_key,
     key_lines,
-    shown,
     text_of,
     toml_of,
     unknown_key,

@@ -14,7 +14,8 @@ from wearsim.operation.recorded import Samples, samples_of
 from wearsim.quantities import QUANTITIES
 from wearsim.results.file import UNREADABLE
 from wearsim.scene.models import FieldScene
-from wearsim.toml_faults import LARGEST_TABLE, content_of, shown, suggestion, text_of
+from wearsim.texts import shown
+from wearsim.toml_faults import LARGEST_TABLE, content_of, suggestion, text_of
 from wearsim.whole_files import signals_wait
 
 _UNITS: dict[str, tuple[str, float]] = {

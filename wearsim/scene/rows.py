@@ -13,7 +13,8 @@ from pydantic import ValidationError
 
 from wearsim.errors import Fault, raise_any
 from wearsim.scene.section import Section
-from wearsim.toml_faults import content_of, decimal, shown, suggestion, text_of, validation_faults
+from wearsim.texts import shown
+from wearsim.toml_faults import content_of, decimal, suggestion, text_of, validation_faults
 
 Row = TypeVar("Row", bound=Section)
 

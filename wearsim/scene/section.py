@@ -92,6 +92,7 @@ class Section(Table):
     """A table of the scene file; `not_here` holds hints on keys that people look for in it."""
 
     not_here: ClassVar[dict[str, str]] = {}
+    others: ClassVar[str] = "float"  # type of keys that stand in `keys.toml` alone and may be missing
     _place: tuple[str, int] | None = PrivateAttr(None)  # file and line of a table that is a row of a CSV file
 
     @staticmethod
@@ -102,7 +103,8 @@ class Section(Table):
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)
         for key, said in _KEYS.get(cls.__name__, {}).items():
-            default = cls.__dict__.get(key, ...)
+            default = cls.__dict__.get(key, ... if key in cls.__annotations__ else None)
+            cls.__annotations__.setdefault(key, f"{cls.others} | None")
             setattr(cls, key, _field(cls.__annotations__[key], said, default, cls.laws_that_take))
         hints = _NOT_HERE.get(cls.__name__, {}).items()
         cls.not_here = cls.not_here | {key: hint for keys, hint in hints for key in keys.split()}

@@ -52,7 +52,7 @@ from wearsim.scene.models import CHAINS, ContactSection, FieldScene, RecordedSec
 from wearsim.scene.read import inputs_of
 from wearsim.scene.section import Section
 from wearsim.scene.vehicle import VehicleSection
-from wearsim.toml_faults import shown
+from wearsim.texts import shown
 
 OF_BOGIES = "raise curve_radius_m, lower cant_deficiency_mm or friction, or give another vehicle"
 """What to do where a bogie has no balance."""

@@ -8,7 +8,7 @@ from pathlib import PurePath
 
 from wearsim.errors import Fault
 from wearsim.scene.models import FieldScene, RigScene
-from wearsim.toml_faults import shown
+from wearsim.texts import shown
 
 _SIDES = {"l": "left", "r": "right"}
 _IN_NAME = re.compile(r"(?<![a-z])(left|right|links|rechts)(?![a-z])")

@@ -17,7 +17,8 @@ from wearsim.quantities import QUANTITIES
 from wearsim.scene.models import Header, SceneModel, find_file
 from wearsim.scene.overrides import Override, value_of
 from wearsim.scene.section import Section, Text
-from wearsim.toml_faults import KeyPath, content_of, shown, text_of
+from wearsim.texts import shown
+from wearsim.toml_faults import KeyPath, content_of, text_of
 
 MOST_CASES = int(QUANTITIES["sweep_cases"].range.high)
 

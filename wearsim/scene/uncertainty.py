@@ -15,7 +15,8 @@ from scipy import stats
 from wearsim.errors import SceneError, raise_any
 from wearsim.scene.overrides import Override, paths_of
 from wearsim.scene.section import Section, Text
-from wearsim.toml_faults import KeyPath, is_key, shown, unknown_key
+from wearsim.texts import shown
+from wearsim.toml_faults import KeyPath, is_key, unknown_key
 
 if TYPE_CHECKING:
     from wearsim.scene.models import CompareScene, FieldScene, RigScene

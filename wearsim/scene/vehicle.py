@@ -19,7 +19,8 @@ from wearsim.profile.standard import shipped_path
 from wearsim.quantities import QUANTITIES
 from wearsim.scene.rows import read_rows
 from wearsim.scene.section import Section, SetPoints, Text
-from wearsim.toml_faults import KeyPath, cross_check, read_toml, shown, suggestion
+from wearsim.texts import say, shown
+from wearsim.toml_faults import KeyPath, cross_check, read_toml, suggestion
 
 if TYPE_CHECKING:
     from wearsim.scene.models import FieldScene, RigScene
@@ -115,16 +116,15 @@ class TrackKeys(SetPoints):
     @model_validator(mode="after")
     def _fit(self) -> Self:
         cants = [key for key in ("cant_mm", "cant_deficiency_mm") if getattr(self, key) is not None]
-        text, key = "", "curve_radius_m"
+        key = text = ""
         if self.curve_radius_m is None and cants:
-            text, key = f"cant is for curves; give curve_radius_m, or delete {cants[0]}", cants[0]
+            key, text = cants[0], say("vehicle.cant_on_straight", key=cants[0])
         elif self.curve_radius_m is None and self.shift_std_mm is None:
-            text, key = "straight track needs shift_std_mm, that of the lateral motion", "name"
+            key, text = "name", say("vehicle.straight_without_motion")
         elif self.curve_radius_m is not None and len(cants) != 1:
-            text = "a curve needs either cant_mm or cant_deficiency_mm; give one of them"
+            key, text = "curve_radius_m", say("vehicle.one_cant")
         elif self.curve_radius_m is not None and self.shift_std_mm is not None and not self.by_file:
-            text = "shift_std_mm is for straight track: the balance of the bogie gives the shift; delete it"
-            key = "shift_std_mm"
+            key, text = "shift_std_mm", say("vehicle.motion_in_curve")
         if text:
             raise cross_check(f"{shown(self.name)}: {text}", key)
         return self
@@ -170,11 +170,9 @@ class TrackSection(PracticeKeys, TrackKeys):
     @model_validator(mode="after")
     def _practice_fits(self) -> Self:
         if self.axle_torques and self.axle_torque_kN_m is not None:
-            text = "axle_torques and axle_torque_kN_m exclude each other; delete one of them"
-            raise cross_check(f"{shown(self.name)}: {text}", "axle_torques")
+            raise cross_check(say("vehicle.torques", of=self), "axle_torques")
         if self.lubricated_share < 1.0 and self.friction_flange is None:
-            text = f"lubricated_share = {self.lubricated_share:g} needs friction_flange, that of the"
-            raise cross_check(f"{shown(self.name)}: {text} lubricated flange; give it", "lubricated_share")
+            raise cross_check(say("vehicle.lubricated", of=self), "lubricated_share")
         return self
 
 
@@ -283,10 +281,8 @@ def read_vehicle(scene: FieldScene, place: Place) -> Route:
     if section.route is not None and not section.track:
         where = place("vehicle.route", section.route)
         if where is None:
-            text = f"route = {shown(section.route)} does not exist as given or next to the scene file"
-            raise SceneError(
-                [*faults, *of_file, scene.fault(("vehicle", "route"), f"{text}; give a CSV file")]
-            )
+            text = say("vehicle.no_route", section=section)
+            raise SceneError([*faults, *of_file, scene.fault(("vehicle", "route"), text)])
         try:
             each, practice = section.each, set(PracticeKeys.model_fields)
             given = {} if each is None else each.model_dump(exclude_none=True, exclude=practice)
@@ -305,9 +301,7 @@ def read_vehicle(scene: FieldScene, place: Place) -> Route:
         if abs(largest) > most:
             name = "axle_torques" if one.axle_torque_kN_m is None else "axle_torque_kN_m"
             key = ("vehicle", "class", k, name) if segments is None else ("vehicle", "route")
-            text = f"axle_torque_kN_m = {largest:g} is more than friction can carry in {shown(one.name)}"
-            text += f": friction x axle load x radius_mm = {most:.3g} kN m; lower it"
-            faults.append(scene.fault(key, text))
+            faults.append(scene.fault(key, say("vehicle.torque", largest=largest, most=most, of=one)))
     raise_any(faults)
     about = f"{file.name} ({file.source})"
     kinds = list(zip(practice_of(section).values(), rails_of(scene)[1], strict=True))
@@ -320,15 +314,13 @@ def _faults(section: VehicleSection) -> list[tuple[KeyPath, str]]:
     """Keys of the classes of track that do not fit together, with messages."""
     total = sum(one.share for one in section.track)
     if section.route is not None and section.track:
-        return [(("vehicle", "route"), "route and [[vehicle.class]] exclude each other; delete one of them")]
+        return [(("vehicle", "route"), say("vehicle.route_and_classes"))]
     if section.route is None and section.each is not None:
-        return [(("vehicle", "each"), "[vehicle.each] is for segments of a route; give route, or delete it")]
+        return [(("vehicle", "each"), say("vehicle.each_alone"))]
     if section.route is None and not section.track:
-        text = "[vehicle] has no track; write [[vehicle.class]], or route = a CSV file of segments"
-        return [(("vehicle",), text)]
+        return [(("vehicle",), say("vehicle.no_track"))]
     if section.track and abs(total - 1.0) > SHARES_ROUNDED:
-        text = f"share: the shares of all classes must sum to 1 within 1 %, not {total:.7g}; change them"
-        return [(("vehicle", "class", 0, "share"), text)]
+        return [(("vehicle", "class", 0, "share"), say("vehicle.share_sum", total=total))]
     return []
 
 
@@ -342,9 +334,8 @@ def cut_motion(section: VehicleSection, clearance: float) -> list[tuple[KeyPath,
     for path, spread in spreads.items():
         cut = math.exp(-0.5 * (1e3 * WITHIN * clearance / spread) ** 2) if spread > 0.0 else 0.0
         if cut > CUT_UNNOTED:
-            text = f"shift_std_mm = {spread:g}: {100.0 * cut:.2g} % of the motion would go beyond the flange"
-            text += f" clearance of {1e3 * clearance:.3g} mm; it turns {WITHIN:g} of the way there"
-            found.append((path, text))
+            values = {"spread": spread, "cut": cut, "clearance": clearance, "within": WITHIN}
+            found.append((path, say("vehicle.motion_cut", **values)))
     return found
 
 

@@ -18,6 +18,7 @@ from wearsim.contact.patch import FloatArray
 from wearsim.damage.wear.table import INDEX_COLUMNS, RATE_COLUMNS, WearTable
 from wearsim.errors import Fault, SceneError, raise_any
 from wearsim.scene.section import Section, Text
+from wearsim.texts import say
 from wearsim.toml_faults import (
     KeyPath,
     Lines,
@@ -89,10 +90,8 @@ def wear_table(section: WearTableSection, name: str) -> tuple[WearTable | None, 
     faults += _below_faults(section, index, columns)
     if faults:
         return None, faults
-    rows = (
-        f"{columns[rate].size} rows, between them {section.interpolation}, beyond the last {section.beyond}"
-    )
-    rows += f", below the first {section.below}" if section.below else ""
+    below = f", below the first {section.below}" if section.below else ""
+    rows = say("table.rows", count=columns[rate].size, section=section, below=below)
     return WearTable(
         name=name,
         laws=("table",),
@@ -117,19 +116,15 @@ def _key_faults(
     section: WearTableSection, index: tuple[str, ...], rates: tuple[str, ...]
 ) -> Iterator[tuple[KeyPath, str]]:
     if len(index) != 1 and index != ("slip_speed_m_s", "pressure_MPa"):
-        which = f"is {' and '.join(index)}" if index else "is missing"
-        known = ", ".join(INDEX_COLUMNS)
-        yield (), f"the index {which}; give one of {known}, or slip_speed_m_s and pressure_MPa for a map"
+        yield (), say("table.index" if index else "table.no_index", given=index, known=INDEX_COLUMNS)
     if len(rates) != 1:
-        which = f"is {' and '.join(rates)}" if rates else "is missing"
-        yield (), f"the wear rate {which}; give one of {', '.join(RATE_COLUMNS)}"
+        yield (), say("table.rate" if rates else "table.no_rate", given=rates, known=RATE_COLUMNS)
     elif rates == ("wear_coefficient",) and section.hardness_GPa is None:
-        yield (), "hardness_GPa is missing; wear_coefficient needs the hardness of the wheel, about 3"
+        yield (), say("table.no_hardness")
     elif rates != ("wear_coefficient",) and section.hardness_GPa is not None:
-        message = f"hardness_GPa acts with wear_coefficient only, not with {rates[0]}; delete it"
-        yield ("hardness_GPa",), message
+        yield ("hardness_GPa",), say("table.hardness", rate=rates[0])
     if section.beyond == "slope" and (len(index) > 1 or section.interpolation == "step"):
-        yield ("beyond",), 'beyond = "slope" is for one index with linear interpolation; write "hold"'
+        yield ("beyond",), say("table.slope")
 
 
 def _below_faults(
@@ -141,11 +136,7 @@ def _below_faults(
         yield ("below",), "below acts where the first row is above 0 only; delete it"
     if first is not None and section.below is None:
         row = int(columns[first].argmin())
-        text = f"{first} = {columns[first][row]:g} is the first row, and nothing says what holds below it"
-        text += (
-            '; write below = "proportional" (a straight line from 0), "hold" (its rate down to no slip) or'
-        )
-        yield (first, row), f'{text} "zero", or add a row at 0'
+        yield (first, row), say("table.below", key=first, value=columns[first][row])
 
 
 def _line_faults(key: str, axis: FloatArray) -> PathFaults:
