@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy.special import ndtri
 
 from wearsim.errors import SceneError, raise_any
 from wearsim.scene.overrides import Override, paths_of
@@ -21,7 +21,7 @@ from wearsim.toml_faults import KeyPath, is_key, unknown_key
 if TYPE_CHECKING:
     from wearsim.scene.models import CompareScene, FieldScene, RigScene
 
-_WITHIN = float(stats.norm.ppf(0.95))  # standard deviations from the middle to the end of a 90 % range
+_WITHIN = float(ndtri(0.95))  # standard deviations from the middle to the end of a 90 % range
 _NEEDS: Mapping[str, tuple[str, ...]] = {
     "uniform": ("low", "high"),
     "normal": ("mean", "std"),
@@ -84,7 +84,7 @@ class Dimension:
 
     def drawn(self, share: float) -> Drawn:
         """Value at a share of the distribution between 0 and 1; of numbers six digits, legible in tables."""
-        of, deviation = self.section, float(stats.norm.ppf(share))
+        of, deviation = self.section, float(ndtri(share))
         if of.distribution == "values":
             return of.values[min(int(share * len(of.values)), len(of.values) - 1)]
         first, second = (getattr(of, key) for key in _NEEDS[of.distribution])
@@ -121,10 +121,12 @@ def draws_of(dimensions: int, count: int, seed: int) -> NDArray[np.float64]:
 
     Scramble k has the draws k, k + 8, k + 16, ...: more draws continue fewer.
     """
+    from scipy.stats import qmc  # 0.3 s to import, only spent where it is needed
+
     each = -(-count // SCRAMBLES)
     points = np.empty((each, SCRAMBLES, dimensions))
     for k, random in enumerate(np.random.default_rng(seed).spawn(SCRAMBLES)):
-        points[:, k] = stats.qmc.Sobol(dimensions, rng=random).random(each)
+        points[:, k] = qmc.Sobol(dimensions, rng=random).random(each)
     return points.reshape(-1, dimensions)[:count]
 
 
