@@ -15,7 +15,7 @@ from wearsim.profile.placement import RUNNING_CIRCLE
 from wearsim.profile.shape import Profile
 from wearsim.results import open_results
 from wearsim.toml_faults import decimal
-from wearsim.translation.axes import at_distances, rows_at
+from wearsim.translation.factors import at_distances, rows_at
 from wearsim.whole_files import signals_wait
 
 

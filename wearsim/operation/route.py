@@ -35,6 +35,8 @@ LEAST_CONICITY = 1e-3
 """Equivalent conicity below which a wheelset is taken for one of cylinders [-]."""
 
 _AMPLITUDES, _PHASES = 3, 8
+POSITIONS = _AMPLITUDES * _PHASES
+"""Positions of an axle on straight track."""
 
 MOST_CLASSES = 32
 """Classes that segments of track are reduced to at most."""

@@ -13,7 +13,7 @@ import pandas as pd
 import xarray as xr
 from matplotlib.figure import Figure
 
-from wearsim.report import answer, plates, sources, tables, tables_damage, tables_quality, tables_translation
+from wearsim.report import answer, plates, sources, tables, tables_damage, tables_translation
 from wearsim.report.plates import Plate
 from wearsim.report.style import role_of, role_title
 from wearsim.report.tables import Table
@@ -146,7 +146,7 @@ def _bands(c: Campaigns) -> Content:
 
 
 def _quality(c: Campaigns) -> Content:
-    yield tables_quality.quality(c.datasets)
+    yield tables.quality(c.datasets)
     yield from figures(c, plates.steps)
 
 

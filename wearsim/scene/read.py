@@ -24,12 +24,12 @@ from wearsim.profile.shape import Profile, resample
 from wearsim.profile.smoothing import smoothed
 from wearsim.profile.standard import shipped_path
 from wearsim.scene import messages
+from wearsim.scene.implausible import side_warnings
 from wearsim.scene.messages import by_line
 from wearsim.scene.models import AnyScene, CompareScene, FieldScene, Origin, RigScene, find_file
 from wearsim.scene.overrides import Override, at_its_source, merge, overridden_text, toml_text
 from wearsim.scene.recorded import read_record
 from wearsim.scene.rig import with_programme, with_rig
-from wearsim.scene.sides import side_warnings
 from wearsim.scene.sweep import SweepScene, read_sweep
 from wearsim.scene.vehicle import Rails, rails_of, read_vehicle
 from wearsim.scene.wear_table import read_wear_table

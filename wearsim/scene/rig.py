@@ -9,8 +9,7 @@ from pydantic import Field
 
 from wearsim.errors import Fault, SceneError, raise_any
 from wearsim.scene.models import BlockSection, RigScene
-from wearsim.scene.rows import read_rows
-from wearsim.scene.section import Section, Text
+from wearsim.scene.section import Section, Text, read_rows
 from wearsim.scene.vehicle import Place, shipped_or_own
 from wearsim.texts import say
 from wearsim.toml_faults import read_toml

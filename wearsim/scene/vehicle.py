@@ -17,8 +17,7 @@ from wearsim.operation.route import WITHIN, AxleShares, Curve, Tangent
 from wearsim.profile.placement import slope_of
 from wearsim.profile.standard import shipped_path
 from wearsim.quantities import QUANTITIES
-from wearsim.scene.rows import read_rows
-from wearsim.scene.section import Section, SetPoints, Text
+from wearsim.scene.section import Section, SetPoints, Text, read_rows
 from wearsim.texts import say, shown
 from wearsim.toml_faults import KeyPath, cross_check, read_toml, suggestion
 

@@ -24,7 +24,7 @@ from wearsim.quantities import QUANTITIES
 from wearsim.results.file import UNREADABLE, load_derived
 from wearsim.results.limits import LIMITED, limits_met
 from wearsim.translation import factors
-from wearsim.translation.axes import FloatArray, IntArray, at_distances
+from wearsim.translation.factors import FloatArray, IntArray, at_distances
 from wearsim.translation.translate import WHEELS, content_hash, translate
 
 QUANTILES = (0.05, 0.5, 0.95)
