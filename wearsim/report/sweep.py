@@ -15,9 +15,8 @@ from matplotlib.figure import Figure
 
 from wearsim.quantities import QUANTITIES
 from wearsim.report.figures.campaign import series_colour
-from wearsim.report.html import page
+from wearsim.report.html import Block, page
 from wearsim.report.plates import Plate
-from wearsim.report.sections import Block
 from wearsim.report.style import (
     COLOURS,
     SERIES_COLOURS,

@@ -13,12 +13,12 @@ from typing import Any
 
 from wearsim.errors import ProfileError
 from wearsim.profile import measures, standard
-from wearsim.profile.definitions import Definition, sample
 from wearsim.profile.files import FORMATS, ProfileReading, is_file, place_file, read_profile
 from wearsim.profile.files.points import number_fault, read_text, value_of
 from wearsim.profile.placement import INCLINATION, UPRIGHT, tilt_to_add
 from wearsim.profile.shape import Kind, Profile
 from wearsim.profile.smoothing import smoothed
+from wearsim.profile.standard import Definition, sample
 
 _SPACING = 0.25e-3  # point distance of standard shapes [m]
 _WRITTEN = re.compile(r"\s*[#!]\s*(wheel|rail) profile\b")
