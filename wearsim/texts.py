@@ -51,7 +51,7 @@ def _messages() -> dict[str, Any]:
     return tomllib.loads(Path(__file__).with_name("texts.toml").read_text(encoding="utf-8"))
 
 
-def say(name: str, **values: Any) -> str:
+def say(name: str, /, **values: Any) -> str:
     """Message of a name in `texts.toml`, such as "rig.no_file", with values in its fields.
 
     Fields are those of `str.format`; besides, ``{gap:.3g mm}`` shows a value in SI units in others,

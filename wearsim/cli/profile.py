@@ -22,6 +22,7 @@ from wearsim.profile.measures import running_circle_level
 from wearsim.profile.placement import RUNNING_CIRCLE
 from wearsim.profile.shape import Profile
 from wearsim.results import open_results
+from wearsim.texts import say
 from wearsim.toml_faults import decimal
 from wearsim.translation.factors import at_distances, rows_at
 from wearsim.whole_files import signals_wait, write_whole
@@ -76,12 +77,8 @@ def worn_wheel(path: Path, side: str, at_km: str | None) -> tuple[ProfileInput, 
     radius = float(attributes["wheel_radius"])
     diameter = 2.0 * (radius + running_circle_level(y, z))
     back_to_back = 2.0 * (float(attributes["half_span"]) - RUNNING_CIRCLE)
-    notes = (
-        f"{side} wheel after {km}: {how}",
-        f"z counts from the new running circle, radius {1e3 * radius:g} mm; now the diameter is "
-        f"{1e3 * diameter:.3f} mm there",
-        f"this diameter and the back-to-back distance {1e3 * back_to_back:g} mm are taken, if none is stated",
-    )
+    given = {"radius": radius, "diameter": diameter, "back_to_back": back_to_back}
+    notes = (f"{side} wheel after {km}: {how}", *say("result.wheel", **given).splitlines())
     source = f"{side} wheel of {path.name} after {km}, {how}"
     profile = Profile(f"{path.stem}_{side}_{km.replace(' ', '')}", "wheel", y, z, source)
     wheel = ProfileInput(
@@ -178,10 +175,7 @@ def measure_fleet(arguments: Namespace) -> int:
     at, limits = request.common(kind)
     files, skipped = request.take(lambda: profile_files(folder, "format" in request.statements)) or ([], [])
     if not files and not request.faults:
-        request.faults.append(
-            f"--fleet = {folder} holds no profile files (.whl, .ban, .prw, .csv, ...); give another folder, "
-            "or the format of all its files with --format"
-        )
+        request.faults.append(say("profile.empty_fleet", folder=folder))
     request.raise_any()
     rows = []
     for row in fleet_rows(files, at, limits, kind=request.kind, against=against):

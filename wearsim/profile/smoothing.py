@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from wearsim.errors import ProfileError
 from wearsim.profile.shape import FloatArray, Profile, arc_length, corners, vertex_lengths, vertex_normals
+from wearsim.texts import say
 
 ROUGH_BELOW = 2e-3
 """Wavelength below which what a measured profile holds is roughness: a contact patch is wider [m]."""
@@ -126,10 +127,7 @@ def smoothed(profile: Profile, wavelength: float) -> Profile:
         return profile
     s = arc_length(profile.y, profile.z)
     if wavelength > longest_wavelength(profile):
-        raise ProfileError(
-            f"{profile.name}: noise wavelength = {wavelength * 1e3:g} mm must be below a fifth of the "
-            f"profile's length of {s[-1] * 1e3:.4g} mm"
-        )
+        raise ProfileError(say("profile.long_wave", profile=profile, wave=wavelength, length=s[-1]))
     points = np.vstack((profile.y, profile.z))
     result = points.copy()
     ends = [0, *_corners(points, s), len(s) - 1]

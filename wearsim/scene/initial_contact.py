@@ -21,7 +21,7 @@ from wearsim.scene.models import FieldScene, RigScene
 from wearsim.scene.overrides import at_its_source
 from wearsim.scene.read import CampaignScene, inputs_of
 from wearsim.scene.setup import CampaignSetup, build, warnings_of
-from wearsim.texts import shown
+from wearsim.texts import say
 from wearsim.toml_faults import KeyPath
 
 LARGEST_TILT = 1e-3
@@ -289,11 +289,8 @@ def _noise_text(scene: RigScene | FieldScene, setup: CampaignSetup, one: _Noise,
     """Message on a profile whose section a smoothing `wavelength` [m] would cure."""
     (table, key), profile = one.path, one.profile
     given, shift = getattr(scene, table).smooth_mm, setup.points.conditions.shift[one.row]
-    noise = (
-        f"{key} = {shown(one.name)}: noise of {1e6 * one.height:.2g} um rms in wavelengths below "
-        f"{1e3 * ROUGH_BELOW:g} mm decides the contact: at a shift of {1e3 * shift:.4g} mm it changes "
-        f"pressures by {100.0 * one.share:.0f} % of the largest (rms, {100.0 * DECIDES:.0f} % allowed)"
-    )
+    values = {"below": ROUGH_BELOW, "shift": shift, "decides": DECIDES}
+    noise = say("scene.noise", key=key, one=one, **values)
     wavelength = max(wavelength, _STEP + 1e-3 * (given or 0.0))
     longest = min(_LONGEST, longest_wavelength(profile))
     if wavelength > longest:

@@ -24,6 +24,7 @@ from wearsim.scene.overrides import Override
 from wearsim.scene.sweep import Case
 from wearsim.scene.uncertainty import Dimension, dimensions_of, draws_of, material_overrides, overrides_of
 from wearsim.studies.ensemble import Outcome, check_cases, outcome_in, run_cases
+from wearsim.texts import say
 from wearsim.translation import bands
 from wearsim.translation.bands import FILE, MATERIALS
 from wearsim.whole_files import NO_FILL, utf8, write_netcdf
@@ -199,10 +200,7 @@ def text_of(made: xr.Dataset, ranked: pd.DataFrame) -> str:
     ]
     sure = float(made.attrs["largest_error_over_width"])
     if sure > bands.SURE:
-        lines.append(
-            f"warning: the standard error of a quantile is {sure:.0%} of its band, above {bands.SURE:.0%}; "
-            "raise draws or most_draws in [uncertainty]"
-        )
+        lines.append(say("result.unsure_bands", error=f"{sure:.0%}", most=f"{bands.SURE:.0%}"))
     if len(ranked):
         lines += ["", "Worn area over that of the scene's steel:"]
         lines.append(ranked.to_string(index=False, float_format=lambda value: f"{value:.4g}"))

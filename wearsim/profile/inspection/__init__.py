@@ -18,6 +18,7 @@ from wearsim.profile.reprofiling import reprofile, reprofile_axle
 from wearsim.profile.shape import Kind, Profile
 from wearsim.profile.smoothing import smoothed
 from wearsim.profile.worn import WearBetween, wear_between
+from wearsim.texts import say
 
 COUNTERPART = {"wheel": "60E1", "rail": "S1002"}
 _LARGE_REST = 50e-6  # left on the zones of a best fit, not explained by noise of an instrument [m]
@@ -59,17 +60,10 @@ class Comparison:
         """What speaks against the wear; a sentence each."""
         lines = []
         if self.wear.worn_area < 0.0:
-            lines.append(
-                "the net worn area is negative, which no wear is: they are not of one "
-                f"{self.reference.kind}, or --align {self.alignment.rule} does not fit them"
-            )
+            lines.append(say("profile.negative_area", of=self))
         rms = self.alignment.rms
         if rms is not None and rms > _LARGE_REST:
-            lines.append(
-                f"{1e6 * rms:.0f} µm rms are left on parts that do not wear, more than "
-                f"{1e6 * _LARGE_REST:.0f}: wear of this size is uncertain; a profile measured at a tilt "
-                "needs --rotate"
-            )
+            lines.append(say("profile.large_rest", rms=rms, most=1e6 * _LARGE_REST))
         return tuple(lines)
 
 
