@@ -13,7 +13,7 @@ from typing import Any
 
 from wearsim.profile.conicity import Running
 from wearsim.profile.files.points import one_line, value_of
-from wearsim.profile.inspection import Comparison, Inspection, ReprofiledWheel
+from wearsim.profile.inspection import Inspection, ReprofiledWheel
 from wearsim.profile.inspection.fleet import FleetRow
 from wearsim.profile.inspection.inputs import ProfileInput
 from wearsim.profile.limits import NO_DIAMETER, Judgement
@@ -21,58 +21,43 @@ from wearsim.profile.measures import BELOW_TIP, LEVEL, Measures
 from wearsim.profile.placement import BACK_TO_BACK, RUNNING_CIRCLE
 from wearsim.profile.shape import arc_length
 from wearsim.quantities import QUANTITIES
+from wearsim.texts import written
 
 _COLUMNS: dict[str, Any] = tomllib.loads(Path(__file__).with_name("columns.toml").read_text(encoding="utf-8"))
 MEASURES, _FLEET = _COLUMNS["measures"], _COLUMNS["fleet"]
+_ROOM = "wearsim.profile.inspection"
 _SHORT = {**MEASURES, "equivalent_conicity": "conicity"}
 
 
 def as_text(result: Inspection) -> str:
     """Return everything in tables for people."""
-    blocks = [_origin(result.given)]
-    if result.left is not None:
-        blocks.append(_origin(result.left, "left wheel: "))
-    if result.comparison is not None:
-        blocks.append(_comparison(result.comparison))
-    if result.measures:
-        blocks += [_measures(result), _limits(result)]
-    blocks.append(_running(result))
-    return "\n\n".join("\n".join(block) for block in blocks)
+    values: dict[str, Any] = {"r": result, "measures": _measures(result), "limits": _limits(result)}
+    if result.running is not None:
+        values |= {"track": track_text(result.running)} | _running(result, result.running)
+    sources = dict.fromkeys((each.source, each.certainty) for each in result.judgements)
+    return written(
+        _ROOM, "profile.txt.j2", **_SAYS, **values, sources=sources, header=_header, margin=_margin,
+        arc_length=arc_length, quantities=QUANTITIES, circle=RUNNING_CIRCLE, level=LEVEL, below_tip=BELOW_TIP,
+    )  # fmt: skip
 
 
-def _origin(given: ProfileInput, before: str = "") -> list[str]:
-    """Return what was read, and where it comes from."""
-    y, z = 1e3 * given.profile.y, 1e3 * given.profile.z
-    lines = [
-        f"{before}{given.profile.name}, {given.kind}, {given.title}",
-        f"  points     {len(y)} over {arc_length(y, z)[-1]:.2f} mm along the profile, y {y.min():.2f} to "
-        f"{y.max():.2f} mm, z {z.min():.2f} to {z.max():.2f} mm",
-    ]
-    if given.measured:
-        lines.append(f"  file       {given.given}")
-    header = [f"{key} {value}" for key in _COLUMNS["header"] if (value := value_of(given.header, key))]
-    if header:
-        lines += _wrapped("header", "; ".join(one_line(each)[:300] for each in header))
-    lines += _notes(given)
-    if given.certainty:
-        lines += _wrapped("source", given.source) + _wrapped("certainty", given.certainty)
-    return lines
+def reprofiled_text(template: ProfileInput, wheels: Sequence[ReprofiledWheel]) -> str:
+    """Return what the lathe takes of one wheel, or of right and left."""
+    return written(_ROOM, "reprofiled.txt.j2", **_SAYS, template=template, wheels=wheels)
 
 
-def _notes(given: ProfileInput) -> list[str]:
-    notes = given.notes or ("nothing to be detected or changed",)
-    return [
-        line for k, note in enumerate(notes) for line in _wrapped("" if k else "read", one_line(note)[:300])
-    ]
+def _header(given: ProfileInput) -> list[str]:
+    texts = ((key, value_of(given.header, key)) for key in _COLUMNS["header"])
+    return [one_line(f"{key} {value}")[:300] for key, value in texts if value]
 
 
-def _wrapped(word: str, text: str) -> list[str]:
+def _wrapped(word: str, text: str) -> str:
     """Lines of a long text behind a word."""
     first = f"  {word:<10} "
     lines = textwrap.wrap(
         text, 110, initial_indent=first, subsequent_indent=" " * len(first), break_long_words=False
     )
-    return lines or [first]
+    return "\n".join(lines or [first])
 
 
 def _table(rows: Sequence[Sequence[str]]) -> list[str]:
@@ -88,46 +73,11 @@ def _number(value: float | None, form: str = ".3f", factor: float = 1e3) -> str:
     return "-" if value is None else f"{round(factor * value, 3) + 0.0:{form}}"
 
 
-def _comparison(comparison: Comparison) -> list[str]:
-    """Alignment and wear."""
-    alignment, wear = comparison.alignment, comparison.wear
-    dy, dz, angle = (_number(each, "+.3f") for each in (alignment.dy, alignment.dz, alignment.angle))
-    rest = "" if alignment.rms is None else f"; {1e6 * alignment.rms:.1f} µm rms left"
-    zones = ", ".join(f"{name} {1e6 * area:.2f}" for name, area in wear.zone_areas.items())
-    return [
-        f"against {comparison.reference.profile.name} ({comparison.reference.title})",
-        *_notes(comparison.reference),
-        *_wrapped("aligned", f"{alignment.rule}: {alignment.note}"),
-        f"  {'moved by':<10} y {dy} mm, z {dz} mm, rotated by {angle} mrad{rest}",
-        f"  {'':<10} measures and running behaviour below are of the profile as measured, not moved",
-        f"  worn area  {1e6 * wear.worn_area:.2f} mm² ({zones})",
-        f"  deepest    {1e3 * wear.max_wear_depth:.3f} mm at y = {1e3 * wear.max_wear_depth_y:.2f} mm",
-        *_wrapped("", wear.note),
-        *(line for warning in comparison.warnings for line in _wrapped("WARNING", warning)),
-    ]
-
-
-def reprofiled_text(template: ProfileInput, wheels: Sequence[ReprofiledWheel]) -> str:
-    """Return what the lathe takes of one wheel, or of right and left."""
-    both = len(wheels) == 2
-    lines = [f"reprofiled to {template.profile.name} ({template.title}), least loss of diameter"]
-    for each in wheels:
-        word = f"{each.wheel} wheel: " if both else ""
-        after = "" if each.wheel_diameter is None else f", to {1e3 * each.wheel_diameter:.3f} mm"
-        lines.append(f"  {word}the lathe takes {_number(each.diameter_loss)} mm of the diameter{after}")
-    tight = min(wheels, key=lambda each: each.slack)
-    whose, (start, end) = f" of the {tight.wheel} wheel" if both else "", tight.compared
-    decided = f"decided at y = {1e3 * tight.place:.2f} mm{whose}, where nothing is taken"
-    where = f"compared from {1e3 * start:.2f} to {1e3 * end:.2f} mm, flange backs on each other"
-    lines += _wrapped("", f"{decided}; {where}")
-    if both and wheels[0].wheel_diameter is None:
-        lines += _wrapped("", "both diameters are not known (--diameter-mm, --left-diameter-mm): taken for "
-                              "equal at the running circles")  # fmt: skip
-    return "\n".join(lines)
+_SAYS: dict[str, Any] = {"number": _number, "wrapped": _wrapped, "one_line": one_line}
 
 
 def _measures(result: Inspection) -> list[str]:
-    """Gauge values, of both wheels or against another."""
+    """Table of the gauge values, of both wheels or against another."""
     several, comparison = len(result.measures) > 1, result.comparison
     columns = [(body if several else result.given.profile.name, each.values, ".3f")
                for body, each in result.measures.items()]  # fmt: skip
@@ -140,17 +90,7 @@ def _measures(result: Inspection) -> list[str]:
         if any(name in values for _, values, _ in columns):
             cells = (_number(values.get(name), form) for _, values, form in columns)
             rows.append([f"  {_named(name)}", *cells])
-    whys = [
-        f"  no {QUANTITIES[name].meaning}{f' of {body}' if several else ''}: {why}"
-        for body, each in result.measures.items()
-        for name, why in each.missing.items()
-    ]
-    return [
-        *_table(rows),
-        *whys,
-        f"  running circle {1e3 * RUNNING_CIRCLE:g} mm from the flange back; Sd {1e3 * LEVEL:g} mm above it; "
-        f"qR from there to {1e3 * BELOW_TIP:g} mm below the flange tip",
-    ]
+    return _table(rows)
 
 
 def _named(name: str) -> str:
@@ -159,23 +99,15 @@ def _named(name: str) -> str:
 
 
 def _limits(result: Inspection) -> list[str]:
-    """Each limit with what is left, and where it comes from."""
-    if result.limits is None or not result.judgements:
-        return ["no limits for these measures"]
-    rows = [[f"limits [mm] ({result.limits.name})", "value", "limit"]]
+    """Table of the limits."""
+    rows = [[f"limits [mm] ({result.limits.name})" if result.limits else "", "value", "limit"]]
     for each in result.judgements:
         factor = QUANTITIES[each.measure].shown_factor
         whose = f"{each.wheel} " if len(result.measures) > 1 and each.wheel != "axle" else ""
         limit = "-" if each.limit is None else f"{each.limit * factor:g}"
-        rows.append(
-            [f"  {whose}{_named(each.measure)}", _number(each.value, factor=factor), f"{each.bound} {limit}"]
-        )
-    remarks = ["margin", *map(_margin, result.judgements)]
-    lines = [f"{line}  {remark}" for line, remark in zip(_table(rows), remarks, strict=True)]
-    lines.append(f"  {result.limits.title}")
-    for source, certainty in dict.fromkeys((each.source, each.certainty) for each in result.judgements):
-        lines += _wrapped("source", source) + _wrapped("certainty", certainty)
-    return lines
+        value = _number(each.value, factor=factor)
+        rows.append([f"  {whose}{_named(each.measure)}", value, f"{each.bound} {limit}"])
+    return _table(rows)
 
 
 def _margin(judgement: Judgement) -> str:
@@ -195,12 +127,9 @@ def track_text(run: Running) -> str:
     return f"{wheels} on {run.track}"
 
 
-def _running(result: Inspection) -> list[str]:
-    """Return rolling radius difference and conicity."""
-    run, before = result.running, result.comparison
-    if run is None:
-        return [f"no rolling radius difference and conicity: {result.trouble}"]
-    runs = {"": run}
+def _running(result: Inspection, run: Running) -> dict[str, Any]:
+    """Tables of rolling radius difference and conicity, and why values are missing."""
+    before, runs = result.comparison, {"": run}
     if before is not None and before.running is not None:
         runs[f", {before.reference.profile.name}"] = before.running
     shifts = list(dict.fromkeys(at.shift for each in runs.values() for at in each.rolling_radius_difference))
@@ -208,15 +137,12 @@ def _running(result: Inspection) -> list[str]:
     conicities = [["  amplitude [mm]", *(f"{1e3 * at.amplitude:.0f}" for at in run.equivalent_conicity)]]
     for title, each in runs.items():
         known = {at.shift: _number(at.value) for at in each.rolling_radius_difference}
-        differences.append(
-            [f"  rolling radius difference{title} [mm]", *(known.get(at, "") for at in shifts)]
-        )
+        cells = (known.get(at, "") for at in shifts)
+        differences.append([f"  rolling radius difference{title} [mm]", *cells])
         values = [_number(at.value, factor=1.0) for at in each.equivalent_conicity]
         conicities.append([f"  equivalent conicity, EN 15302{title}", *values])
-    whys = [f"  -: {at.reason}" for each in runs.values() for at in each.equivalent_conicity if at.reason]
-    if run.differ:
-        whys.append("  equal diameters at both running circles, but for a difference that is stated")
-    return [track_text(run), *_table(differences), *_table(conicities), *dict.fromkeys(whys)]
+    whys = [at.reason for each in runs.values() for at in each.equivalent_conicity if at.reason]
+    return {"running": _table(differences) + _table(conicities), "undefined": dict.fromkeys(whys)}
 
 
 def points_csv(result: Inspection) -> str:
