@@ -24,6 +24,7 @@ from wearsim.damage.wear.table import WearTable
 from wearsim.errors import SceneError
 from wearsim.scene.section import Registered, Section, Text
 from wearsim.scene.wear_table import PathFaults, WearTableSection, wear_table
+from wearsim.texts import say
 from wearsim.toml_faults import cross_check
 
 
@@ -78,8 +79,7 @@ class BrakeBlockSection(Section):
     @model_validator(mode="after")
     def _rises(self) -> Self:
         if self.to_mm <= self.from_mm:
-            text = f"to_mm = {self.to_mm:g} must be above from_mm = {self.from_mm:g}; exchange them"
-            raise cross_check(text, "to_mm")
+            raise cross_check(say("scene.brake_block", of=self), "to_mm")
         return self
 
     def depth(self, y: FloatArray) -> FloatArray:

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from wearsim.errors import Fault
 from wearsim.scene.models import FieldScene, RigScene
-from wearsim.texts import shown
+from wearsim.texts import say, shown
 from wearsim.toml_faults import KeyPath
 
 
@@ -68,8 +68,7 @@ def implausible(scene: RigScene | FieldScene) -> Iterator[tuple[KeyPath, str]]:
     names = Counter(run.name for run in runs.values())
     for path, run in runs.items():
         if names.pop(run.name, 1) > 1:
-            text = f"name = {shown(run.name)} is that of another {path[1]}, too"
-            yield (*path, "name"), f"{text}: tables and figures cannot tell them apart"
+            yield (*path, "name"), say("scene.same_name", run=run, what=path[1])
 
 
 _SIDES = {"l": "left", "r": "right"}

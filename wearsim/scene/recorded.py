@@ -14,7 +14,7 @@ from wearsim.operation.recorded import Samples, samples_of
 from wearsim.quantities import QUANTITIES
 from wearsim.results.file import UNREADABLE
 from wearsim.scene.models import FieldScene
-from wearsim.texts import shown
+from wearsim.texts import say, shown
 from wearsim.toml_faults import LARGEST_TABLE, content_of, suggestion, text_of
 from wearsim.whole_files import signals_wait
 
@@ -70,7 +70,7 @@ def read_record(
             )
     for quantity, sign in _SIGNS.items():
         if quantity in named and getattr(section, sign) is None:
-            text = f'{named[quantity]} needs {sign} = "right" or "left" in [recorded]: signs are not guessed'
+            text = say("recorded.sign", key=named[quantity], sign=sign)
             faults.append(scene.fault((*where, named[quantity]), text))
     constants = {"speed": section.speed_km_h, "friction": section.friction}
     for side in ("right", "left"):
@@ -79,11 +79,9 @@ def read_record(
     if "shift" not in named:
         missing.insert(0, "shift")
     if missing:
-        text = f"no column for {', '.join(missing)}; name one in [recorded.columns], or give the constant"
-        faults.append(scene.fault(where, text))
+        faults.append(scene.fault(where, say("recorded.missing", names=missing)))
     if not {"time", "place"} & set(named):
-        text = "no distance: name a column for time_s or distance_m, for what distance each sample stands"
-        faults.append(scene.fault(where, text))
+        faults.append(scene.fault(where, say("recorded.no_distance")))
     raise_any(faults)
     columns = _columns(path)
     for key, name in columns_of.items():

@@ -15,7 +15,7 @@ from scipy.special import ndtri
 from wearsim.errors import SceneError, raise_any
 from wearsim.scene.overrides import Override, paths_of
 from wearsim.scene.section import Section, Text
-from wearsim.texts import shown
+from wearsim.texts import say, shown
 from wearsim.toml_faults import KeyPath, is_key, unknown_key
 
 if TYPE_CHECKING:
@@ -144,8 +144,7 @@ def dimensions_of(scene: RigScene | FieldScene | CompareScene) -> tuple[Dimensio
     """
     section = scene.uncertainty
     if section is None or not section.input:
-        text = "bands need uncertain inputs; write [[uncertainty.input]] with key and distribution"
-        raise SceneError([scene.fault(("uncertainty",), text)])
+        raise SceneError([scene.fault(("uncertainty",), say("uncertainty.nothing"))])
     parts = {
         prefix: (type(part), part.scene.kind, part.model_dump(mode="json", by_alias=True))
         for prefix, part in scene.prefixed.items()
@@ -158,25 +157,17 @@ def dimensions_of(scene: RigScene | FieldScene | CompareScene) -> tuple[Dimensio
         keys = {kind: pairs for kind, pairs in keys.items() if pairs}
         own = list(_faults(one))
         if one.acts != "value" and lacking:
-            text = (
-                f"acts = {shown(one.acts)} needs numbers in the scene; write {', '.join(lacking[:3])} there"
-            )
-            own.append(("acts", text))
+            own.append(("acts", say("uncertainty.no_numbers", one=one, keys=lacking[:3])))
         if not keys:
-            own.append(
-                ("key", f"key = {shown(one.key)} is none of this scene; give one such as operation.friction")
-            )
+            own.append(("key", say("uncertainty.no_key", one=one)))
         elif one.shared and len(keys) < len(parts):
-            own.append(
-                ("shared", f"shared = true, but only the {next(iter(keys))} has {one.key}; delete shared")
-            )
+            own.append(("shared", say("uncertainty.not_shared", one=one, kind=next(iter(keys)))))
         elif one.shared or len(keys) == 1:
             found.append(Dimension(one.label, one, tuple(chain(*keys.values()))))
         else:
             found += [Dimension(f"{one.label}, {kind}", one, tuple(pairs)) for kind, pairs in keys.items()]
         if one.label in [other.label for other in section.input[:index]]:
-            text = f"two inputs are called {shown(one.label)}; give one of them another name"
-            own.append(("key", text))
+            own.append(("key", say("uncertainty.alike", one=one)))
         messages += [(("uncertainty", "input", index, key), text) for key, text in own]
     model = type(scene.parts[0])
     for index, steel in enumerate(section.material):
@@ -188,8 +179,9 @@ def dimensions_of(scene: RigScene | FieldScene | CompareScene) -> tuple[Dimensio
         count = getattr(section, key)
         if count is not None and count & (count - 1):
             low = 2 ** int(math.log2(count))
-            text = f"{key} = {count} must be a power of two; write {low} or {2 * low}"
-            messages.append((("uncertainty", key), text))
+            messages.append(
+                (("uncertainty", key), say("uncertainty.no_power", key=key, count=count, both=[low, 2 * low]))
+            )
     raise_any([scene.fault(*message) for message in messages])
     return tuple(found)
 
