@@ -11,11 +11,11 @@ import pytest
 
 import wearsim
 from wearsim.cli import build_parser
+from wearsim.errors import say
 from wearsim.profile.alignment import ALIGNMENTS
 from wearsim.quantities import QUANTITIES
 from wearsim.scene import scene_schema
 from wearsim.studies.contact_flags import COLUMNS
-from wearsim.texts import say
 
 PACKAGE = Path(wearsim.__file__).parent
 COMMANDS = next(
@@ -161,5 +161,5 @@ def test_every_call_of_a_message_gives_what_stands_in_its_fields():
     ],
 )
 def test_fields_of_messages(monkeypatch, text, output):
-    monkeypatch.setattr("wearsim.texts._messages", lambda: {"room": {"name": text}})
+    monkeypatch.setattr("wearsim.errors._messages", lambda: {"room": {"name": text}})
     assert say("room.name", gap=1.234e-3, key="a", names=("x", "y")) == output

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wearsim.texts import shown
+from wearsim.errors import shown
 from wearsim.toml_faults import key_lines, line_of, nearest, syntax_fault
 
 TEXT = '''\

@@ -15,8 +15,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails, PydanticCustomError
 
-from wearsim.errors import LONGEST_ECHO, Fault, SceneError, brief
-from wearsim.texts import shown
+from wearsim.errors import LONGEST_ECHO, Fault, SceneError, brief, shown
 
 if TYPE_CHECKING:
     from tree_sitter import Node

@@ -12,17 +12,16 @@ import numpy as np
 
 from wearsim.cli import print_json
 from wearsim.cli.streams import formula_warning
-from wearsim.errors import ProfileError, ResultError
+from wearsim.errors import ProfileError, ResultError, say
 from wearsim.profile.files import WRITTEN_FORMATS, is_file, write_profile
 from wearsim.profile.inspection import Inspection, inspect_profile, reprofiled_wheels, tables
-from wearsim.profile.inspection.fleet import fleet_rows, profile_files
 from wearsim.profile.inspection.inputs import ProfileInput
 from wearsim.profile.inspection.request import Request, flag_of, is_result
+from wearsim.profile.inspection.tables import fleet_rows, profile_files
 from wearsim.profile.measures import running_circle_level
 from wearsim.profile.placement import RUNNING_CIRCLE
 from wearsim.profile.shape import Profile
 from wearsim.results import open_results
-from wearsim.texts import say
 from wearsim.toml_faults import decimal
 from wearsim.translation.factors import at_distances, rows_at
 from wearsim.whole_files import signals_wait, write_whole

@@ -14,7 +14,7 @@ from wearsim.results import load_results, result_warnings
 
 def execute(arguments: argparse.Namespace) -> int:
     """Write the report and print where it is."""
-    from wearsim.report.sweep import write_sweep_report
+    from wearsim.report.html import write_sweep_report
     from wearsim.studies.sweep import SWEEP_FILE
 
     directory = Path(arguments.directory)

@@ -21,8 +21,7 @@ from wearsim.contact.problem import ContactConditions, ContactModels, Counterfac
 from wearsim.contact.solve import ContactSolution, solve_each
 from wearsim.contact.wheels import TREAD_ANGLE
 from wearsim.damage.wear import WearSettings, passage_depth
-from wearsim.errors import ContactError
-from wearsim.texts import say
+from wearsim.errors import ContactError, say
 
 MOST_SAMPLES = 16384
 """Samples of longer records that stand for all of them, evenly spread."""

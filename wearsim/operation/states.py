@@ -35,10 +35,9 @@ from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import ContactConditions, ContactModels, ContactPatches, Counterface, Wheelset
 from wearsim.contact.solve import ContactSolution, solve_each
 from wearsim.contact.wheels import joined
-from wearsim.errors import ContactError
+from wearsim.errors import ContactError, say
 from wearsim.operation.bogie import Bogies, curved
 from wearsim.operation.resultants import Differences, Resultants, resultants
-from wearsim.texts import say
 
 MOST_WARM = 5
 """Contact solutions of a point that starts where it ran before; what is not balanced then walks on."""

@@ -11,11 +11,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from wearsim.errors import ProfileError
+from wearsim.errors import ProfileError, say
 from wearsim.profile.measures import flange_height
 from wearsim.profile.shape import FloatArray, Profile, extremum
 from wearsim.quantities import QUANTITIES
-from wearsim.texts import say
 
 _GRID = 0.05e-3  # lateral step of the contact search and of the shifts [m]
 _CLOSE = np.linspace(-1.0, 1.0, 41)  # steps at which the smallest gap is evaluated closely

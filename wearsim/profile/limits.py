@@ -16,11 +16,10 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from wearsim.errors import ProfileError, suggestion
+from wearsim.errors import ProfileError, say, suggestion
 from wearsim.profile.measures import Measures
 from wearsim.profile.standard import shipped_path
 from wearsim.quantities import QUANTITIES
-from wearsim.texts import say
 from wearsim.toml_faults import Table, cross_check, read_toml
 
 _Limited = Literal[

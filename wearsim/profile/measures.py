@@ -8,11 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wearsim.errors import ProfileError
+from wearsim.errors import ProfileError, say
 from wearsim.profile.placement import RUNNING_CIRCLE
 from wearsim.profile.shape import FloatArray, Profile, crossing, extremum
 from wearsim.quantities import QUANTITIES
-from wearsim.texts import say
 
 LEVEL = 10e-3
 """Height of Sd and of the lower point of qR above the running circle [m]."""

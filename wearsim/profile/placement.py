@@ -8,11 +8,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from wearsim.errors import ProfileError
+from wearsim.errors import ProfileError, say
 from wearsim.profile.checks import PARTIAL
 from wearsim.profile.shape import FloatArray, Profile, crossing, extremum
 from wearsim.quantities import QUANTITIES
-from wearsim.texts import say
 
 INCLINATION = 1.0 / 40.0
 """Of an upright rail towards the track centre where nothing else is stated [-]."""

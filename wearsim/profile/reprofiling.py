@@ -6,10 +6,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from wearsim.errors import ProfileError
+from wearsim.errors import ProfileError, say
 from wearsim.profile.measures import running_circle_level
 from wearsim.profile.shape import FloatArray, Profile
-from wearsim.texts import say
 
 _AT_ONCE = 256  # heights of a polygon are looked for at so many places at once
 

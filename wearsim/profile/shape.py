@@ -9,8 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.errors import NumericalError, ProfileError
-from wearsim.texts import say
+from wearsim.errors import NumericalError, ProfileError, say
 
 FloatArray = NDArray[np.float64]
 Kind = Literal["wheel", "rail"]

@@ -8,9 +8,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.errors import ProfileError
+from wearsim.errors import ProfileError, say
 from wearsim.profile.shape import FloatArray, Profile, arc_length, corners, vertex_lengths, vertex_normals
-from wearsim.texts import say
 
 ROUGH_BELOW = 2e-3
 """Wavelength below which what a measured profile holds is roughness: a contact patch is wider [m]."""

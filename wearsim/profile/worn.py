@@ -9,9 +9,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.errors import ProfileError
+from wearsim.errors import ProfileError, say
 from wearsim.profile.shape import FloatArray, Profile, arc_length, resample, vertex_normals
-from wearsim.texts import say
 
 LARGEST_DEPTH = 12e-3
 """How far off the old profile the new one is looked for along the normal [m]: the radius of the flange tip,

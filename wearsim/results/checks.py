@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from wearsim.damage.coefficients import COEFFICIENT_SETS
 from wearsim.damage.fatigue.shakedown import shakedown_limit
 from wearsim.damage.wear import WEAR_LAWS
+from wearsim.errors import say
 from wearsim.quantities import STEP_LIMITS
-from wearsim.texts import say
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import netCDF4
 import numpy as np
 
-from wearsim.errors import ResultError
+from wearsim.errors import ResultError, say
 from wearsim.quantities import Quantity
 from wearsim.results.schema import (
     FILL_FLOAT,
@@ -38,7 +38,6 @@ from wearsim.results.schema import (
     structure_fault,
     value_fault,
 )
-from wearsim.texts import say
 from wearsim.whole_files import replacing, require_utf8, signals_wait, utf8
 
 if TYPE_CHECKING:

@@ -21,10 +21,9 @@ from wearsim.damage.fatigue import FATIGUE_LAWS, FatigueSettings
 from wearsim.damage.fatigue.wlrm import own_function
 from wearsim.damage.wear import WEAR_LAWS, WearSettings, energy
 from wearsim.damage.wear.table import WearTable
-from wearsim.errors import SceneError
+from wearsim.errors import SceneError, say
 from wearsim.scene.section import Registered, Section, Text
 from wearsim.scene.wear_table import PathFaults, WearTableSection, wear_table
-from wearsim.texts import say
 from wearsim.toml_faults import cross_check
 
 

@@ -8,9 +8,8 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import PurePath
 from typing import Any, NamedTuple
 
-from wearsim.errors import Fault
+from wearsim.errors import Fault, say, shown
 from wearsim.scene.models import FieldScene, RigScene
-from wearsim.texts import say, shown
 from wearsim.toml_faults import KeyPath
 
 

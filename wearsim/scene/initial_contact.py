@@ -12,7 +12,7 @@ import numpy as np
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.solve import ContactSolution, solve_each
 from wearsim.damage.wear import passage_depth
-from wearsim.errors import ContactError, Fault, NumericalError, SceneError
+from wearsim.errors import ContactError, Fault, NumericalError, SceneError, say
 from wearsim.operation.points import LARGEST_SHARE, carried_share, mask_of
 from wearsim.profile.shape import Profile, arc_length
 from wearsim.profile.smoothing import ROUGH_BELOW, change, longest_wavelength, roughness, smoothed
@@ -21,7 +21,6 @@ from wearsim.scene.models import FieldScene, RigScene
 from wearsim.scene.overrides import at_its_source
 from wearsim.scene.read import CampaignScene, inputs_of
 from wearsim.scene.setup import CampaignSetup, build, warnings_of
-from wearsim.texts import say
 from wearsim.toml_faults import KeyPath
 
 LARGEST_TILT = 1e-3

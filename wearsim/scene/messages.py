@@ -11,7 +11,7 @@ from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.damage.fatigue import FATIGUE_LAWS, counts_cycles
 from wearsim.damage.wear import WEAR_LAWS
-from wearsim.errors import Fault, ProfileError
+from wearsim.errors import Fault, ProfileError, say, shown
 from wearsim.operation.points import REACH
 from wearsim.profile import measures
 from wearsim.profile.conicity import equivalent_conicity
@@ -23,7 +23,6 @@ from wearsim.scene.damage import damage_faults
 from wearsim.scene.implausible import implausible
 from wearsim.scene.models import BlockSection, ClassSection, FieldScene, RigScene
 from wearsim.scene.vehicle import cut_motion, rails_of
-from wearsim.texts import say, shown
 from wearsim.toml_faults import KeyPath, suggestion
 
 SHARES_ROUNDED = 0.01

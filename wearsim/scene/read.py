@@ -16,7 +16,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic.json_schema import JsonSchemaMode, models_json_schema
 
 from wearsim.damage.wear.table import WearTable
-from wearsim.errors import Fault, ProfileError, SceneError, raise_any
+from wearsim.errors import Fault, ProfileError, SceneError, raise_any, say, shown
 from wearsim.profile import placement, standard
 from wearsim.profile.conicity import flange_clearance
 from wearsim.profile.files import ProfileReading, read_profile
@@ -33,7 +33,6 @@ from wearsim.scene.rig import with_programme, with_rig
 from wearsim.scene.sweep import SweepScene, read_sweep
 from wearsim.scene.vehicle import Rails, rails_of, read_vehicle
 from wearsim.scene.wear_table import read_wear_table
-from wearsim.texts import say, shown
 from wearsim.toml_faults import (
     LARGEST_FILE,
     LARGEST_TABLE,

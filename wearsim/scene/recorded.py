@@ -9,12 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from wearsim.contact.patch import FloatArray
-from wearsim.errors import Fault, SceneError, raise_any
+from wearsim.errors import Fault, SceneError, raise_any, say, shown
 from wearsim.operation.recorded import Samples, samples_of
 from wearsim.quantities import QUANTITIES
 from wearsim.results.file import UNREADABLE
 from wearsim.scene.models import FieldScene
-from wearsim.texts import say, shown
 from wearsim.toml_faults import LARGEST_TABLE, content_of, suggestion, text_of
 from wearsim.whole_files import signals_wait
 

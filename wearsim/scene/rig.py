@@ -7,11 +7,10 @@ from typing import Literal
 
 from pydantic import Field
 
-from wearsim.errors import Fault, SceneError, raise_any
+from wearsim.errors import Fault, SceneError, raise_any, say
 from wearsim.scene.models import BlockSection, RigScene
 from wearsim.scene.section import Section, Text, read_rows
 from wearsim.scene.vehicle import Place, shipped_or_own
-from wearsim.texts import say
 from wearsim.toml_faults import read_toml
 
 

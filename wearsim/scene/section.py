@@ -16,9 +16,8 @@ from pydantic import AfterValidator, Field, GetCoreSchemaHandler, PrivateAttr, V
 from pydantic.annotated_handlers import GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from wearsim.errors import Fault, raise_any
+from wearsim.errors import Fault, raise_any, shown
 from wearsim.quantities import QUANTITIES
-from wearsim.texts import shown
 from wearsim.toml_faults import Table, content_of, decimal, suggestion, text_of, validation_faults
 
 _SI = {

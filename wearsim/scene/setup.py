@@ -13,7 +13,7 @@ import numpy as np
 from wearsim.contact.solve import ContactModels, Counterface, Wheelset, available_cores
 from wearsim.damage.fatigue import FatigueSettings
 from wearsim.damage.wear import WearSettings
-from wearsim.errors import Fault, ProfileError, SceneError
+from wearsim.errors import Fault, ProfileError, SceneError, say, shown
 from wearsim.operation.bogie import GRAVITY
 from wearsim.operation.points import (
     OperatingPoints,
@@ -52,7 +52,6 @@ from wearsim.scene.models import CHAINS, ContactSection, FieldScene, RecordedSec
 from wearsim.scene.read import inputs_of
 from wearsim.scene.section import Section
 from wearsim.scene.vehicle import VehicleSection
-from wearsim.texts import say, shown
 
 OF_BOGIES = "raise curve_radius_m, lower cant_deficiency_mm or friction, or give another vehicle"
 """What to do where a bogie has no balance."""

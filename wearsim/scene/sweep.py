@@ -12,12 +12,11 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from wearsim.errors import Fault, SceneError, brief
+from wearsim.errors import Fault, SceneError, brief, shown
 from wearsim.quantities import QUANTITIES
 from wearsim.scene.models import Header, SceneModel, find_file
 from wearsim.scene.overrides import Override, value_of
 from wearsim.scene.section import Section, Text
-from wearsim.texts import shown
 from wearsim.toml_faults import KeyPath, content_of, text_of
 
 MOST_CASES = int(QUANTITIES["sweep_cases"].range.high)

@@ -12,10 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
-from wearsim.errors import SceneError, raise_any
+from wearsim.errors import SceneError, raise_any, say, shown
 from wearsim.scene.overrides import Override, paths_of
 from wearsim.scene.section import Section, Text
-from wearsim.texts import say, shown
 from wearsim.toml_faults import KeyPath, is_key, unknown_key
 
 if TYPE_CHECKING:

@@ -11,14 +11,13 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple,
 from pydantic import AfterValidator, WithJsonSchema, model_validator
 from pydantic_core import PydanticCustomError
 
-from wearsim.errors import SceneError, raise_any
+from wearsim.errors import SceneError, raise_any, say, shown
 from wearsim.operation.bogie import Vehicle
 from wearsim.operation.route import WITHIN, AxleShares, Curve, Tangent
 from wearsim.profile.placement import slope_of
 from wearsim.profile.standard import shipped_path
 from wearsim.quantities import QUANTITIES
 from wearsim.scene.section import Section, SetPoints, Text, read_rows
-from wearsim.texts import say, shown
 from wearsim.toml_faults import KeyPath, cross_check, read_toml, suggestion
 
 if TYPE_CHECKING:

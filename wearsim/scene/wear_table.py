@@ -16,9 +16,8 @@ from pydantic import AfterValidator, Field, Strict, ValidationError
 
 from wearsim.contact.patch import FloatArray
 from wearsim.damage.wear.table import INDEX_COLUMNS, RATE_COLUMNS, WearTable
-from wearsim.errors import Fault, SceneError, raise_any
+from wearsim.errors import Fault, SceneError, raise_any, say
 from wearsim.scene.section import Section, Text
-from wearsim.texts import say
 from wearsim.toml_faults import (
     KeyPath,
     Lines,

@@ -17,14 +17,13 @@ import pandas as pd
 import xarray as xr
 
 from wearsim.campaign.record import readable_errors, write_atomically
-from wearsim.errors import ResultError
+from wearsim.errors import ResultError, say
 from wearsim.results import load_results
 from wearsim.scene import CampaignScene, load_campaign
 from wearsim.scene.overrides import Override
 from wearsim.scene.sweep import Case
 from wearsim.scene.uncertainty import Dimension, dimensions_of, draws_of, material_overrides, overrides_of
 from wearsim.studies.ensemble import Outcome, check_cases, outcome_in, run_cases
-from wearsim.texts import say
 from wearsim.translation import bands
 from wearsim.translation.bands import FILE, MATERIALS
 from wearsim.whole_files import NO_FILL, utf8, write_netcdf

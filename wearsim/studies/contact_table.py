@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from wearsim.errors import LONGEST_ECHO, Fault, SceneError, raise_any
+from wearsim.errors import LONGEST_ECHO, Fault, SceneError, raise_any, say
 from wearsim.profile.conicity import flange_clearance
 from wearsim.profile.files import is_file
 from wearsim.profile.inspection.inputs import placement_notes, read_input
@@ -29,7 +29,6 @@ from wearsim.studies.contact_points import (
     profile_of,
     request_of,
 )
-from wearsim.texts import say
 from wearsim.toml_faults import LARGEST_TABLE, content_of, of_at_most, text_of
 
 _MOST_FAULTS = 1000  # then reading stops

@@ -11,11 +11,10 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from wearsim.errors import ResultError, brief
+from wearsim.errors import ResultError, brief, say
 from wearsim.quantities import QUANTITIES
 from wearsim.results.file import UNREADABLE, load_derived, load_results
 from wearsim.results.index import INDEXES
-from wearsim.texts import say
 from wearsim.translation import compare, factors
 from wearsim.translation.compare import CAMPAIGN, STAGES, STATIONS
 from wearsim.translation.factors import COMPARED, NUMBERS_KEY, STATUS

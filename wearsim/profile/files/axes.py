@@ -8,11 +8,11 @@ from typing import Literal, TypedDict
 import numpy as np
 from numpy.typing import NDArray
 
+from wearsim.errors import say
 from wearsim.profile import checks
 from wearsim.profile.files.points import Faults, Points
 from wearsim.profile.placement import GAUGE_DEPTH, is_partial
 from wearsim.profile.shape import FloatArray, Kind
-from wearsim.texts import say
 
 UNITS: dict[str, Decimal] = {
     "mm": Decimal("0.001"), "m": Decimal(1), "cm": Decimal("0.01"), "in": Decimal("0.0254")

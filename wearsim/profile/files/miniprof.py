@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 
+from wearsim.errors import say
 from wearsim.profile.files import points
 from wearsim.profile.files.points import Faults, Points, Text, value_of
 from wearsim.profile.shape import Kind
-from wearsim.texts import say
 
 SUFFIXES = {".whl": "wheel", ".ban": "rail"}
 RUNNING_CIRCLE = 70

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from wearsim.errors import ProfileError
+from wearsim.errors import ProfileError, say
 from wearsim.profile.alignment import Alignment, align
 from wearsim.profile.conicity import AMPLITUDES, JUDGED_AMPLITUDE, Running, running
 from wearsim.profile.inspection import inputs
@@ -18,7 +18,6 @@ from wearsim.profile.reprofiling import reprofile, reprofile_axle
 from wearsim.profile.shape import Kind, Profile
 from wearsim.profile.smoothing import smoothed
 from wearsim.profile.worn import WearBetween, wear_between
-from wearsim.texts import say
 
 COUNTERPART = {"wheel": "60E1", "rail": "S1002"}
 _LARGE_REST = 50e-6  # left on the zones of a best fit, not explained by noise of an instrument [m]

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from wearsim.errors import ProfileError
+from wearsim.errors import ProfileError, say
 from wearsim.profile import measures, standard
 from wearsim.profile.files import FORMATS, ProfileReading, is_file, place_file, read_profile
 from wearsim.profile.files.points import number_fault, read_text, value_of
@@ -19,7 +19,6 @@ from wearsim.profile.placement import INCLINATION, UPRIGHT, tilt_to_add
 from wearsim.profile.shape import Kind, Profile
 from wearsim.profile.smoothing import smoothed
 from wearsim.profile.standard import Definition, sample
-from wearsim.texts import say
 
 _SPACING = 0.25e-3  # point distance of standard shapes [m]
 _WRITTEN = re.compile(r"\s*[#!]\s*(wheel|rail) profile\b")
