@@ -10,7 +10,7 @@ from wearsim import cli
 from wearsim.profile.standard import shipped_path
 from wearsim.scene import load_scene
 from wearsim.scene.overrides import Override
-from wearsim.studies.estimate import Estimate
+from wearsim.studies.plan import Estimate
 
 
 @pytest.fixture(autouse=True)

@@ -33,9 +33,8 @@ from wearsim.errors import ContactError
 from wearsim.operation.points import OperatingPoints
 from wearsim.profile.shape import Profile
 from wearsim.profile.worn import WHEEL_ZONES
-from wearsim.translation.axes import common_axes, rows_at
 from wearsim.translation.compare import STAGES
-from wearsim.translation.factors import match_points
+from wearsim.translation.factors import common_axes, match_points, rows_at
 
 if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup

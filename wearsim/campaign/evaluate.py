@@ -24,8 +24,7 @@ from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.contact.wheels import joined
 from wearsim.damage.wear import WEAR_LAWS, WearSettings, highest_regime, passage_depth, patch_regime
 from wearsim.errors import ContactError
-from wearsim.operation.left_out import mask_of, shared_weight
-from wearsim.operation.points import OperatingPoints
+from wearsim.operation.points import OperatingPoints, mask_of, shared_weight
 from wearsim.operation.resultants import Resultants, resultants
 from wearsim.profile.shape import arc_length, vertex_lengths
 from wearsim.scene.campaign import CounterfaceWear
