@@ -326,3 +326,24 @@ def test_a_ridge_as_narrow_as_a_strip_keeps_its_length(place):
     )
     assert got.max_pressure.max() == pytest.approx(exact.max_pressure.max(), rel=0.42)
     assert got.patch.area.sum() == pytest.approx(exact.patch.area.sum(), rel=0.05)
+
+
+@pytest.mark.parametrize("place", [-13.5e-3, -13.6e-3])
+def test_a_strip_at_the_end_of_a_wide_patch_does_not_shrink_to_a_point(place):
+    """Behind a strip without pressure, as on worn flange roots: 5 and 7 % below the half-space's pressure.
+
+    Its length once went to nothing, with 50 GPa, as the change of a strip that short ended no solution.
+    """
+    gap = parabola(0.0)
+    y = gap.counterface.y
+    shallow = 51e-6 * (1.0 - np.exp(-((y / 4.2e-3) ** 2)))
+    rise = 60.0 * np.minimum(y - place + 0.3e-3, 0.0) ** 2
+    dip = 14e-6 * np.exp(-(((y - place) / 0.4e-3) ** 2))
+    gap = replace(gap, gap=(np.where(y > 0.0, 4.0 * y**2, shallow) + rise - dip)[None])
+    got = solved(gap, 82e3)
+    options = {"vertical": True, "effective_modulus": E_STAR, "parameters": {}}
+    exact = half_space.solve(
+        gap, np.array([0]), np.array([82e3]), resolution=Resolution(0.2e-3, 20, 20, 120), **options
+    )
+    assert got.max_pressure.max() == pytest.approx(exact.max_pressure.max(), rel=0.08)
+    assert got.vertical_displacement[0] == pytest.approx(exact.vertical_displacement[0], rel=3e-3)

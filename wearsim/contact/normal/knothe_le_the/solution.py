@@ -81,6 +81,7 @@ _ENTER, _LEAVE = 4, 8  # turns after which only one strip enters or leaves at a 
 _GROWN = 2.0  # of what was missed, beyond which the steps before are forgotten
 _RATE = 0.3  # of what is missed in one turn to the next, as long as there is one only
 _SHARPEST = 20.0  # P/q over that of two cylinders across the track; ellipses 30 times as long as wide have 9
+_STRETCH = 3.0  # of what was aimed at, that a step may miss it by
 _BARELY = 1e-12  # m, P of a strip that just got pressure
 
 
@@ -256,4 +257,5 @@ def _next_step(work: Work, kept: int, m: int) -> None:
         one, step = strips[active[k]], missed[k]
         for j in range(kept):
             step -= gram[j, kept] * (moves[j, k] + changes[j, k])
-        one.square = min(max(one.square + step, 0.1 * one.square), 10.0 * one.square)
+        aim = one.square + missed[k]
+        one.square = min(max(one.square + step, aim / _STRETCH), _STRETCH * aim)

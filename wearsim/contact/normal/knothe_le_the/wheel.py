@@ -170,7 +170,7 @@ def _fit(n: int, row: Row, start: Start, count: int, table: FloatArray, work: Wo
                 forget_ends(spans[k])
         if not again:
             break
-    if cut and (again or spans[0].ends[0] < left or spans[parts - 1].ends[1] > right):
+    if cut and (spans[0].ends[0] < left or spans[parts - 1].ends[1] > right):
         return AT_EDGE, total, displacement
     return 0, total, displacement
 
