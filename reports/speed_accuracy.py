@@ -11,8 +11,8 @@ import sys
 import pandas as pd
 from writing import HERE, Figure, Table, options, write_csv, write_report
 
+from wearsim.report.html import plot_chart
 from wearsim.report.style import save_svg
-from wearsim.report.sweep import plot_chart
 from wearsim.scene import build
 from wearsim.scene.read import load_campaign
 from wearsim.studies.chart import speed_and_accuracy

@@ -3,12 +3,15 @@
 import argparse
 import ast
 import re
+import string
+import tomllib
 from pathlib import Path
 
 import pytest
 
 import wearsim
 from wearsim.cli import build_parser
+from wearsim.errors import say
 from wearsim.profile.alignment import ALIGNMENTS
 from wearsim.quantities import QUANTITIES
 from wearsim.scene import scene_schema
@@ -43,6 +46,13 @@ ELSEWHERE = {
 TABLES_OF_NAMES = [
     PACKAGE / name for name in ("quantities.py", "__init__.py", "contact/normal/knothe_le_the/strips.py")
 ]
+
+TEXTS = {
+    f"{room}.{name}": text
+    for room, texts in tomllib.loads((PACKAGE / "texts.toml").read_text(encoding="utf-8")).items()
+    for name, text in texts.items()
+}
+"""Messages by their names."""
 
 _FLAG = re.compile(r"(?<![\w./-])--[a-z][\w-]*")
 _KEY = re.compile(r"(?<![\w./{}-])[a-z][a-z0-9]*(?:_[A-Za-z0-9]+)+(?![\w(]|\.[a-z])")
@@ -81,18 +91,22 @@ def names_in(schema):
 def messages():
     """(place, text) of every text of more than one word, and of each line of the tables of flags."""
     tables = [PACKAGE / "cli" / "commands.toml", PACKAGE / "studies" / "contact_flags.csv"]
-    return [
-        (f"{path.relative_to(PACKAGE)}:{number}", line)
-        for path in tables
-        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1)
-        if not line.startswith("#")
-    ] + [
-        (f"{path.relative_to(PACKAGE)}:{line}", text)
-        for path in sorted(PACKAGE.rglob("*.py"))
-        if path not in TABLES_OF_NAMES
-        for line, text in texts(ast.parse(path.read_text(encoding="utf-8")))
-        if " " in text
-    ]
+    return (
+        [
+            (f"{path.relative_to(PACKAGE)}:{number}", line)
+            for path in tables
+            for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1)
+            if not line.startswith("#")
+        ]
+        + [
+            (f"{path.relative_to(PACKAGE)}:{line}", text)
+            for path in sorted(PACKAGE.rglob("*.py"))
+            if path not in TABLES_OF_NAMES
+            for line, text in texts(ast.parse(path.read_text(encoding="utf-8")))
+            if " " in text
+        ]
+        + [(name, re.sub(r"\{.*?\}", "{}", text)) for name, text in TEXTS.items()]
+    )
 
 
 def test_every_key_of_a_message_exists(messages):
@@ -113,3 +127,39 @@ def test_every_command_of_a_message_exists_with_its_flags(messages):
     for place, command, rest in result:
         assert command in COMMANDS, place
         assert set(_FLAG.findall(rest)) <= FLAGS[command], place
+
+
+def fields_of(text):
+    return {re.split(r"[.\[]", name)[0] for _, name, _, _ in string.Formatter().parse(text) if name}
+
+
+def test_every_call_of_a_message_gives_what_stands_in_its_fields():
+    trees = [ast.parse(path.read_text(encoding="utf-8")) for path in PACKAGE.rglob("*.py")]
+    constants = {node.value for tree in trees for node in ast.walk(tree) if isinstance(node, ast.Constant)}
+    assert set(TEXTS) <= constants
+    calls = [
+        node
+        for tree in trees
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "say"
+    ]
+    assert len(calls) > 50
+    for call in calls:
+        names = [one.value for one in ast.walk(call.args[0]) if isinstance(one, ast.Constant)]
+        given = {keyword.arg for keyword in call.keywords}
+        wanted = [fields_of(TEXTS[name]) for name in names]
+        assert not names or given - {None} <= set().union(*wanted), names
+        assert None in given or all(fields <= given for fields in wanted), names
+
+
+@pytest.mark.parametrize(
+    ("text", "output"),
+    [
+        ("{gap:.3g mm}", "1.23 mm"),
+        ("{gap:.2g %}", "0.12 %"),
+        ("{key!t} {names!c}; {names!o}; {names!a}", '"a" x, y; x or y; x and y'),
+    ],
+)
+def test_fields_of_messages(monkeypatch, text, output):
+    monkeypatch.setattr("wearsim.errors._messages", lambda: {"room": {"name": text}})
+    assert say("room.name", gap=1.234e-3, key="a", names=("x", "y")) == output

@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wearsim.toml_faults import key_lines, line_of, nearest, shown, syntax_fault
+from wearsim.errors import shown
+from wearsim.toml_faults import key_lines, line_of, nearest, syntax_fault
 
 TEXT = '''\
 # a comment

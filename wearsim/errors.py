@@ -1,10 +1,19 @@
-"""Errors that reach the user: one line each, naming the input, the value, the limit and the fix."""
+"""Errors that reach the user: one line each, naming the input, the value, the limit and the fix.
+
+Long messages stand in `texts.toml`.
+"""
 
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Sequence
+import functools
+import json
+import string
+import tomllib
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -54,6 +63,52 @@ def brief(text: str) -> str:
     """Text of a file as a message repeats it, in one line and shortened."""
     text = printable(text)
     return text if len(text) <= LONGEST_ECHO else f"{text[: LONGEST_ECHO - 3]}..."
+
+
+_UNITS = {"mm": 1e3, "um": 1e6, "µm": 1e6, "km": 1e-3, "kN": 1e-3, "mrad": 1e3, "%": 100.0, "GPa": 1e-9}
+"""Units of messages, with the factor from SI."""
+_BETWEEN = {"c": ", ", "o": " or ", "a": " and "}
+
+
+def shown(value: object) -> str:
+    """Value as TOML would write it, on one line, shortened."""
+    if isinstance(value, Mapping):
+        return "(a table)"
+    if isinstance(value, str | bool):
+        text = json.dumps(value, ensure_ascii=False)
+        return text if len(text) <= LONGEST_ECHO else f'{text[: LONGEST_ECHO - 4]}..."'
+    if isinstance(value, list | tuple):
+        text = f"[{', '.join(map(shown, value))}]"
+        return "(a list)" if len(value) > 4 or len(text) > LONGEST_ECHO else text
+    return brief(str(value))
+
+
+class _Formatter(string.Formatter):
+    def convert_field(self, value: Any, conversion: Any) -> Any:
+        if conversion == "t":
+            return shown(value)
+        if conversion in _BETWEEN:
+            return _BETWEEN[conversion].join(map(str, value))
+        return super().convert_field(value, conversion)
+
+    def format_field(self, value: Any, format_spec: str) -> Any:
+        form, _, unit = format_spec.partition(" ")
+        return f"{value * _UNITS[unit]:{form}} {unit}" if unit else format(value, form)
+
+
+@functools.cache
+def _messages() -> dict[str, Any]:
+    return tomllib.loads(Path(__file__).with_name("texts.toml").read_text(encoding="utf-8"))
+
+
+def say(name: str, /, **values: Any) -> str:
+    """Message of a name in `texts.toml`, such as "rig.no_file", with values in its fields.
+
+    Fields are those of `str.format`; besides, ``{gap:.3g mm}`` shows a value in SI units in others,
+    ``{key!t}`` as TOML writes it, and ``{names!c}``, ``!o`` and ``!a`` are lists with commas, or, and.
+    """
+    room, _, key = name.partition(".")
+    return _Formatter().vformat(_messages()[room][key], (), values)
 
 
 class WearsimError(Exception):

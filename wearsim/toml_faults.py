@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import json
 import math
 import re
 import tomllib
@@ -16,7 +15,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails, PydanticCustomError
 
-from wearsim.errors import LONGEST_ECHO, Fault, SceneError, brief
+from wearsim.errors import LONGEST_ECHO, Fault, SceneError, brief, shown
 
 if TYPE_CHECKING:
     from tree_sitter import Node
@@ -198,19 +197,6 @@ def decimal(text: str) -> float:
         return float(text) if text.isascii() and "_" not in text else math.nan
     except ValueError:
         return math.nan
-
-
-def shown(value: object) -> str:
-    """Value as TOML would write it, on one line, shortened."""
-    if isinstance(value, Mapping):
-        return "(a table)"
-    if isinstance(value, str | bool):
-        text = json.dumps(value, ensure_ascii=False)
-        return text if len(text) <= LONGEST_ECHO else f'{text[: LONGEST_ECHO - 4]}..."'
-    if isinstance(value, list | tuple):
-        text = f"[{', '.join(map(shown, value))}]"
-        return "(a list)" if len(value) > 4 or len(text) > LONGEST_ECHO else text
-    return brief(str(value))
 
 
 def nearest(name: str, names: Sequence[str]) -> str | None:

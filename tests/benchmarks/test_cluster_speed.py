@@ -10,8 +10,7 @@ from pathlib import Path
 import pytest
 
 from wearsim.scene.sweep import sweep_of_flags
-from wearsim.studies.cluster import cluster
-from wearsim.studies.ensemble import check_cases, run_cases
+from wearsim.studies.ensemble import check_cases, cluster, run_cases
 
 pytestmark = [
     pytest.mark.benchmark,

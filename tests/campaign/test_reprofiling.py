@@ -25,9 +25,8 @@ from wearsim.report.figures.campaign import (
 )
 from wearsim.report.html import render
 from wearsim.report.inspect import inspect, summary, summary_text
-from wearsim.report.tables import reprofiled_wheels
+from wearsim.report.tables import quality, reprofiled_wheels
 from wearsim.report.tables_damage import fatigue_laws, wear_laws
-from wearsim.report.tables_quality import quality
 from wearsim.results import layout_of, open_results, result_warnings
 from wearsim.results.checks import cracks_left, regime_shares, reprofiled_rows, reprofilings, spans
 from wearsim.results.limits import limits_met

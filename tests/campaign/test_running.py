@@ -23,7 +23,7 @@ from wearsim.profile.standard import shipped_path
 from wearsim.quantities import QUANTITIES
 from wearsim.results import FILL_FLOAT
 from wearsim.scene import build, load_scene
-from wearsim.studies.states import states as states_of
+from wearsim.studies.plan import states as states_of
 
 SCENE = {
     "scene": {"kind": "rig"},

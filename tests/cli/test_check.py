@@ -9,7 +9,7 @@ from wearsim import cli, open_results
 from wearsim.cli.status import status_line
 from wearsim.errors import ContactError
 from wearsim.profile.standard import shipped_path
-from wearsim.studies.estimate import Estimate
+from wearsim.studies.plan import Estimate
 
 
 @pytest.fixture(autouse=True)

@@ -11,7 +11,7 @@ import pytest
 from wearsim import cli
 from wearsim.cli.report import print_warnings
 from wearsim.profile.standard import shipped_path
-from wearsim.report import sections
+from wearsim.report import html
 
 DISTANCE = {"rig_given": 5.0, "field_given": 100.0}  # a few steps at most [km]
 
@@ -98,7 +98,7 @@ def test_status_of_a_killed_run_is_stopped(ended, capsys):
 
 
 def test_the_report_of_a_failed_campaign_says_why_on_top(ended, capsys, monkeypatch):
-    monkeypatch.setattr(sections, "figures", lambda *_, **__: iter(()))
+    monkeypatch.setattr(html, "figures", lambda *_, **__: iter(()))
     message = "the wear step at 4 km is too short to change the distance"
     directory = ended(state="failed", message=message)
     assert cli.main(["report", str(directory)]) == 0
@@ -155,7 +155,7 @@ def test_another_campaign_is_kept_out_of_the_directory(out, compared, capsys):
 
 def test_inspect_prints_a_summary_json_and_figures(out, tmp_path, capsys, monkeypatch):
     """Two figures stand for all, which are drawn where their room is tested."""
-    every = sections.all_figures
+    every = html.all_figures
     monkeypatch.setattr("wearsim.report.inspect.all_figures", lambda campaigns: every(campaigns)[:2])
     assert cli.main(["inspect", str(out / "rig.nc")]) == 0
     assert "5.000 km" in capsys.readouterr().out

@@ -11,7 +11,6 @@ from wearsim.profile.standard import shipped_path
 from wearsim.scene import load_scene
 from wearsim.scene.overrides import Override
 
-
 pytestmark = pytest.mark.usefixtures("untried")
 
 

@@ -17,7 +17,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from wearsim.cli import main
-from wearsim.profile import definitions, standard
+from wearsim.profile import standard
 from wearsim.profile.files import read_profile, write_profile
 
 MEASURED = Path(__file__).parents[2] / "profiles" / "measured"
@@ -291,7 +291,7 @@ def test_conversion_gives_the_same_bits(format, wheel, rail, tmp_path, monkeypat
         target = Path(f"{before.name}{extension}")
         assert f"wrote {target} ({format}" in text
         after = read_profile(target, kind).profile
-        y, z = definitions.sample(before, 0.25e-3) if name == "60E1" else (before.y, before.z)
+        y, z = standard.sample(before, 0.25e-3) if name == "60E1" else (before.y, before.z)
         np.testing.assert_array_equal(after.y, y)
         np.testing.assert_array_equal(after.z, z)
 
@@ -446,7 +446,7 @@ def test_hostile_files_end_in_a_line_or_an_answer(case, flags, tmp_path, capsys)
 
 NUMBER = st.one_of(st.floats(-200.0, 200.0), st.floats()).map(lambda x: f"{x:.4g}")
 POINTS = st.lists(st.tuples(NUMBER, NUMBER), max_size=60).map(lambda rows: "\n".join(map(",".join, rows)))
-SHAPE = np.column_stack(definitions.sample(standard.definition("S1002", "wheel"), 2e-3)) * 1e3
+SHAPE = np.column_stack(standard.sample(standard.definition("S1002", "wheel"), 2e-3)) * 1e3
 
 
 @st.composite

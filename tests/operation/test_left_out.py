@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from wearsim.operation.left_out import carried_share, shared_weight
+from wearsim.operation.points import carried_share, shared_weight
 
 OF_CLASS = np.array([0, 0, 0, 1, 2])
 WEIGHT = np.array([0.1, 0.2, 0.1, 0.5, 0.1])

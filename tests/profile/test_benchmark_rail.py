@@ -8,8 +8,7 @@ from junctions import junctions
 from scipy.optimize import least_squares
 
 from wearsim.profile.conicity import equivalent_conicity
-from wearsim.profile.definitions import evaluate
-from wearsim.profile.standard import definition, rail, wheel
+from wearsim.profile.standard import definition, evaluate, rail, wheel
 
 DATA = Path(__file__).parents[1] / "data"
 

@@ -7,10 +7,9 @@ import pytest
 
 from wearsim.errors import ProfileError
 from wearsim.profile.conicity import equivalent_conicity, rolling_radius_difference
-from wearsim.profile.definitions import sample
 from wearsim.profile.measures import flange_gradient, flange_height, flange_thickness, hollowing
 from wearsim.profile.shape import Profile
-from wearsim.profile.standard import rail, read_definition, wheel
+from wearsim.profile.standard import rail, read_definition, sample, wheel
 
 DATA = Path(__file__).parents[1] / "data"
 S1002 = wheel("S1002")

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from wearsim.profile.conicity import equivalent_conicity, rolling_radius_difference
-from wearsim.profile.definitions import evaluate
-from wearsim.profile.standard import definition, rail, wheel
+from wearsim.profile.standard import definition, evaluate, rail, wheel
 
 DATA = Path(__file__).parents[1] / "data"
 # Shifts [mm] at which an edge or a jump of curvature carries the contact: there the place of the smallest gap

@@ -6,7 +6,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from wearsim.errors import NumericalError, ProfileError
-from wearsim.profile.definitions import evaluate
 from wearsim.profile.shape import (
     Profile,
     arc_length,
@@ -18,7 +17,7 @@ from wearsim.profile.shape import (
     vertex_lengths,
     vertex_normals,
 )
-from wearsim.profile.standard import definition, wheel
+from wearsim.profile.standard import definition, evaluate, wheel
 
 
 def moved(y, z, distance):

@@ -6,10 +6,9 @@ from junctions import junctions
 
 from wearsim.errors import ProfileError
 from wearsim.profile import standard
-from wearsim.profile.definitions import evaluate, sample
 from wearsim.profile.placement import place_rail
 from wearsim.profile.shape import Profile, arc_length
-from wearsim.profile.standard import definition, find_shipped, rail, shipped_path, wheel
+from wearsim.profile.standard import definition, evaluate, find_shipped, rail, sample, shipped_path, wheel
 
 DATA = Path(__file__).parents[1] / "data"
 

@@ -11,14 +11,16 @@ from wearsim.cli import main
 from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
 from wearsim.contact.solve import solve
 from wearsim.profile.checks import points_faults
-from wearsim.profile.definitions import evaluate, read_template, sample
 from wearsim.profile.shape import Profile, arc_length, resample
 from wearsim.profile.standard import (
     build,
     definition,
+    evaluate,
     find_shipped,
     rail,
     read_definition,
+    read_template,
+    sample,
     shipped_names,
     shipped_path,
     wheel,

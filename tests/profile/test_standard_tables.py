@@ -8,10 +8,9 @@ import pytest
 from junctions import junctions
 
 from wearsim.profile.conicity import equivalent_conicity, rolling_radius_difference
-from wearsim.profile.definitions import evaluate
 from wearsim.profile.measures import flange_gradient, flange_height, flange_thickness
 from wearsim.profile.segments import Arc
-from wearsim.profile.standard import definition, rail, wheel
+from wearsim.profile.standard import definition, evaluate, rail, wheel
 
 DATA = Path(__file__).parents[1] / "data"
 DRAWN_WIDTHS = {  # width [mm] at depth [mm] on the drawings of EN 13674-1, with the digits they close to [mm]

@@ -6,9 +6,16 @@ from junctions import junctions
 
 from wearsim.errors import ProfileError
 from wearsim.profile.conicity import equivalent_conicity
-from wearsim.profile.definitions import evaluate
 from wearsim.profile.measures import flange_height, flange_thickness, hollowing
-from wearsim.profile.standard import definition, find_shipped, is_designation, rail, shipped_path, wheel
+from wearsim.profile.standard import (
+    definition,
+    evaluate,
+    find_shipped,
+    is_designation,
+    rail,
+    shipped_path,
+    wheel,
+)
 
 
 def zone(shape, name):

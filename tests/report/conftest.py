@@ -10,7 +10,7 @@ from wearsim.results import open_results
 @pytest.fixture
 def without_figures(monkeypatch):
     """Reports have tables and texts only: figures take most of their time."""
-    monkeypatch.setattr("wearsim.report.sections.figures", lambda *_, **__: iter(()))
+    monkeypatch.setattr("wearsim.report.html.figures", lambda *_, **__: iter(()))
 
 
 @pytest.fixture(scope="session")

@@ -9,9 +9,8 @@ from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.damage.fatigue.agreement import agreement
 from wearsim.report import answer, plates, sources, tables_damage
 from wearsim.report.figures import campaign
-from wearsim.report.html import render, write_report
+from wearsim.report.html import SECTIONS, Campaigns, render, write_report
 from wearsim.report.inspect import inspect, summary_text
-from wearsim.report.sections import SECTIONS, Campaigns
 from wearsim.report.style import plain
 from wearsim.report.texts import words
 from wearsim.results.fatigue import crack_distances, cycles

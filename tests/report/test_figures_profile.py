@@ -11,8 +11,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from wearsim.errors import ResultError
 from wearsim.profile.inspection import Conditions, inspect_profile
-from wearsim.profile.inspection.fleet import fleet_rows
 from wearsim.profile.inspection.inputs import read_input
+from wearsim.profile.inspection.tables import fleet_rows
 from wearsim.profile.limits import load_limits
 from wearsim.report.figures import profile as figures_profile
 from wearsim.report.style import COLOURS, write_figure

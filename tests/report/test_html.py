@@ -11,8 +11,7 @@ import xarray as xr
 from wearsim.errors import ResultError
 from wearsim.report import answer, sources
 from wearsim.report.figures.campaign import exaggeration, worn_shape
-from wearsim.report.html import render, write_report
-from wearsim.report.sections import SECTIONS, Campaigns, all_figures
+from wearsim.report.html import SECTIONS, Campaigns, all_figures, render, write_report
 from wearsim.report.style import plain
 from wearsim.report.tables import wear_by_class
 from wearsim.report.texts import lines

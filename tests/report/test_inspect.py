@@ -6,7 +6,7 @@ import pytest
 
 from wearsim.errors import ResultError
 from wearsim.report.inspect import inspect, summary, summary_text, write_figures
-from wearsim.report.tables_quality import quality
+from wearsim.report.tables import quality
 from wearsim.results.limits import attributes_of
 
 

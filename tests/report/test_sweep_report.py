@@ -8,8 +8,8 @@ import pytest
 import xarray as xr
 
 from wearsim.quantities import QUANTITIES
+from wearsim.report.html import plot_chart, plot_over_key, render_chart, render_sweep, varied
 from wearsim.report.style import COLOURS, SERIES_COLOURS, grid
-from wearsim.report.sweep import plot_chart, plot_over_key, render_chart, render_sweep, varied
 from wearsim.studies.sweep import MEASURES
 
 RADII, FRICTIONS = (0.5, 1.0, 5.0), tuple(np.linspace(0.1, 0.4, 8))

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from wearsim.scene import load_scene
+from wearsim.scene.implausible import side_of
 from wearsim.scene.initial_contact import check_contact
-from wearsim.scene.sides import side_of
 
 ROOT = Path(__file__).parents[2]
 RIG = (Path(__file__).parents[1] / "data" / "scene_rig.toml").read_text()

@@ -263,7 +263,9 @@ def of_route(folder):
 
 
 def test_a_route_by_segments_becomes_classes(of_route, changed):
-    frozen = changed(of_route, UNTURNED, ("tangent_wavelength_m", 'positions = "frozen"\ntangent_wavelength_m'))
+    frozen = changed(
+        of_route, UNTURNED, ("tangent_wavelength_m", 'positions = "frozen"\ntangent_wavelength_m')
+    )
     Path("scene.toml").write_text(frozen)
     scene = load_scene("scene.toml")
     run_scene(scene, "out")

@@ -8,7 +8,7 @@ from unittest import mock
 from siege import ACCEPTED, ROOT, chosen, command, damaged, judged, require, strict_json
 
 from wearsim.errors import WearsimError
-from wearsim.studies import estimate, plan
+from wearsim.studies import plan
 
 SCENES = {
     path.stem: path.read_text()
@@ -167,7 +167,7 @@ def untried(setup, threads):
 def checked(scene, random, *names):
     """Judge what `wearsim check` says of a scene."""
     tried = plan.WheelsetEvolution if random.integers(WHOLE) == 0 else untried
-    with mock.patch.object(estimate, "_EFFORT", 0.0), mock.patch.object(plan, "WheelsetEvolution", tried):
+    with mock.patch.object(plan, "_EFFORT", 0.0), mock.patch.object(plan, "WheelsetEvolution", tried):
         code, out, printed = command("check", scene, "--json")
     outcome = judged(code, out, printed, scene, SHIPPED, *NAMED, *names)
     if outcome == ACCEPTED:

@@ -19,8 +19,8 @@ from wearsim import cli
 from wearsim.errors import ResultError
 from wearsim.results import ROW
 from wearsim.scene.sweep import Case
-from wearsim.studies.cluster import cluster as connect
 from wearsim.studies.ensemble import _run_on_worker
+from wearsim.studies.ensemble import cluster as connect
 
 pytestmark = [
     # threads and sockets of Dask's client that end after the last reference is gone

@@ -3,8 +3,7 @@ import pytest
 import xarray as xr
 
 from wearsim.translation import factors
-from wearsim.translation.axes import at_distances, distance_at
-from wearsim.translation.factors import STATUS
+from wearsim.translation.factors import STATUS, at_distances, distance_at
 
 
 def test_ratio_tells_why_it_is_undefined():

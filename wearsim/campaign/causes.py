@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from wearsim.campaign.evaluate import Setup, patch_wear, solve_passage
+from wearsim.campaign.evaluate import Setup, solve_passage
 from wearsim.campaign.left_out import new_history
 from wearsim.campaign.state import State, worn_wheels
 from wearsim.contact.patch import FloatArray
@@ -33,9 +33,8 @@ from wearsim.errors import ContactError
 from wearsim.operation.points import OperatingPoints
 from wearsim.profile.shape import Profile
 from wearsim.profile.worn import WHEEL_ZONES
-from wearsim.translation.axes import common_axes, rows_at
 from wearsim.translation.compare import STAGES
-from wearsim.translation.factors import match_points
+from wearsim.translation.factors import common_axes, match_points, rows_at
 
 if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
@@ -280,11 +279,11 @@ def _area_rates(world: World, values: FloatArray) -> FloatArray:
         passage = solve_passage(state, points, setup)
     except ContactError as error:
         raise NoSplitError(str(error)) from None
-    wear_of = patch_wear(passage, state, wheelset)
+    assert passage.wear is not None
     zone = 1 + np.searchsorted(list(WHEEL_ZONES.values())[:-1], passage.contact.wheel_y, side="right")
     rate = np.zeros((count, 1 + len(WHEEL_ZONES)))
     for place in (np.zeros_like(zone), zone):
-        np.add.at(rate, (passage.contact.point, place), passage.weight * wear_of.area_rate)
+        np.add.at(rate, (passage.contact.point, place), passage.weight * passage.wear.area_rate)
     rate[list(passage.failed)] = np.nan
     return rate
 

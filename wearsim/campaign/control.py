@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -35,6 +35,7 @@ _SEEN, _OF_STRIPS = 1.25, 0.5
 # to 2, oscillates from 1.5 times that depth on
 _HALF_SPACE = 4.0 / 3.0
 
+Pressure = TypeVar("Pressure", float, FloatArray)
 DepthLimit = Callable[[WearRate, FloatArray], float]
 
 
@@ -54,7 +55,12 @@ class StepChoice(NamedTuple):
 
 
 def half_space_depth_limit(
-    rate: WearRate, weight: FloatArray, models: ContactModels, spacing: float, wavelength: float = 0.0
+    rate: WearRate,
+    state: State,
+    weight: FloatArray,
+    models: ContactModels,
+    spacing: float,
+    wavelength: float = 0.0,
 ) -> float:
     r"""Largest stable depth of a step of first order for normal models without interpenetration.
 
@@ -62,6 +68,8 @@ def half_space_depth_limit(
     ----------
     rate : WearRate
         With the contact solution.
+    state : State
+        In which the rate is that of the wheels.
     weight : (n,) array
         Only points with a weight above 0 act.
     models : ContactModels
@@ -74,8 +82,9 @@ def half_space_depth_limit(
     Returns
     -------
     float
-        :math:`(p_0/E^*) \max(\Delta y, \Lambda/2)` with the smallest maximum pressure of all acting patches
-        without interpenetration that are not faint [m]; infinite where there are none.
+        Of the deepest place, when no acting patch that is not faint and has no interpenetration wears by more
+        than :math:`(p_0/E^*) \max(\Delta y, \Lambda/2)` with its own maximum pressure, where it lies on the
+        wheel [m]; infinite where there are none.
 
     Notes
     -----
@@ -91,11 +100,25 @@ def half_space_depth_limit(
         acts &= rate.full
     if not acts.any():
         return math.inf
-    return half_space_depth(float(solution.max_pressure[acts].min()), models, spacing, wavelength)
+    allowed = half_space_depth(solution.max_pressure[acts], models, spacing, wavelength)
+    side, edges, reach = (
+        solution.side[acts],
+        solution.strip_edges_wheel_y[acts],
+        max(spacing, 0.5 * wavelength),
+    )
+    y = state.y[side]
+    here = (y >= edges[:, :1] - reach) & (y <= edges[:, -1:] + reach)
+    below = 0.0 if rate.counterface is None else float(rate.counterface.depth.max())
+    own = np.where(here, rate.depth[side], 0.0).max(axis=1) + below
+    if not own.any():
+        return math.inf
+    return float((float(rate.depth.max()) + below) / (own / allowed).max())
 
 
-def half_space_depth(pressure: float, models: ContactModels, spacing: float, wavelength: float) -> float:
-    """Largest stable depth of a step of first order under a maximum pressure [m]."""
+def half_space_depth(
+    pressure: Pressure, models: ContactModels, spacing: float, wavelength: float
+) -> Pressure:
+    """Largest stable depth of a step of first order under maximum pressures [m]."""
     return pressure / models.effective_modulus * max(spacing, 0.5 * wavelength)
 
 

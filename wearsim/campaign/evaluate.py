@@ -24,8 +24,7 @@ from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.contact.wheels import joined
 from wearsim.damage.wear import WEAR_LAWS, WearSettings, highest_regime, passage_depth, patch_regime
 from wearsim.errors import ContactError
-from wearsim.operation.left_out import mask_of, shared_weight
-from wearsim.operation.points import OperatingPoints
+from wearsim.operation.points import OperatingPoints, mask_of, shared_weight
 from wearsim.operation.resultants import Resultants, resultants
 from wearsim.profile.shape import arc_length, vertex_lengths
 from wearsim.scene.campaign import CounterfaceWear
@@ -99,6 +98,9 @@ class Passage:
     model: IntArray  # (m,) in `Setup.chain` of each patch
     share: FloatArray  # (m,) of the distance of its point that each acts in; forces and wear are means [-]
     failed: Mapping[int, ContactError] = field(default_factory=dict)  # points without contact solution
+    # what follows from the profiles, of `solve_passage` alone
+    wear: PatchWear | None = None
+    strip_edges_arc: FloatArray | None = None  # (m, ny + 1) arc length at the edges of strips [m]
 
 
 def passage_of(solution: ContactSolution, setup: Setup) -> Passage:
@@ -153,7 +155,7 @@ def solve_passage(
             if not index.size:
                 continue
             own: Failed | None = None if state.points is None and number == last else {}
-            evaluated = partial(_passage_at, of[index], share[index], number, setup)
+            evaluated = partial(_passage_at, of[index], share[index], number, setup, state)
             here = (conditions if number else nearby).at(index)
             try:
                 chunks = solve_each(here, *bodies, one, evaluated, failed=own, **setup.options)
@@ -177,14 +179,24 @@ def solve_passage(
 
 
 def _passage_at(
-    index: IntArray, share: FloatArray, model: int, setup: Setup, solution: ContactSolution,
+    index: IntArray, share: FloatArray, model: int, setup: Setup, state: State, solution: ContactSolution,
 ) -> Passage:  # fmt: skip
     """Passage of the points at `index` by a model of the chain, with their numbers in the batch."""
     passage = shared(passage_of(solution, setup), share)
     contact = passage.contact
     point = index[contact.point]
     placed = replace(contact, point=point, patch=replace(contact.patch, row=point))
-    return replace(passage, contact=placed, model=np.full_like(passage.model, model))
+    every, edges = np.arange(point.size), np.empty_like(contact.strip_edges_wheel_y)
+    for wheel in (0, 1):
+        at = every[contact.side == wheel]
+        edges[at] = _edges(passage, at, wheel, state)[0]
+    return replace(
+        passage,
+        contact=placed,
+        model=np.full_like(passage.model, model),
+        wear=patch_wear(passage, state, setup.wheelset),
+        strip_edges_arc=edges,
+    )
 
 
 def _numbered(error: ContactError, index: IntArray) -> ContactError:
@@ -311,6 +323,8 @@ def carried(
 def _edges(passage: Passage, at: IntArray, wheel: int, state: State) -> tuple[FloatArray, FloatArray]:
     """Arc length at the edges of the strips of patches `at`, and at the vertices of their wheel [m]."""
     arc = arc_length(state.y[wheel], state.z[wheel])
+    if passage.strip_edges_arc is not None:
+        return passage.strip_edges_arc[at], arc
     # a worn flank may overhang by rounding; interpolation needs a rising y
     rising_y = np.maximum.accumulate(state.y[wheel])
     return np.interp(passage.contact.strip_edges_wheel_y[at], rising_y, arc), arc
@@ -431,7 +445,8 @@ def solved(
         If the points without contact solution carry too much of the wear.
     """
     passage = solve_passage(state, points, setup, weight > 0.0 if among is None else among)
-    wear, history = patch_wear(passage, state, setup.wheelset), state.points
+    wear, history = passage.wear, state.points
+    assert wear is not None
     if history is not None:
         history = judged(history, points, passage, wear, state.distance, raises=raises)
     collective = accumulate(passage, points, weight, state, setup)

@@ -15,8 +15,7 @@ import numpy as np
 
 from wearsim.campaign.state import PatchWear, PointHistory
 from wearsim.errors import ContactError
-from wearsim.operation.left_out import LARGEST_SHARE, carried_share, mask_of
-from wearsim.operation.points import OperatingPoints
+from wearsim.operation.points import LARGEST_SHARE, OperatingPoints, carried_share, mask_of
 from wearsim.results import FILL_FLOAT
 
 if TYPE_CHECKING:

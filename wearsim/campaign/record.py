@@ -72,10 +72,10 @@ class Records:
     def write(self, state: State, row: Mapping[str, np.ndarray], source: str) -> None:
         """Write the record of a step: its row, the full state, and the program versions behind them."""
         arrays = {name: np.asarray(row[name]) for name in self.shapes}
-        known = {_content(value): name for name, value in arrays.items()}
-        parts = {name: (value, known.get(_content(value))) for name, value in flattened(state).items()}
-        same = {name: of_row for name, (_, of_row) in parts.items() if of_row}  # is stored once
-        arrays |= {name: value for name, (value, _) in parts.items() if name not in same}
+        known = {id(value): name for name, value in arrays.items()}
+        parts = flattened(state)
+        same = {name: known[id(value)] for name, value in parts.items() if id(value) in known}  # stored once
+        arrays |= {name: value for name, value in parts.items() if name not in same}
         layout = {name: (value.dtype.str, value.shape) for name, value in arrays.items()}
         own = {"campaign": self.campaign, "index": state.step, "source": source}
         label = {**own, "layout": layout, "same": same}
@@ -168,11 +168,6 @@ class Records:
             return None
         label, values = content[32:].split(b"\n", 1)
         return json.loads(label), values
-
-
-def _content(array: np.ndarray) -> tuple[str, tuple[int, ...], bytes]:
-    """All of an array, to be looked up."""
-    return array.dtype.str, array.shape, array.tobytes()
 
 
 def _size_of(layout: Mapping[str, tuple[str, tuple[int, ...]]]) -> int:

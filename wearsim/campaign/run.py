@@ -126,7 +126,7 @@ def run_scene(
         raise SceneError([Fault("overrides act on a scene file or a dict, not on a loaded scene")])
     lines = scene.origin.lines if isinstance(given, Mapping) else None
     try:
-        for warning in check_contact(scene):
+        for warning in check_contact(scene, threads):
             if warn is not None:
                 placed = at_its_source(warning)
                 warn(placed if lines is None else by_key(placed, lines))

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from wearsim.cli import print_json
-from wearsim.report.sweep import render_chart
+from wearsim.report.html import render_chart
 from wearsim.scene import build
 from wearsim.scene.read import load_campaign
 from wearsim.studies import chart

@@ -87,7 +87,7 @@ def held_by(limits: Mapping[str, int]) -> str:
 @contextmanager
 def workers(address: str | None, running: Callable[[], str]) -> Iterator[Executor | None]:
     """Give the executor of a cluster, None without address; meanwhile write now and then what runs."""
-    from wearsim.studies.cluster import cluster
+    from wearsim.studies.ensemble import cluster
 
     over = threading.Event()
 

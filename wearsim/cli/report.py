@@ -9,18 +9,24 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from wearsim.errors import NumericalError, WearsimError
-from wearsim.report import html
-from wearsim.report.sweep import write_sweep_report
 from wearsim.results import load_results, result_warnings
-from wearsim.studies.sweep import SWEEP_FILE
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Write the report and print where it is."""
+    from wearsim.report.html import write_sweep_report
+    from wearsim.studies.sweep import SWEEP_FILE
+
     directory = Path(arguments.directory)
-    write = write_sweep_report if (directory / SWEEP_FILE).is_file() else html.write_report
-    print(write(directory))
+    print((write_sweep_report if (directory / SWEEP_FILE).is_file() else write_report)(directory))
     return 0
+
+
+def write_report(out: Path) -> Path:
+    """Write the report of a campaign; what it needs is imported here, after the campaign has run."""
+    from wearsim.report import html
+
+    return html.write_report(out)
 
 
 @contextmanager
@@ -30,7 +36,7 @@ def reported(out: Path) -> Iterator[None]:
         yield
     except NumericalError:
         with suppress(WearsimError):  # no step was finished
-            print(f"report: {html.write_report(out)}")
+            print(f"report: {write_report(out)}")
         raise
 
 

@@ -8,8 +8,7 @@ from pathlib import Path
 from wearsim.campaign.run import resume
 from wearsim.cli.flags import overrides_of
 from wearsim.cli.progress import observer
-from wearsim.cli.report import print_warnings, reported
-from wearsim.report import html
+from wearsim.cli.report import print_warnings, reported, write_report
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -18,5 +17,5 @@ def execute(arguments: argparse.Namespace) -> int:
     with reported(out), observer() as observe:
         results = resume(out, observer=observe, overrides=overrides_of(arguments.set))
     print_warnings(results)
-    print(f"report: {html.write_report(out)}")
+    print(f"report: {write_report(out)}")
     return 0

@@ -10,10 +10,9 @@ from pathlib import Path
 from wearsim.campaign.run import run_scene
 from wearsim.cli.flags import load_overridden
 from wearsim.cli.progress import case_lines, observer, workers
-from wearsim.cli.report import print_warnings, reported
+from wearsim.cli.report import print_warnings, reported, write_report
 from wearsim.cli.sweep import run_all
 from wearsim.errors import Fault, SceneError
-from wearsim.report import html
 from wearsim.scene import SweepScene
 from wearsim.scene.overrides import Override
 from wearsim.studies.bands import FOLDER, plan_of, run_bands, text_of
@@ -42,7 +41,7 @@ def execute(arguments: argparse.Namespace) -> int:
     print_warnings(results)
     if arguments.bands:
         _bands(arguments, out, scene.origin.path, overrides)
-    print(f"report: {html.write_report(out)}")
+    print(f"report: {write_report(out)}")
     return 0
 
 

@@ -8,6 +8,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from wearsim.contact.kernel import kernel, plain
+
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
@@ -256,8 +258,19 @@ class SurfaceFields:
     @property
     def strip_work(self) -> FloatArray:
         """Frictional work per unit area and passage e(y), (m, ny) [J/m2]."""
-        work: FloatArray = self.work_density.sum(axis=1) * self.cell_length
+        work = np.zeros(self.cell_length.shape)
+        _sum_along(plain(self.work_density), work)
+        work *= self.cell_length
         return work
+
+
+@kernel
+def _sum_along(cells: FloatArray, out: FloatArray) -> None:
+    """Add the cells (m, nx, ny) of each strip to `out` (m, ny)."""
+    for m in range(cells.shape[0]):
+        for i in range(cells.shape[1]):
+            for j in range(cells.shape[2]):
+                out[m, j] += cells[m, i, j]
 
 
 @lru_cache(maxsize=512)

@@ -85,7 +85,7 @@ class ContactConditions:
         }
         return replace(self, **chosen)
 
-    @property
+    @cached_property
     def loads(self) -> FloatArray:
         """Vertical load (n, 2) of the right and the left wheel [N]."""
         load = self.wheel_load

@@ -60,8 +60,12 @@ class Side:
 
 @dataclass(frozen=True)
 class Wheels:
-    """Normal contact and kinematics of patches in the axes of a right wheel; `sign` is -1 for left ones."""
+    """Normal contact and kinematics of patches in the axes of a right wheel; `sign` is -1 for left ones.
 
+    `place` is the index of the wheel of each patch in an array (n, 2) of points and sides, row by row.
+    """
+
+    place: IntArray
     sign: FloatArray
     load: FloatArray  # L of the wheel [N]
     normal: NormalSolution
@@ -70,11 +74,6 @@ class Wheels:
     speed: FloatArray
     wheel_y: FloatArray
     edges_wheel_y: FloatArray
-
-    @property
-    def place(self) -> IntArray:
-        """Index of the wheel of each patch in an array (n, 2) of points and sides, row by row."""
-        return 2 * self.normal.patch.row + (self.sign < 0.0)
 
 
 @dataclass(frozen=True)
@@ -206,6 +205,7 @@ def wheels_of(
     if reference is not None:
         (wheel_y,) = between_points(here, (here.wheel_y,), row, normal.centre_y)
     return Wheels(
+        place=2 * row + side.number,
         sign=np.full(row.size, sign),
         load=load[row],
         normal=normal,
@@ -239,7 +239,9 @@ def joined(parts: Sequence[Any], order: IntArray | slice | None = None, *, name:
     kind: Any = type(first)
     if kind is np.ndarray:
         whole = _stacked(name, parts) if len(parts) > 1 else first
-        return whole if order is None else whole[order]
+        if order is None:
+            return whole
+        return whole[order] if isinstance(order, slice) else whole.take(order, axis=0)
     if first is None or (order is None and len(parts) == 1):
         return first
     if isinstance(first, tuple):
@@ -281,7 +283,8 @@ def patches_where(part: Any, mask: NDArray[np.bool_]) -> Any:
 def renumbered(wheels: Wheels, row: IntArray) -> Wheels:
     """Wheels whose points have other numbers: `row` (n,) of each."""
     patch = replace(wheels.normal.patch, row=row[wheels.normal.patch.row])
-    return replace(wheels, normal=replace(wheels.normal, patch=patch))
+    place = 2 * patch.row + (wheels.sign < 0.0)
+    return replace(wheels, place=place, normal=replace(wheels.normal, patch=patch))
 
 
 def stretched(wheels: Wheels, load: FloatArray) -> Wheels:

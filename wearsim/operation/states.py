@@ -35,7 +35,7 @@ from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import ContactConditions, ContactModels, ContactPatches, Counterface, Wheelset
 from wearsim.contact.solve import ContactSolution, solve_each
 from wearsim.contact.wheels import joined
-from wearsim.errors import ContactError
+from wearsim.errors import ContactError, say
 from wearsim.operation.bogie import Bogies, curved
 from wearsim.operation.resultants import Differences, Resultants, resultants
 
@@ -460,10 +460,7 @@ def _walked(search: Search, rows: IntArray) -> None:
                 high[row] = far[j, passed[0]]
                 low[row] = far[j, passed[0] - 1] if passed[0] else at[own][j]
             elif end < _STRIDES or abs(far[j, -1]) > _FURTHEST:
-                messages[int(row)] = (
-                    f"the flange carries a lateral force of at most {1e-3 * way[row] * most[row]:.4g} kN: "
-                    f"the wheel would climb over its crest"
-                )
+                messages[int(row)] = say("state.flange", most=way[row] * most[row])
             else:
                 left.append(row)
         last = np.searchsorted(rows, open_rows)
@@ -472,10 +469,8 @@ def _walked(search: Search, rows: IntArray) -> None:
     for j in np.flatnonzero((with_force <= least).any(axis=1)).tolist():
         wheel = int(np.argmin(with_force[j]))
         largest = wanted[j] * without[j, wheel] / (without[j, wheel] - with_force[j, wheel])
-        messages[int(rows[j])] = (
-            f"the moment of the lateral force about the rails unloads the {('right', 'left')[wheel]} "
-            f"wheel: the axle carries at most {1e-3 * largest:.4g} kN"
-        )
+        side = ("right", "left")[wheel]
+        messages[int(rows[j])] = say("state.unloaded", side=side, largest=largest)
     if messages:
         raise StateError(messages)
     middle, half = 0.5 * (low[rows] + high[rows]), 0.5 * np.abs(high[rows] - low[rows])

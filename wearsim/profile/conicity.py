@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from wearsim.errors import ProfileError
+from wearsim.errors import ProfileError, say
 from wearsim.profile.measures import flange_height
 from wearsim.profile.shape import FloatArray, Profile, extremum
 from wearsim.quantities import QUANTITIES
@@ -227,10 +227,7 @@ def equivalent_conicity(
     first = int(np.max(np.flatnonzero(lost[:reach]), initial=-1)) + 1
     last = reach + int(np.min(np.flatnonzero(lost[reach:]), initial=reach + 1)) - 1
     if last <= reach or shift[last] - shift[first] < 2.0 * amplitude:
-        raise ProfileError(
-            f"{wheel_right.name} on {rail.name}: no contact within the profiles over an amplitude of "
-            f"{amplitude * 1e3:g} mm; check gauge, back-to-back distance and the ends of the profiles"
-        )
+        raise ProfileError(say("profile.no_contact", wheel=wheel_right, rail=rail, amplitude=amplitude))
     shift, difference = _with_jumps(shift[first : last + 1], difference[first : last + 1], difference_at)
     step = np.diff(shift)
     potential = np.concatenate(([0.0], np.cumsum(0.5 * step * (difference[1:] + difference[:-1]))))

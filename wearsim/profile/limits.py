@@ -16,7 +16,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from wearsim.errors import ProfileError, suggestion
+from wearsim.errors import ProfileError, say, suggestion
 from wearsim.profile.measures import Measures
 from wearsim.profile.standard import shipped_path
 from wearsim.quantities import QUANTITIES
@@ -163,10 +163,8 @@ def load_limits(name_or_path: str | Path = "TSI") -> LimitSet:
         folder = shipped_path("profiles", "limits")
         names = sorted(each.stem for each in folder.glob("*.toml"))
         if path.name not in names:
-            raise ProfileError(
-                f"{str(name_or_path)!r} is neither a file nor a shipped set of limits "
-                f"({', '.join(names)}){suggestion(path.name, names)}"
-            )
+            near = suggestion(path.name, names)
+            raise ProfileError(say("profile.no_limits", name=str(name_or_path), names=names, near=near))
         path = folder / f"{path.name}.toml"
     if not path.is_file():
         raise ProfileError(f"{path}: no such file of limits")

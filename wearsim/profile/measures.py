@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wearsim.errors import ProfileError
+from wearsim.errors import ProfileError, say
 from wearsim.profile.placement import RUNNING_CIRCLE
 from wearsim.profile.shape import FloatArray, Profile, crossing, extremum
 from wearsim.quantities import QUANTITIES
@@ -32,10 +32,7 @@ def _tread_side(y: FloatArray, z: FloatArray) -> int:
     """Vertex of the flange tip, checked to lie before the running circle."""
     tip = int(np.argmax(z))
     if not (y[tip] < 0.0 < y[-1]):
-        raise ProfileError(
-            f"the wheel profile has its largest z at y = {y[tip] * 1e3:.4g} mm; a flange at negative y and a "
-            "tread beyond the running circle (y = 0) are needed"
-        )
+        raise ProfileError(say("profile.no_flange", y=y[tip]))
     return tip
 
 
@@ -171,10 +168,7 @@ def _check_flange(y: FloatArray, z: FloatArray, *, tip: bool) -> None:
 def _whole_hollowing(y: FloatArray, z: FloatArray) -> float:
     """Hollowing of a tread that is measured far enough."""
     if y.max() < HOLLOWING_REACH:
-        raise ProfileError(
-            f"the profile ends at y = {y.max() * 1e3:.4g} mm; hollowing needs the tread up to "
-            f"{HOLLOWING_REACH * 1e3:g} mm"
-        )
+        raise ProfileError(say("profile.short_tread", end=y.max(), reach=HOLLOWING_REACH))
     return hollowing(y, z)
 
 
@@ -183,8 +177,5 @@ def _rim_width(y: FloatArray, z: FloatArray) -> float:
     end = int(np.argmax(y))
     before = int(np.flatnonzero(y[: end + 1] <= y[end] - 1e-3)[-1])
     if z[before] - z[end] < math.tan(_FACE_SLOPE) * (y[end] - y[before]):
-        raise ProfileError(
-            f"the profile ends on the tread at y = {y[end] * 1e3:.4g} mm; the width needs the rim chamfer or "
-            "the outer face"
-        )
+        raise ProfileError(say("profile.no_rim", end=y[end]))
     return RUNNING_CIRCLE + float(y[end])

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from wearsim.errors import ProfileError
+from wearsim.errors import ProfileError, say
 from wearsim.profile.checks import PARTIAL
 from wearsim.profile.shape import FloatArray, Profile, crossing, extremum
 from wearsim.quantities import QUANTITIES
@@ -117,10 +117,7 @@ def _innermost(y: FloatArray, z: FloatArray, gauge_height: float) -> float:
     """Smallest y in the gauge band of the part from the gauge side to the top (z = 0 there)."""
     below = np.flatnonzero(z >= gauge_height)
     if len(below) == 0:
-        raise ProfileError(
-            f"the gauge side of the rail head reaches {z.max() * 1e3:.2f} mm below its highest point; the "
-            f"gauge is measured down to {gauge_height * 1e3:g} mm: measure further down"
-        )
+        raise ProfileError(say("profile.gauge_side", depth=z.max(), gauge_height=gauge_height))
     last = int(below[-1])
     return min(crossing(y, z, last, gauge_height), float(y[last + 1 :].min()))
 

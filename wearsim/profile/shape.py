@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.errors import NumericalError, ProfileError
+from wearsim.errors import NumericalError, ProfileError, say
 
 FloatArray = NDArray[np.float64]
 Kind = Literal["wheel", "rail"]
@@ -73,10 +73,7 @@ def resample(profile: Profile, spacing: float) -> Profile:
         raise ProfileError(f"{profile.name}: point spacing = {spacing * 1e3:g} mm must be above 0 mm")
     s = arc_length(profile.y, profile.z)
     if spacing > 0.1 * s[-1]:
-        raise ProfileError(
-            f"{profile.name}: point spacing = {spacing * 1e3:g} mm must be below a tenth of the profile's "
-            f"length of {s[-1] * 1e3:.4g} mm"
-        )
+        raise ProfileError(say("profile.wide_spacing", profile=profile, spacing=spacing, length=s[-1]))
     points = np.column_stack((profile.y, profile.z))
     pieces = []
     ends = [0, *corners(profile.y, profile.z), len(s) - 1]
@@ -213,10 +210,7 @@ def offset_distance(y: FloatArray, z: FloatArray, depth: FloatArray) -> FloatArr
         distance = new
         if change <= 1e-15 * np.max(np.abs(new)):
             return distance
-    raise NumericalError(
-        f"wear depth of {np.max(np.abs(depth)) * 1e3:.3g} mm in one step is too large for the curvature of "
-        "the profile; shorten the step"
-    )
+    raise NumericalError(say("profile.deep_step", depth=np.max(np.abs(depth))))
 
 
 def extremum(y: FloatArray, z: FloatArray, index: int) -> tuple[float, float]:

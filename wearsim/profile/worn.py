@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.errors import ProfileError
+from wearsim.errors import ProfileError, say
 from wearsim.profile.shape import FloatArray, Profile, arc_length, resample, vertex_normals
 
 LARGEST_DEPTH = 12e-3
@@ -77,10 +77,8 @@ def wear_between(before: Profile, after: Profile) -> WearBetween:
     first, last = int(hit[0]), int(hit[-1])
     if len(hit) <= last - first:
         lost = first + int(np.flatnonzero(~np.isfinite(depth[first : last + 1]))[0])
-        raise ProfileError(
-            f"{after.name} is nowhere within {LARGEST_DEPTH * 1e3:g} mm of {before.name} along its normal at "
-            f"y = {old.y[lost] * 1e3:.4g} mm; align the profiles, or check that they are of one wheel"
-        )
+        near = {"reach": LARGEST_DEPTH, "y": old.y[lost]}
+        raise ProfileError(say("profile.far_apart", before=before, after=after, **near))
     part = slice(first, last + 1)
     swept = outward * _areas(old, new, part, depth, place, normal)
     zones = WHEEL_ZONES if before.kind == "wheel" else _rail_zones(before)

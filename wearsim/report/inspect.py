@@ -12,11 +12,10 @@ import xarray as xr
 from wearsim.errors import ResultError
 from wearsim.quantities import QUANTITIES
 from wearsim.report import tables_damage
+from wearsim.report.html import Campaigns, all_figures
 from wearsim.report.plates import COUNTERFACE_MEASURES
-from wearsim.report.sections import Campaigns, all_figures
 from wearsim.report.style import plain, role_of, save_svg, with_unit
-from wearsim.report.tables import MEASURES, UNDEFINED, limit_text
-from wearsim.report.tables_quality import models_in_use
+from wearsim.report.tables import MEASURES, UNDEFINED, limit_text, models_in_use
 from wearsim.report.texts import environment, stated_warnings, wears, words
 from wearsim.results import checks, load_results, result_warnings
 from wearsim.results.fatigue import largest_index, quantity_of

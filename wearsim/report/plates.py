@@ -13,7 +13,6 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from wearsim.report.figures import bands as band_figures
 from wearsim.report.figures import campaign, translation
 from wearsim.report.figures.campaign import WHEELS
 from wearsim.report.style import (
@@ -195,7 +194,7 @@ def wear_depth(datasets: Datasets, bands: xr.Dataset | None = None) -> Figure:
         for data in datasets:
             campaign.plot_wear_depth(data, ax, wheel=wheel, history=True)
             if bands is not None:
-                band_figures.plot_depth_band(bands, data, ax, wheel=wheel)
+                translation.plot_depth_band(bands, data, ax, wheel=wheel)
         ax.set_xlim(worn_range(datasets, wheel))
         ax.set_title(f"{WHEELS[wheel].capitalize()} wheel")
 
@@ -375,9 +374,9 @@ def steps(datasets: Datasets) -> Figure:
 def bands(_: Datasets, made: xr.Dataset) -> Figure:
     """Bands of what 1 km on the rig stands for, and of the depth over the distance."""
     roles = [role for role in CAMPAIGN if f"{role}_way" in made]
-    draws = [partial(band_figures.plot_band, made, role) for role in roles]
+    draws = [partial(translation.plot_band, made, role) for role in roles]
     if len(roles) == len(CAMPAIGN):
-        draws = [partial(band_figures.plot_per_km, made, basis) for basis in (0, 1)] + draws
+        draws = [partial(translation.plot_per_km, made, basis) for basis in (0, 1)] + draws
 
     def draw(ax: Axes, row: int, column: int) -> None:
         draws[len(roles) * row + column](ax=ax)
@@ -390,7 +389,7 @@ def sensitivity(_: Datasets, made: xr.Dataset) -> Figure:
     names = asked_of(made)[: len(PER_KM)]
 
     def draw(ax: Axes, _row: int, column: int) -> None:
-        band_figures.plot_sensitivity(made, names[column], ax)
+        translation.plot_sensitivity(made, names[column], ax)
         ax.set_title(wrapped(capital(str(made[names[column]].attrs["long_name"])), 40))
 
     height = 0.6 + 0.25 * made.sizes["input"]

@@ -11,6 +11,7 @@ from typing import Any
 import jinja2
 import xarray as xr
 
+from wearsim import texts
 from wearsim.report.style import capital, plain, role_of, role_title, values_of
 from wearsim.results.checks import (
     closing_reprofiling,
@@ -71,15 +72,10 @@ _SAYS = (
 """Functions that templates call, also as filters and tests."""
 
 
+@functools.cache
 def environment(autoescape: bool = True) -> jinja2.Environment:
     """Templates of the reports, for HTML or (without escapes) for text."""
-    made = jinja2.Environment(
-        loader=jinja2.PackageLoader("wearsim.report"),
-        autoescape=autoescape,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    made = texts.environment("wearsim.report", autoescape)
     says = {each.__name__: each for each in _SAYS}
     made.globals |= says
     made.filters |= says
@@ -93,9 +89,6 @@ def _texts() -> dict[str, dict[str, Any]]:
     return tomllib.loads(path.read_text(encoding="utf-8"))
 
 
-_templates = functools.cache(environment)
-
-
 def words(name: str) -> dict[str, Any]:
     """Words by key that stand in the texts under a name."""
     return _texts()[name]
@@ -103,7 +96,7 @@ def words(name: str) -> dict[str, Any]:
 
 def lines(name: str, kind: str = "lines", **context: Any) -> list[str]:
     """Sentences of a name, those that apply."""
-    text = _templates(False).from_string(_texts()[kind][name]).render(**context)
+    text = environment(False).from_string(_texts()[kind][name]).render(**context)
     return [line.strip() for line in text.splitlines() if line.strip()]
 
 
@@ -114,4 +107,4 @@ def caption(kind: str, name: str, **context: Any) -> str:
 
 def columns(name: str, **context: Any) -> list[str]:
     """Heads of the columns of a table of a name, the first ones if others are of the data."""
-    return [_templates(False).from_string(text).render(**context) for text in _texts()["columns"][name]]
+    return [environment(False).from_string(text).render(**context) for text in _texts()["columns"][name]]

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from wearsim.damage.coefficients import COEFFICIENT_SETS
 from wearsim.damage.fatigue.shakedown import shakedown_limit
 from wearsim.damage.wear import WEAR_LAWS
+from wearsim.errors import say
 from wearsim.quantities import STEP_LIMITS
 
 if TYPE_CHECKING:
@@ -184,11 +185,7 @@ def tread_wear_warning(dataset: xr.Dataset) -> str | None:
     if wear is None or low <= wear <= high:
         return None
     side = "below" if wear < low else "above"
-    return (
-        f"tread wear of {1e3 * wear:.3g} mm per 100 000 km is {side} the {1e3 * low:g} to {1e3 * high:g} mm "
-        f"seen in service (an uncertain band): look at environment factors, friction, shares and the spread "
-        f"of the shifts"
-    )
+    return say("result.tread_wear", wear=wear, side=side, low=1e3 * low, high=high)
 
 
 class LoadScaling(NamedTuple):
@@ -228,12 +225,10 @@ def left_out_warning(dataset: xr.Dataset) -> str | None:
     acted = float((run[:, None] * dataset["active_weight"].values * out).sum() / run.sum())
     names = dataset["operating_point_name"].values[out.any(axis=0)]
     more = f" and {names.size - 3} more" if names.size > 3 else ""
-    return (
-        f"{names.size} of {out.shape[1]} operating points had no contact solution and were left out "
-        f"({', '.join(map(str, names[:3]))}{more}), over {percent(acted)} of the distance: others of their "
-        f"class act for them, a block or class without others passes without wear; they carry at most "
-        f"{percent(float(dataset['left_out_share'].values.max()))} of the wear"
-    )
+    most = percent(float(dataset["left_out_share"].values.max()))
+    few = ", ".join(map(str, names[:3])) + more
+    values = {"count": names.size, "all": out.shape[1], "names": few, "acted": percent(acted), "most": most}
+    return say("result.left_out", **values)
 
 
 def load_scale_warning(dataset: xr.Dataset) -> str | None:
@@ -241,12 +236,8 @@ def load_scale_warning(dataset: xr.Dataset) -> str | None:
     scaling = load_scaling(dataset)
     if scaling is None:
         return None
-    return (
-        f"contact patches merge or the load of the model jumps: forces are scaled to the wheel load by more "
-        f"than {LOAD_TOLERANCE:.0%} (at most by the factor {scaling.largest:.3g}) at {scaling.points} "
-        f"operating points that wear, over {percent(scaling.distance_share)} of the distance: pressures and "
-        f"wear there are less certain"
-    )
+    share = percent(scaling.distance_share)
+    return say("result.scaled", scaling=scaling, most=f"{LOAD_TOLERANCE:.0%}", share=share)
 
 
 def regime_shares(dataset: xr.Dataset, sought: str) -> dict[str, float]:
@@ -275,10 +266,7 @@ def seizure_warning(dataset: xr.Dataset) -> str | None:
     parts = [f"{percent(part)} of the wear by {law}" for law, part in shares.items() if part > SEIZURE_SHARE]
     if not parts:
         return None
-    return (
-        f"{', '.join(parts)} is seizure, at pressures that elastic contact models exceed where steel would "
-        f"yield: seizure_cap in [wear] keeps it out"
-    )
+    return say("result.seizure", parts=parts)
 
 
 def worn_by_patch(dataset: xr.Dataset) -> NDArray[np.float64]:
@@ -325,10 +313,7 @@ def low_friction_warning(dataset: xr.Dataset) -> str | None:
     twice = acts & (dataset["friction"].values < LOW_FRICTION) & (dataset["environment"].values < 1.0)
     if not twice.any():
         return None
-    return (
-        f"{int(twice.sum())} of {int(acts.sum())} operating points combine friction below {LOW_FRICTION:g} "
-        "with an environment factor below 1: lubrication may be counted twice"
-    )
+    return say("result.lubricated_twice", count=twice.sum(), all=acts.sum(), low=LOW_FRICTION)
 
 
 def outside_warning(dataset: xr.Dataset) -> str | None:
@@ -339,10 +324,7 @@ def outside_warning(dataset: xr.Dataset) -> str | None:
             f"{percent(share)} of it is {text}" for text, share in shares.items() if share > OUTSIDE_SHARE
         ]
         if parts:
-            return (
-                f"wear by the law {name} lies outside its data: {', '.join(parts)}, where it follows what "
-                f"the {name} assumes: give it more rows"
-            )
+            return say("result.outside_data", law=name, parts=parts)
     return None
 
 
@@ -355,10 +337,7 @@ def cracks_warning(dataset: xr.Dataset) -> str | None:
     ]
     if not parts:
         return None
-    return (
-        f"the lathe left cracks {'; '.join(parts)}: damage among at_limits of [campaign.reprofiling] has "
-        f"them cut out, a larger cut_mm takes more of them"
-    )
+    return say("result.cracks_left", parts="; ".join(parts))
 
 
 def correction_warning(dataset: xr.Dataset) -> str | None:
@@ -375,10 +354,8 @@ def correction_warning(dataset: xr.Dataset) -> str | None:
     never = (acts & (dataset["reference_step"].values < 0)).any(axis=0)
     names = ", ".join(dataset["operating_point_name"].values[never][:3].astype(str))
     why = f"; the reference had no solution at {int(never.sum())} operating points ({names})"
-    return (
-        f"the estimated error of the wear depth by the corrected models is {percent(float(error))} of the "
-        f"largest depth, above the tolerance of {percent(tolerance)}{why if never.any() else ''}"
-    )
+    given = {"error": percent(float(error)), "tolerance": percent(tolerance)}
+    return say("result.correction", **given, why=why if never.any() else "")
 
 
 def result_warnings(dataset: xr.Dataset) -> list[str]:

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import netCDF4
 import numpy as np
 
-from wearsim.errors import ResultError
+from wearsim.errors import ResultError, say
 from wearsim.quantities import Quantity
 from wearsim.results.schema import (
     FILL_FLOAT,
@@ -316,10 +316,7 @@ def _foreign(file: netCDF4.Dataset, path: Path) -> ResultError | None:
     another = "run its scene again in another directory"
     if schema is None or schema == SCHEMA:
         without = f" of this version (without {missing[0]})" if missing else ""
-        return ResultError(
-            f"{path} is not a result file of a wearsim campaign{without}; give a .nc that `wearsim run` "
-            f"wrote, or {another}"
-        )
+        return ResultError(say("result.foreign", path=path, without=without))
     if schema > SCHEMA:
         return ResultError(f"{path} has schema {schema}, this wearsim reads {SCHEMA}; update wearsim")
     older = f"was written by an older wearsim (schema {schema}, this one reads {SCHEMA})"
@@ -327,17 +324,11 @@ def _foreign(file: netCDF4.Dataset, path: Path) -> ResultError | None:
 
 
 def _unreadable(path: Path, what: str, error: Exception) -> ResultError:
-    return ResultError(
-        f"{path} {what}: {_reason(error)}; a damaged file is rebuilt by `wearsim resume {path.parent}` "
-        f"from the records of its steps while its campaign is unfinished"
-    )
+    return ResultError(say("result.unreadable", path=path, what=what, reason=_reason(error)))
 
 
 def _damaged(path: Path, fault: str) -> ResultError:
-    return ResultError(
-        f"{path}: {fault}: the file is damaged or was changed; give it as `wearsim run` wrote it, or run its "
-        f"scene again in another directory"
-    )
+    return ResultError(say("result.damaged", path=path, fault=fault))
 
 
 def _define(file: netCDF4.Dataset, header: Header) -> None:

@@ -5,63 +5,40 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, Strict
 
 from wearsim.quantities import QUANTITIES
-from wearsim.scene.section import Section, Text, number, range_of, words
-
-_OF_RAILS = (
-    "a rail is passed by other wheels, too: state what it loses as area_mm2_per_1000km, or write "
-    'kind = "rig" in [scene]'
-)
-_OF_ROLLERS = (
-    "a roller runs under this wheel alone: its wear follows from the wheel's law times factor; write that, "
-    'or kind = "field" in [scene]'
-)
+from wearsim.scene.section import Section, Text, range_of
 
 
 class RollerWearSection(Section):
     """[counterface.wear] on a rig: both rollers wear, each under its wheel, and are redressed together."""
 
-    not_here: ClassVar[dict[str, str]] = {"area_mm2_per_1000km": _OF_ROLLERS}
-    factor: float = number("counterface_wear_factor")
-    redress_every_km: float | None = number(
-        "redress_distance", "the distance after which both rollers are redressed to their new profile", None
-    )
-    redress_depth_um: float | None = number(
-        "redress_depth",
-        "the wear depth of either roller at which both are redressed to their new profile",
-        None,
-    )
+    factor: float
+    redress_every_km: float | None = None
+    redress_depth_um: float | None = None
 
 
 class RailWearSection(Section):
     """[counterface.wear] in the field: both rails lose a stated area where the campaign's contacts wear."""
 
-    not_here: ClassVar[dict[str, str]] = dict.fromkeys(
-        ("factor", "redress_every_km", "redress_depth_um"), _OF_RAILS
-    )
-    area_mm2_per_1000km: float = number(
-        "counterface_area_rate", "the area each rail's cross-section loses while the wheelset runs 1000 km"
-    )
+    area_mm2_per_1000km: float
 
 
 class LimitsSection(Section):
     """[campaign.limits]: what ends the life of a wheel; results hold the distance at which each is met."""
 
-    depth_mm: float | None = number("max_wear_depth", "the largest wear depth", None)
-    flange_height_mm: float | None = number("flange_height", "the largest flange height Sh", None)
-    flange_thickness_mm: float | None = number("flange_thickness", "the least flange thickness Sd", None)
-    flange_gradient_mm: float | None = number("flange_gradient", "the least flange gradient qR", None)
-    hollowing_mm: float | None = number("hollowing", "the largest hollowing of the tread", None)
-    conicity: float | None = number("equivalent_conicity", "the largest equivalent conicity", None)
-    damage: float | None = number(
-        "fatigue_damage", "the largest fatigue damage by a law that counts cycles (wlrm)", None
-    )
-    diameter_mm: float | None = number("wheel_diameter", "the least wheel diameter after reprofiling", None)
-    end: bool = Field(False, description="whether the campaign ends at the first limit that is met")
+    depth_mm: float | None = None
+    flange_height_mm: float | None = None
+    flange_thickness_mm: float | None = None
+    flange_gradient_mm: float | None = None
+    hollowing_mm: float | None = None
+    conicity: float | None = None
+    damage: float | None = None
+    diameter_mm: float | None = None
+    end: bool = False
 
     @property
     def values(self) -> dict[str, float]:
@@ -91,14 +68,10 @@ class ReprofilingSection(Section):
     With `damage` among `at_limits` and a crack depth, that includes the material cracks run through.
     """
 
-    at_limits: Annotated[tuple[str, ...], Strict(False)] = Field(
-        (), description="the keys of [campaign.limits] at which the wheels are reprofiled instead of worn on"
-    )
-    at_km: Annotated[tuple[Annotated[float, Field(**range_of("distance"))], ...], Strict(False)] = Field(
-        (), description="the distances at which they are reprofiled", json_schema_extra={"unit": "km"}
-    )
-    profile: Text | None = words("the profile they get, by default that of [wheelset]", None)
-    cut_mm: float = number("least_cut", "the least depth that the lathe takes everywhere", 0.0)
+    at_limits: Annotated[tuple[str, ...], Strict(False)] = ()
+    at_km: Annotated[tuple[Annotated[float, Field(**range_of("distance"))], ...], Strict(False)] = ()
+    profile: Text | None = None
+    cut_mm: float = 0.0
 
 
 STABILITY: Mapping[str, tuple[float, float]] = {"rkc": (8.4, 35.0), "heun": (0.4, 2.0), "euler": (0.4, 2.0)}
@@ -108,37 +81,15 @@ STABILITY: Mapping[str, tuple[float, float]] = {"rkc": (8.4, 35.0), "heun": (0.4
 class CampaignSection(Section):
     """[campaign]: how far, and in which steps."""
 
-    distance_km: float = number("distance", "the distance of the campaign")
-    max_step_depth_um: float = number("depth_cap", default=50.0)
-    first_step_depth_um: float = number(
-        "first_depth",
-        "the largest wear depth of the first step of each block or collective, and of that after a "
-        "reprofiling; steps grow at most threefold from there",
-        2.0,
-    )
-    stability: float | None = number(
-        "stability_number",
-        "the limit of the stability number S, at first depth over interpenetration, then half of it; by "
-        "default that of the rule: 8.4 of rkc, 0.4 of heun and euler",
-        None,
-    )
-    smoothing_wavelength_mm: float = number(
-        "smoothing_wavelength", "the wavelength that smoothing halves, 0 for none", 2.5
-    )
-    integrator: Literal["rkc", "heun", "euler"] = Field(
-        "rkc",
-        description="the rule that combines wear rates: Runge-Kutta-Chebyshev of second order with two to "
-        "eight stages, that of two stages alone (Heun), or Euler's",
-    )
-    error_tolerance_um: float = number(
-        "step_error",
-        "the largest estimated error of the depth of one step, as RMS over the band worn in it, of wheels "
-        'and counterface; with model = "auto" at most a sixth of tolerance times the depth so far, of 10 um '
-        "at least",
-        1.0,
-    )
-    point_spacing_mm: float = number("point_spacing", default=0.25)
-    max_step_km: float | None = number("step_length", "the longest step", None)
+    distance_km: float
+    max_step_depth_um: float = 50.0
+    first_step_depth_um: float = 2.0
+    stability: float | None = None
+    smoothing_wavelength_mm: float = 2.5
+    integrator: Literal["rkc", "heun", "euler"] = "rkc"
+    error_tolerance_um: float = 1.0
+    point_spacing_mm: float = 0.25
+    max_step_km: float | None = None
     limits: LimitsSection | None = None
     reprofiling: ReprofilingSection | None = None
 

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import (
-    Field,
     GetJsonSchemaHandler,
     SerializerFunctionWrapHandler,
     model_serializer,
@@ -22,8 +21,8 @@ from wearsim.damage.fatigue import FATIGUE_LAWS, FatigueSettings
 from wearsim.damage.fatigue.wlrm import own_function
 from wearsim.damage.wear import WEAR_LAWS, WearSettings, energy
 from wearsim.damage.wear.table import WearTable
-from wearsim.errors import SceneError
-from wearsim.scene.section import Registered, Section, Text, entries, number, words
+from wearsim.errors import SceneError, say
+from wearsim.scene.section import Registered, Section, Text
 from wearsim.scene.wear_table import PathFaults, WearTableSection, wear_table
 from wearsim.toml_faults import cross_check
 
@@ -38,15 +37,14 @@ WearLawName = Annotated[str, _WEAR_LAW]
 WearSetName = Annotated[str, Registered(lambda: _sets(WEAR_LAWS))]
 FatigueLawName = Annotated[str, Registered(lambda: FATIGUE_LAWS)]
 FatigueSetName = Annotated[str, Registered(lambda: _sets(FATIGUE_LAWS))]
-_FORM = "whether the law acts in each cell (where it can) or on the mean of the patch"
 
 
 class ComparisonLawSection(Section):
     """Entry of also_evaluate: a wear law with its own form and set, or the law's name alone."""
 
-    law: WearLawName = Field(description="the wear law")
-    form: Literal["local", "patch_mean"] | None = Field(None, description=_FORM)
-    coefficients: WearSetName | None = Field(None, description="the set of wear coefficients")
+    law: WearLawName
+    form: Literal["local", "patch_mean"] | None = None
+    coefficients: WearSetName | None = None
 
     @model_validator(mode="before")
     @classmethod
@@ -73,15 +71,14 @@ class _OrName:
 class BrakeBlockSection(Section):
     """[wear.brake_block]: what brake blocks wear off the tread, counted in the first regime of each law."""
 
-    um_per_1000_km: float = number("brake_wear", "the depth worn by the blocks in 1000 km")
-    from_mm: float = number("block_edge", "the edge of the block towards the flange, from the running circle")
-    to_mm: float = number("block_edge", "its edge towards the field side, from the running circle")
+    um_per_1000_km: float
+    from_mm: float
+    to_mm: float
 
     @model_validator(mode="after")
     def _rises(self) -> Self:
         if self.to_mm <= self.from_mm:
-            text = f"to_mm = {self.to_mm:g} must be above from_mm = {self.from_mm:g}; exchange them"
-            raise cross_check(text, "to_mm")
+            raise cross_check(say("scene.brake_block", of=self), "to_mm")
         return self
 
     def depth(self, y: FloatArray) -> FloatArray:
@@ -94,46 +91,20 @@ class BrakeBlockSection(Section):
 class WearSection(Section):
     """[wear]: the law of the wear depth by frictional work."""
 
-    not_here: ClassVar[dict[str, str]] = {
-        "beside": "the comparison laws are the key also_evaluate; rename it"
-    }
+    laws_that_take = staticmethod(wear.laws_that_take)
 
-    law: WearLawName = Field(WearSettings.law, description="the wear law")
-    coefficients: WearSetName | None = Field(
-        None, description="the set of wear coefficients, named after its paper; each law has one of its own"
-    )
-    form: Literal["local", "patch_mean"] | None = Field(None, description=_FORM)
-    energy_coefficient_mm3_kJ: float | None = number(
-        "energy_coefficient",
-        "the volume lost per frictional work, one constant in place of a set "
-        f"(law = {wear.laws_that_take('energy_coefficient')})",
-        None,
-    )
-    density_kg_m3: float = number("density", default=7850.0)
-    hardness_GPa: float | None = number(
-        "hardness",
-        f"the hardness of the wheel, in place of that of the set (law = {wear.laws_that_take('hardness')})",
-        None,
-    )
-    seizure_blend: float | None = number(
-        "seizure_blend",
-        "the width of the blend into seizure over the hardness, in place of that of the set, 0 for a jump "
-        f"(law = {wear.laws_that_take('seizure_blend')})",
-        None,
-    )
-    seizure_cap: Literal["none", "pressure", "regime"] = Field(
-        "none",
-        description="what keeps elastic pressures out of the seizure regime "
-        f"(law = {wear.laws_that_take('seizure_cap')})",
-    )
+    law: WearLawName = WearSettings.law
+    coefficients: WearSetName | None = None
+    form: Literal["local", "patch_mean"] | None = None
+    energy_coefficient_mm3_kJ: float | None = None
+    density_kg_m3: float = 7850.0
+    hardness_GPa: float | None = None
+    seizure_blend: float | None = None
+    seizure_cap: Literal["none", "pressure", "regime"] = "none"
     brake_block: BrakeBlockSection | None = None
     table: WearTableSection | None = None
-    table_file: Text | None = words(
-        f"a CSV or TOML file with the table of law = {wear.laws_that_take('table')}", None
-    )
-    also_evaluate: tuple[Annotated[ComparisonLawSection, _OrName], ...] = entries(
-        "comparison laws: further wear laws evaluated on the same contacts", 20
-    )
+    table_file: Text | None = None
+    also_evaluate: tuple[Annotated[ComparisonLawSection, _OrName], ...] = ()
 
     @model_validator(mode="before")
     @classmethod
@@ -150,34 +121,28 @@ class WearSection(Section):
 class DamageFunctionSection(Section):
     """[fatigue.damage_function]: break points of one's own for a law of T-gamma."""
 
-    source: Text = words("where the break points come from")
-    certainty: Text = words("how sure they are, in words")
-    start_N: float = number("wear_number_start")
-    peak_N: float = number("wear_number_peak")
-    end_N: float = number("wear_number_end", "the wear number at which damage is zero again")
-    peak_damage: float = number("peak_damage")
-    floor: float | None = number("damage_floor", default=None)
+    source: Text
+    certainty: Text
+    start_N: float
+    peak_N: float
+    end_N: float
+    peak_damage: float
+    floor: float | None = None
 
 
 class FatigueSection(Section):
     """[fatigue]: rolling contact fatigue of the wheel."""
 
-    laws: tuple[FatigueLawName, ...] = entries(
-        "the fatigue laws", 20, ("surface_fatigue_index",), min_length=1
-    )
-    coefficients: tuple[FatigueSetName, ...] = entries("sets that replace the laws' own ones", 20)
-    shear_yield_MPa: float | None = number("fatigue_shear_yield", default=None)
-    wear_number: Literal["without_spin", "with_spin"] = Field(
-        "without_spin", description="the wear number that laws of T-gamma take"
-    )
-    branch: Literal["net", "rising"] = Field(
-        "net",
-        description=f"the form of law = {fatigue.laws_that_take('branch')}: with the removal of cracks by "
-        "wear in it, or without",
-    )
-    crack_depth_mm: float | None = number("fatigue_crack_depth", default=None)
-    crack_width_mm: float = number("fatigue_crack_width", default=10.0)
-    wear_limit_mm: float = number("fatigue_wear_limit", default=3.0)
+    laws_that_take = staticmethod(fatigue.laws_that_take)
+
+    laws: tuple[FatigueLawName, ...] = ("surface_fatigue_index",)
+    coefficients: tuple[FatigueSetName, ...] = ()
+    shear_yield_MPa: float | None = None
+    wear_number: Literal["without_spin", "with_spin"] = "without_spin"
+    branch: Literal["net", "rising"] = "net"
+    crack_depth_mm: float | None = None
+    crack_width_mm: float = 10.0
+    wear_limit_mm: float = 3.0
     damage_function: DamageFunctionSection | None = None
 
 

@@ -1,14 +1,16 @@
-"""Values in range that are hardly meant: one table of tests and texts, all of them warnings."""
+"""Values in range that are hardly meant: one table of tests and texts; wheels on the other side. Warnings."""
 
 from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import PurePath
 from typing import Any, NamedTuple
 
+from wearsim.errors import Fault, say, shown
 from wearsim.scene.models import FieldScene, RigScene
-from wearsim.toml_faults import KeyPath, shown
+from wearsim.toml_faults import KeyPath
 
 
 class Implausible(NamedTuple):
@@ -65,5 +67,31 @@ def implausible(scene: RigScene | FieldScene) -> Iterator[tuple[KeyPath, str]]:
     names = Counter(run.name for run in runs.values())
     for path, run in runs.items():
         if names.pop(run.name, 1) > 1:
-            text = f"name = {shown(run.name)} is that of another {path[1]}, too"
-            yield (*path, "name"), f"{text}: tables and figures cannot tell them apart"
+            yield (*path, "name"), say("scene.same_name", run=run, what=path[1])
+
+
+_SIDES = {"l": "left", "r": "right"}
+_IN_NAME = re.compile(r"(?<![a-z])(left|right|links|rechts)(?![a-z])")
+
+
+def side_of(name: str, header: Mapping[str, str]) -> tuple[str, str]:
+    """Side of the wheel that the header of a file, or else its name, states, and which does; "" if none."""
+    stated = {key.lower(): value.strip().lower() for key, value in header.items()}.get("side", "")
+    if side := _SIDES.get(stated[:1], ""):
+        return side, "header"
+    words = {_SIDES[word[0]] for word in _IN_NAME.findall(PurePath(name).stem.lower())}
+    return (words.pop(), "name") if len(words) == 1 else ("", "")
+
+
+def side_warnings(
+    scene: RigScene | FieldScene, headers: Mapping[str, tuple[str, Mapping[str, str]]]
+) -> list[Fault]:
+    """Warnings of profiles of the other side, where both wheels have a file, by key: its name and header."""
+    warnings = []
+    for key, wheel in (("profile", "right"), ("profile_left", "left")) if "profile_left" in headers else ():
+        name, header = headers.get(key, ("", {}))
+        side, where = side_of(name, header)
+        if side not in ("", wheel):
+            text = f"{key} = {shown(name)} acts on the {wheel} wheel, and its {where} says {side}"
+            warnings.append(scene.fault(("wheelset", key), f"{text}: exchange profile and profile_left"))
+    return warnings

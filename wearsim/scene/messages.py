@@ -11,7 +11,7 @@ from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.damage.fatigue import FATIGUE_LAWS, counts_cycles
 from wearsim.damage.wear import WEAR_LAWS
-from wearsim.errors import Fault, ProfileError
+from wearsim.errors import Fault, ProfileError, say, shown
 from wearsim.operation.points import REACH
 from wearsim.profile import measures
 from wearsim.profile.conicity import equivalent_conicity
@@ -23,7 +23,7 @@ from wearsim.scene.damage import damage_faults
 from wearsim.scene.implausible import implausible
 from wearsim.scene.models import BlockSection, ClassSection, FieldScene, RigScene
 from wearsim.scene.vehicle import cut_motion, rails_of
-from wearsim.toml_faults import KeyPath, shown, suggestion
+from wearsim.toml_faults import KeyPath, suggestion
 
 SHARES_ROUNDED = 0.01
 """Shares of classes that sum to 1 within this are taken for rounded ones and normalised."""
@@ -64,15 +64,13 @@ def cross_faults(scene: Campaign) -> list[Fault]:
     messages += damage_faults(scene.wear, scene.fatigue)
     law = scene.wear.law
     if scene.counterface.wear is not None and not WEAR_LAWS[law].wears:
-        text = f'[counterface.wear] wears where the law of [wear] does, and law = "{law}" wears nowhere'
-        messages.append((("counterface", "wear"), f"{text}; write another law, or delete the table"))
+        messages.append((("counterface", "wear"), say("scene.wears_nowhere", law=law)))
     places = [*rails_of(scene)[0].values()]
     of_sides = ("profile_left", "roller_radius_left_mm")
     own = [key for key in of_sides if getattr(scene.counterface, key, None) is not None]
     if scene.counterface.wear is not None and (own or places[1:]):
         path = places[1] if places[1:] else ("counterface", own[0])
-        text = "[counterface.wear] wears one pair of alike rails or rollers; delete it, or rails and"
-        messages.append((path, f"{text} {' and '.join(own) or 'profile_left'}"))
+        messages.append((path, say("scene.one_pair_wears", keys=own or ["profile_left"])))
     return [scene.fault(*message) for message in messages]
 
 
@@ -93,18 +91,16 @@ def scene_warnings(
 
 def header_warnings(scene: Campaign, diameters: Mapping[str, float]) -> list[Fault]:
     """Warnings of wheel diameters [mm] in the headers of files, by name, that are not those that act."""
-    radius = scene.wheelset.radius_mm
+    radius, path = scene.wheelset.radius_mm, ("wheelset", "radius_mm")
     stated = " and ".join(f"{diameter:g} mm ({name})" for name, diameter in diameters.items())
-    path = ("wheelset", "radius_mm")
     if "radius_mm" not in scene.wheelset.model_fields_set:
         if np.ptp([*diameters.values()] or [0.0]) <= _SAME_DIAMETER_MM:
             return []
-        text = "radius_mm is not given, and the headers of the wheels differ in diameter"
-        return [scene.fault(path, f"{text}, {stated}: half the mean acts on both; write the radius")]
+        return [scene.fault(path, say("scene.header_diameters", stated=stated))]
     if all(abs(each - 2.0 * radius) <= _SAME_DIAMETER_MM for each in diameters.values()):
         return []
-    text = f"radius_mm = {radius:g} is a diameter of {2.0 * radius:g} mm"
-    return [scene.fault(path, f"{text}, the header says {stated}; what the scene says acts")]
+    text = say("scene.header_diameter", radius=radius, diameter=2.0 * radius, stated=stated)
+    return [scene.fault(path, text)]
 
 
 def _warnings(scene: Campaign) -> _Messages:
@@ -113,33 +109,24 @@ def _warnings(scene: Campaign) -> _Messages:
     if runs and all(run.friction == 0 for run in runs.values()) and WEAR_LAWS[scene.wear.law].needs_friction:
         yield (*next(iter(runs)), "friction"), "friction = 0 everywhere: nothing will wear"
     if contact.torque_Nm != 0 and contact.rotation != "free":
-        text = f"torque_Nm = {contact.torque_Nm:g} is without effect where rotation = "
-        text += f'{shown(contact.rotation)} gives the speed; write rotation = "free", or delete it'
-        yield ("contact", "torque_Nm"), text
+        yield ("contact", "torque_Nm"), say("scene.torque_without_effect", contact=contact)
     classes = {path: run for path, run in runs.items() if isinstance(run, ClassSection)}
     total = sum(run.share for run in classes.values())
     if classes and abs(total - 1.0) > 1e-6:
-        text = f"share: the shares of all classes sum to {total:.7g}; they are normalised to 1"
-        yield ("operation", "class", 0, "share"), text
+        yield ("operation", "class", 0, "share"), say("scene.shares_normalised", total=total)
     for path, run in classes.items():
         step = 2.0 * REACH * run.shift_std_mm / (run.positions - 1)
         if step > WIDEST_POSITION_SPACING_MM:
-            text = (
-                f"positions = {run.positions} lie {step:.2g} mm apart in class {shown(run.name)}; more than"
-            )
-            text += (
-                f" half a patch width (about {WIDEST_POSITION_SPACING_MM:g} mm) leaves ridges between them"
-            )
-            yield (*path, "positions"), text
+            values = {"run": run, "step": step, "half": WIDEST_POSITION_SPACING_MM}
+            yield (*path, "positions"), say("scene.positions_apart", **values)
     wear, rules, distance = scene.counterface.wear, campaign.reprofiling, campaign.distance_km
     every = wear.redress_every_km if isinstance(wear, RollerWearSection) else None
     if every is not None and every >= distance:
-        text = f"redress_every_km = {every:g} is not reached in distance_km = {distance:g}: the rollers are "
-        yield ("counterface", "wear", "redress_every_km"), f"{text}not redressed at it"
+        text = say("scene.never_redressed", every=every, distance=distance)
+        yield ("counterface", "wear", "redress_every_km"), text
     beyond = [f"{place:g}" for place in (rules.at_km if rules else ()) if place >= distance]
     if beyond:
-        text = f"at_km = {', '.join(beyond)} is not below the distance of the campaign, {distance:g} km"
-        yield (*_REPROFILING, "at_km"), f"{text}: the wheels are not reprofiled there"
+        yield (*_REPROFILING, "at_km"), say("scene.not_reprofiled", places=beyond, distance=distance)
     if campaign.smoothing_wavelength_mm == 0:
         path = ("campaign", "smoothing_wavelength_mm")
         yield path, "smoothing_wavelength_mm = 0: wear increments are not smoothed"
@@ -154,42 +141,33 @@ def _sum(shares: Sequence[float]) -> str:
 def _share_faults(scene: Campaign) -> _Messages:
     shares = [run.share for run in scene.operation.runs.values() if isinstance(run, ClassSection)]
     if shares and abs(sum(shares) - 1.0) > SHARES_ROUNDED:
-        within = f"must sum to 1 within {100 * SHARES_ROUNDED:g} %"
-        text = f"share: the shares of all classes, {_sum(shares)}, {within}"
-        yield ("operation", "class", 0, "share"), f"{text}, not {sum(shares):.7g}; change them"
+        values = {"shares": _sum(shares), "within": SHARES_ROUNDED, "total": sum(shares)}
+        yield ("operation", "class", 0, "share"), say("scene.share_sum", **values)
 
 
 def _contact_faults(scene: Campaign) -> _Messages:
     contact, runs, model = scene.contact, scene.operation.runs, NORMAL_MODELS[scene.contact.normal]
     if contact.model is not None:
         for key in sorted(contact.model_fields_set & {"normal", "tangential"}):
-            text = f'{key} and model = "{contact.model}" exclude each other; delete one of them'
-            yield ("contact", key), text
+            yield ("contact", key), say("scene.model_given", key=key, contact=contact)
     forced = {path: shown(run.name) for path, run in runs.items() if run.balanced}
     if scene.vehicle is not None:
         forced[("vehicle",)] = "the vehicle"
     if contact.model is None and "tolerance" in contact.model_fields_set:
-        text = f'tolerance = {contact.tolerance:g} is for model = "auto"; write that, too, or delete it'
-        yield ("contact", "tolerance"), text
+        yield ("contact", "tolerance"), say("scene.tolerance_alone", contact=contact)
     limits = [(NORMAL_MODELS[one], TANGENTIAL_MODELS[other]) for one, other in contact.pairs]
     coarse = max((one for pair in limits for one in pair), key=lambda one: one.fewest)
     for key in ("strips", "cells"):
-        if getattr(contact, key) < coarse.fewest:
-            text = f"{key} = {getattr(contact, key)} must be at least {coarse.fewest} with {coarse.name}"
-            yield ("contact", key), f"{text}; write more, or choose another model"
+        if (count := getattr(contact, key)) < coarse.fewest:
+            yield ("contact", key), say("scene.too_coarse", key=key, count=count, model=coarse)
     if not model.can_update_profile:
-        fit = (f"normal = {shown(name)}" for name, one in NORMAL_MODELS.items() if one.can_update_profile)
-        text = f"normal = {shown(contact.normal)} cannot update the profile in a campaign: {model.reason}"
-        yield ("contact", "normal"), f"{text}; write {' or '.join(fit)}"
+        fit = [f"normal = {shown(name)}" for name, one in NORMAL_MODELS.items() if one.can_update_profile]
+        yield ("contact", "normal"), say("scene.no_update", contact=contact, model=model, fit=fit)
     if forced and "roll" in contact.model_fields_set and contact.roll != "free":
-        text = f'roll = "given" lets no forces of {next(iter(forced.values()))} be balanced; write roll'
-        yield ("contact", "roll"), f'{text} = "free", or delete it'
+        yield ("contact", "roll"), say("scene.roll_given", who=next(iter(forced.values())))
     for path, run in runs.items() if contact.roll == "free" or forced else ():
         if "roll_mrad" in run.model_fields_set:
-            text = (
-                f'roll_mrad = {run.roll_mrad:g} and roll = "free" of [contact] exclude each other: a wheelset'
-            )
-            yield (*path, "roll_mrad"), f"{text} free to roll rests on both wheels; delete one of them"
+            yield (*path, "roll_mrad"), say("scene.roll_free", run=run)
 
 
 def _torque_faults(scene: Campaign) -> _Messages:
@@ -210,10 +188,7 @@ def _torque_faults(scene: Campaign) -> _Messages:
         weakest = 2.0 * force * scene.wheelset.radius_mm  # kN mm = N m
         if abs(torque) > weakest:
             given = f"{path[-1]} = {torque / (1.0 if path == common else 1e3):g}"
-            text = (
-                f"{given} is more than friction can carry in {place}: 2 x friction x wheel load x radius_mm"
-            )
-            yield path, f"{text} = {weakest:.4g} N m; lower the torque"
+            yield path, say("scene.torque", given=given, place=place, weakest=weakest)
 
 
 _LOADS = (
@@ -241,8 +216,7 @@ def _load_faults(scene: Campaign) -> _Messages:
             scene.wheelset.mass_kg,
             scene.wheelset.axle_box_distance_mm,
         ):
-            text = "forces on axle boxes need mass_kg and axle_box_distance_mm in [wheelset]; add them"
-            yield (*path, given[0]), f"{named}: {text}"
+            yield (*path, given[0]), f"{named}: {say('scene.box_forces')}"
 
 
 _WHERE = ("shift_mm", "lateral_force_kN")
@@ -259,30 +233,20 @@ def _block_faults(scene: Campaign) -> _Messages:
                 what = f"{' and '.join(given)} exclude each other" if given else f"needs {' or '.join(keys)}"
                 yield (*path, *given[-1:]), f"block {shown(run.name)}: {what}; give exactly one of them"
         if run.speed_difference_percent and getattr(scene.counterface, "drive", None) != "independent":
-            text = 'speed_difference_percent needs rollers that turn apart; write drive = "independent"'
-            yield (*path, "speed_difference_percent"), f"block {shown(run.name)}: {text}, or delete it"
+            yield (*path, "speed_difference_percent"), say("scene.coupled_rollers", run=run)
         following = runs[(number + 1) % len(runs)][1]
         have, need = ({k for k in every if getattr(one, k) is not None} for one in (run, following))
         if run.positions is not None and have != need:
-            text = f"a ramp goes to {shown(following.name)}, which does not give the same set-points"
-            differing = ", ".join(sorted(have ^ need))
-            yield (*path, "positions"), f"block {shown(run.name)}: {text} ({differing}); give them in both"
+            text = say("scene.ramp", run=run, following=following, keys=sorted(have ^ need))
+            yield (*path, "positions"), text
 
 
 def _step_faults(scene: Campaign) -> _Messages:
     campaign, largest = scene.campaign, STABILITY[scene.campaign.integrator][1]
     if 0 < campaign.smoothing_wavelength_mm < 2.0 * campaign.point_spacing_mm:
-        text = (
-            f"smoothing_wavelength_mm = {campaign.smoothing_wavelength_mm:g} must be 0 (no smoothing) or at"
-        )
-        text += (
-            f" least twice point_spacing_mm = {campaign.point_spacing_mm:g}; shorter waves are not resolved"
-        )
-        yield ("campaign", "smoothing_wavelength_mm"), text
+        yield ("campaign", "smoothing_wavelength_mm"), say("scene.smoothing_unresolved", campaign=campaign)
     if campaign.stability is not None and campaign.stability > largest:
-        text = f"stability = {campaign.stability:g} must be at most {largest:g} with integrator = "
-        text += f"{shown(campaign.integrator)}: longer steps make every wave grow; lower it or delete it"
-        yield ("campaign", "stability"), text
+        yield ("campaign", "stability"), say("scene.unstable", campaign=campaign, largest=largest)
 
 
 def _limit_faults(scene: Campaign) -> _Messages:
@@ -290,15 +254,11 @@ def _limit_faults(scene: Campaign) -> _Messages:
     if limits is None:
         return
     if not limits.values:
-        text = "[campaign.limits] has no limit; write one, such as flange_thickness_mm = 22, or delete it"
-        yield ("campaign", "limits"), text
+        yield ("campaign", "limits"), say("scene.no_limit")
     if limits.damage is not None and not any(map(counts_cycles, laws)):
         given = f"; {', '.join(laws)} orders passages and counts none" if laws else ""
-        text = f"damage = {limits.damage:g} needs a fatigue law that counts cycles{given}; write "
-        text += (
-            f"{' or '.join(filter(counts_cycles, FATIGUE_LAWS))} among the laws of [fatigue], or delete it"
-        )
-        yield ("campaign", "limits", "damage"), text
+        values = {"limits": limits, "given": given, "counting": filter(counts_cycles, FATIGUE_LAWS)}
+        yield ("campaign", "limits", "damage"), say("scene.damage_limit", **values)
 
 
 def _reprofiling_faults(scene: Campaign) -> _Messages:
@@ -307,15 +267,12 @@ def _reprofiling_faults(scene: Campaign) -> _Messages:
     of_diameter: KeyPath = ("campaign", "limits", "diameter_mm")
     if rules is None:
         if least is not None:
-            text = f"diameter_mm = {least:g} is for wheels that are reprofiled"
-            yield of_diameter, f"{text}; add [campaign.reprofiling], or delete it"
+            yield of_diameter, say("scene.diameter_limit_alone", least=least)
         return
     if least is not None and least >= new:
-        text = f"diameter_mm = {least:g} must be below the diameter of the new wheels, {new:g} mm"
-        yield of_diameter, text
+        yield of_diameter, say("scene.diameter_limit", least=least, new=new)
     if not rules.at_limits and not rules.at_km:
-        text = '[campaign.reprofiling] does not say when; write at_limits, such as ["flange_thickness_mm"]'
-        yield _REPROFILING, f"{text}, or at_km"
+        yield _REPROFILING, say("scene.reprofiled_when")
     keys = [key for name, key in LIMIT_KEYS.items() if name != "wheel_diameter"]
     for key in rules.at_limits:
         path, start = (*_REPROFILING, "at_limits"), f"at_limits: {shown(key)}"
@@ -327,18 +284,9 @@ def _reprofiling_faults(scene: Campaign) -> _Messages:
         text = f"at_km = {shown(list(rules.at_km))} must rise from one to the next"
         yield (*_REPROFILING, "at_km"), text
     if scene.contact.rotation == "nominal":
-        text = (
-            'rotation = "nominal" is the rotation speed of new wheels: reprofiled wheels would slide; write '
-        )
-        yield (
-            ("contact", "rotation"),
-            f'{text}rotation = "free" or "centred", or delete [campaign.reprofiling]',
-        )
+        yield ("contact", "rotation"), say("scene.reprofiled_nominal")
     if scene.origin.role != "scene":
-        text = (
-            "[campaign.reprofiling] cannot be compared: factors from rig to field are of the wear since new"
-        )
-        yield _REPROFILING, f"{text}; delete it, or run this scene by itself"
+        yield _REPROFILING, say("scene.reprofiled_compared")
 
 
 def shift_ranges(scene: Campaign) -> Iterator[tuple[KeyPath, float, float, int]]:
@@ -375,18 +323,13 @@ def fit_faults(
     scene: Campaign, wheels: Wheels, counterface: Profile, gauges: Mapping[float, KeyPath]
 ) -> list[Fault]:
     """Fault of a wheelset that does not stand on its rails, if there is any; gauges [mm] with their keys."""
-    gauge, back_to_back = scene.counterface.gauge_mm, scene.wheelset.back_to_back_mm
     try:
         right, left = (1e3 * measures.flange_thickness(wheel.y, wheel.z) for wheel in wheels)
     except ProfileError as error:
         return [scene.fault(("wheelset", "profile"), f"no flange can be measured: {error}")]
-    over_flanges, narrowest = back_to_back + right + left, min(gauges)
-    if over_flanges >= narrowest:
-        text = (
-            f"gauge_mm = {narrowest:g} must be above {over_flanges:.4g} mm, the width over both flanges "
-            f"(back_to_back_mm = {back_to_back:g} + {right:.4g} + {left:.4g}); "
-            "give the gauge of the track or the back-to-back distance of the wheelset"
-        )
+    narrowest, over = min(gauges), scene.wheelset.back_to_back_mm + right + left
+    if over >= narrowest:
+        text = say("scene.gauge", gauge=narrowest, over=over, right=right, left=left, scene=scene)
         return [scene.fault(gauges[narrowest], text)]
     top = float(counterface.y[np.argmin(counterface.z)])
     for path, low, high, _ in shift_ranges(scene):
@@ -394,12 +337,8 @@ def fit_faults(
             for sign, wheel in zip((1.0, -1.0), wheels, strict=True):
                 missing = top - (float(wheel.y[-1]) + sign * 1e-3 * shift)
                 if missing > 0.0:
-                    text = (
-                        f"{key_of(path)}: at a shift of {shift:g} mm the tread ends {1e3 * missing:.3g} mm "
-                        f"short of the counterface's top: the wheel has no contact; check gauge_mm = "
-                        f"{gauge:g} and back_to_back_mm = {back_to_back:g}"
-                    )
-                    return [scene.fault(path, text)]
+                    text = say("scene.tread_ends", missing=missing, scene=scene)
+                    return [scene.fault(path, f"{key_of(path)}: at a shift of {shift:g} mm {text}")]
     return []
 
 
@@ -409,10 +348,8 @@ def beyond_clearance(scene: Campaign, clearance: Clearance) -> tuple[list[Fault]
     At most one for each block, class or watched shift. `clearance` is that of the right and the left wheel,
     see `wearsim.profile.conicity.flange_clearance` [m].
     """
-    faults, warnings = [], []
+    found: tuple[list[Fault], list[Fault]] = [], []
     right, left = (math.inf if free is None else 1e3 * free for free in clearance)
-    gauge, back_to_back = scene.counterface.gauge_mm, scene.wheelset.back_to_back_mm
-    fix = f"give smaller shifts, or check gauge_mm = {gauge:g} and back_to_back_mm = {back_to_back:g}"
     for path, low, high, _ in shift_ranges(scene):
         to_right = high - right >= -low - left
         shift, free, wheel = (high, right, "right") if to_right else (low, left, "left")
@@ -422,27 +359,18 @@ def beyond_clearance(scene: Campaign, clearance: Clearance) -> tuple[list[Fault]
         run = scene.operation.runs.get(path[:3])
         start = f"{key_of(path)}{f'[{path[-1]}]' if run is None else ''} = {low:g} is"
         if isinstance(run, ClassSection):
-            mean = f"shift_mean_mm = {run.shift_mean_mm:g}"
-            start = f"{mean} is"
+            start = f"shift_mean_mm = {run.shift_mean_mm:g} is"
             if high > low:
                 path = (*path[:-1], "shift_std_mm")
-                start = (
-                    f"shift_std_mm = {run.shift_std_mm:g}: {REACH:g} standard deviations about {mean} reach "
-                )
-                start += f"{shift:.4g} mm,"
-        end = f"beyond the flange clearance of {free:.4g} mm: the {wheel} wheel"
-        if beyond > FURTHEST_CLIMB_MM:
-            text = (
-                f"{start} more than {FURTHEST_CLIMB_MM:g} mm {end} has climbed off its flank, on the way to "
-            )
-            faults.append(scene.fault(path, f"{text}derailment; {fix}"))
-        else:
-            warnings.append(scene.fault(path, f"{start} {end} climbs its flange; {fix}"))
+                start = say("scene.spread", run=run, reach=REACH, shift=shift)
+        values = {"start": start, "free": free, "wheel": wheel, "scene": scene, "furthest": FURTHEST_CLIMB_MM}
+        far = beyond > FURTHEST_CLIMB_MM
+        text = say("scene.climbed" if far else "scene.climbs", **values)
+        found[not far].append(scene.fault(path, text))
     for key, value in zip(("profile", "profile_left"), clearance, strict=True):
         if value is None and (key == "profile" or scene.wheelset.profile_left is not None):
-            text = f"{key}: no part of the flange is as steep as 60 degrees"
-            warnings.append(scene.fault(("wheelset", key), f"{text}: shifts are not checked for climbing"))
-    return faults, warnings
+            found[1].append(scene.fault(("wheelset", key), say("scene.no_flank", key=key)))
+    return found
 
 
 def limit_faults(scene: Campaign, wheels: Wheels, counterface: Profile, *, end: bool) -> list[Fault]:
@@ -454,28 +382,27 @@ def limit_faults(scene: Campaign, wheels: Wheels, counterface: Profile, *, end: 
     if limits is None or limits.end is not end:
         return []
     spared = rules.at_limits if end and rules is not None else ()
-    text = "met by {} already" + (
-        ", and the campaign would end before it begins; change the limit, or delete end = true" if end else ""
-    )
     keys = [key for key in LIMIT_KEYS.values() if key not in spared]
-    return _met(scene, keys, wheels, counterface, "new", text)
+    return _met(scene, keys, wheels, counterface, "new", "scene.met_at_end" if end else "scene.met")
 
 
 def template_faults(scene: Campaign, templates: Wheels, counterface: Profile) -> list[Fault]:
     """Limits that wheels of the profiles `templates` would still meet."""
     if scene.campaign.limits is None or scene.campaign.reprofiling is None:
         return []
-    text = (
-        "met by {}, too: wheels would be reprofiled for ever; change the limit, or give another profile in "
-    )
     keys = scene.campaign.reprofiling.at_limits
-    return _met(scene, keys, templates, counterface, "reprofiled", f"{text}[campaign.reprofiling]")
+    return _met(scene, keys, templates, counterface, "reprofiled", "scene.met_reprofiled")
 
 
 def _met(
-    scene: Campaign, keys: Collection[str], wheels: Wheels, counterface: Profile, state: str, text: str
+    scene: Campaign,
+    keys: Collection[str],
+    wheels: Wheels,
+    counterface: Profile,
+    state: str,
+    phrase: str,
 ) -> list[Fault]:
-    """Limits among `keys` that unworn wheels meet; the text says it, with the wheel and what it has in {}."""
+    """Limits among `keys` that unworn wheels meet."""
     limits, faults = scene.campaign.limits, []
     for name, limit in ({} if limits is None else limits.values).items():
         have: dict[str, float | None] = {}
@@ -495,6 +422,6 @@ def _met(
             if value is not None and LIMITED[name] * (value - limit) >= 0.0
         ]
         if met and key in keys:
-            start = f"{key} = {getattr(limits, key):g} is"
-            faults.append(scene.fault(("campaign", "limits", key), f"{start} {text.format(met[0])}"))
+            text = say(phrase, key=key, limit=getattr(limits, key), who=met[0])
+            faults.append(scene.fault(("campaign", "limits", key), text))
     return faults

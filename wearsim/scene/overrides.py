@@ -11,8 +11,8 @@ from datetime import date, time
 from pathlib import Path, PurePath
 from typing import Any
 
-from wearsim.errors import Fault, SceneError, brief, raise_any
-from wearsim.toml_faults import DEEPEST, KeyPath, Lines, line_of, shown
+from wearsim.errors import Fault, SceneError, brief, raise_any, shown
+from wearsim.toml_faults import DEEPEST, KeyPath, Lines, line_of
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 

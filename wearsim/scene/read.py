@@ -16,7 +16,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic.json_schema import JsonSchemaMode, models_json_schema
 
 from wearsim.damage.wear.table import WearTable
-from wearsim.errors import Fault, ProfileError, SceneError, raise_any
+from wearsim.errors import Fault, ProfileError, SceneError, raise_any, say, shown
 from wearsim.profile import placement, standard
 from wearsim.profile.conicity import flange_clearance
 from wearsim.profile.files import ProfileReading, read_profile
@@ -24,12 +24,12 @@ from wearsim.profile.shape import Profile, resample
 from wearsim.profile.smoothing import smoothed
 from wearsim.profile.standard import shipped_path
 from wearsim.scene import messages
+from wearsim.scene.implausible import side_warnings
 from wearsim.scene.messages import by_line
 from wearsim.scene.models import AnyScene, CompareScene, FieldScene, Origin, RigScene, find_file
 from wearsim.scene.overrides import Override, at_its_source, merge, overridden_text, toml_text
 from wearsim.scene.recorded import read_record
 from wearsim.scene.rig import with_programme, with_rig
-from wearsim.scene.sides import side_warnings
 from wearsim.scene.sweep import SweepScene, read_sweep
 from wearsim.scene.vehicle import Rails, rails_of, read_vehicle
 from wearsim.scene.wear_table import read_wear_table
@@ -41,7 +41,6 @@ from wearsim.toml_faults import (
     content_of,
     is_key,
     key_lines,
-    shown,
     text_of,
     toml_of,
     unknown_key,
@@ -300,8 +299,7 @@ def _read_compared(scene: CompareScene, kept: Mapping[str, Path], overrides: Seq
         places = (scene.origin.path.parent,)
         path = kept.get(role) or find_file(getattr(scene.compare, role), places, "workflows")
         if path is None:
-            text = "does not exist as given, next to the scene file or among the shipped workflows"
-            faults.append(scene.fault(("compare", role), f"{given} {text}"))
+            faults.append(scene.fault(("compare", role), say("scene.no_compared", given=given)))
             continue
         with _gathered(faults):
             part = _read(path, role, overrides)
@@ -397,8 +395,8 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
         inclination = (placed.get(key) or section).inclination
         slope, lean = placement.slope_of(inclination), None if reading is None else reading.lean
         if key in placed and placement.tilt_to_add(lean, slope) != slope:
-            text = f"inclination = {shown(inclination)} is without effect: the head in {name} "
-            text += f'{placement.lean_words(lean or 0.0)} already; write inclination = "none"'
+            words = placement.lean_words(lean or 0.0)
+            text = say("scene.leans", inclination=inclination, name=name, words=words)
             leaning.append(scene.fault((*key[:-1], "inclination"), text))
 
     def matched(key: KeyPath, count: int) -> Profile:
@@ -411,9 +409,9 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
             other = resample(shape, guess * (1.0 + float(part)))
             if len(other.y) == count:
                 return other
-        text = f"{key[-1]} = {shown(names[key])} cannot be given as many points as the right wheel ({count})"
-        fix = f"change point_spacing_mm = {scene.campaign.point_spacing_mm:g} a little"
-        raise SceneError(by_line([*faults, scene.fault(key, f"{text}; {fix}")]))
+        spaced = scene.campaign.point_spacing_mm
+        text = say("scene.unlike_points", key=key[-1], name=names[key], count=count, spaced=spaced)
+        raise SceneError(by_line([*faults, scene.fault(key, text)]))
 
     table = None
     with _gathered(faults):
@@ -449,15 +447,13 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
     raise_any(by_line(faults))
     for key in placed:
         if key in shapes and placement.is_partial(shapes[key].y):
-            text = f"{key[-1]} = {shown(names[key])} is {1e3 * np.ptp(shapes[key].y):.3g} mm wide: without"
-            text += " gauge point its y counts from the running circle, and gauge_mm is without effect"
+            text = say("scene.partial_rail", key=key[-1], name=names[key], width=np.ptp(shapes[key].y))
             noted.append(scene.fault(key, text))
     of_rails = ("counterface.", "vehicle.class.", "vehicle.each.")
     for body, roles in (("wheelset", ("wheelset.",)), ("counterface", of_rails)):
         shipped = all(file.shipped for file in files.read if file.role.startswith(roles))
         if getattr(scene, body).smooth_mm is not None and shipped:
-            text = f"smooth_mm is without effect: no profile of [{body}] was read from a file of points"
-            noted.append(scene.fault((body, "smooth_mm"), f"{text}; delete it"))
+            noted.append(scene.fault((body, "smooth_mm"), say("scene.nothing_smoothed", body=body)))
     scene._inputs = Inputs(
         *wheels, tuple(rails), half_span, tuple(clearances), tuple(files.read), table, templates,
         tuple(noted),
@@ -470,10 +466,9 @@ def _operated(scene: FieldScene, clearance: tuple[float | None, float | None], f
     given = {name: f"[{name}]" for name in ("vehicle", "recorded") if getattr(scene, name) is not None}
     given |= {"operation": "[[operation.class]]"} if scene.operation.classes else {}
     if not given:
-        text = "no operation: write [[operation.class]], [vehicle] with its track, or [recorded]"
-        raise SceneError([scene.fault(("operation",), text)])
+        raise SceneError([scene.fault(("operation",), say("scene.no_operation"))])
     if len(given) > 1:
-        text = f"{' and '.join(given.values())} exclude each other; keep one of them"
+        text = say("scene.two_operations", given=given.values())
         raise SceneError([scene.fault((next(iter(given)),), text)])
     if scene.vehicle is not None:
         scene._route = read_vehicle(scene, files.place)

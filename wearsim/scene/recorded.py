@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from wearsim.contact.patch import FloatArray
-from wearsim.errors import Fault, SceneError, raise_any
+from wearsim.errors import Fault, SceneError, raise_any, say, shown
 from wearsim.operation.recorded import Samples, samples_of
 from wearsim.quantities import QUANTITIES
 from wearsim.results.file import UNREADABLE
 from wearsim.scene.models import FieldScene
-from wearsim.toml_faults import LARGEST_TABLE, content_of, shown, suggestion, text_of
+from wearsim.toml_faults import LARGEST_TABLE, content_of, suggestion, text_of
 from wearsim.whole_files import signals_wait
 
 _UNITS: dict[str, tuple[str, float]] = {
@@ -69,7 +69,7 @@ def read_record(
             )
     for quantity, sign in _SIGNS.items():
         if quantity in named and getattr(section, sign) is None:
-            text = f'{named[quantity]} needs {sign} = "right" or "left" in [recorded]: signs are not guessed'
+            text = say("recorded.sign", key=named[quantity], sign=sign)
             faults.append(scene.fault((*where, named[quantity]), text))
     constants = {"speed": section.speed_km_h, "friction": section.friction}
     for side in ("right", "left"):
@@ -78,11 +78,9 @@ def read_record(
     if "shift" not in named:
         missing.insert(0, "shift")
     if missing:
-        text = f"no column for {', '.join(missing)}; name one in [recorded.columns], or give the constant"
-        faults.append(scene.fault(where, text))
+        faults.append(scene.fault(where, say("recorded.missing", names=missing)))
     if not {"time", "place"} & set(named):
-        text = "no distance: name a column for time_s or distance_m, for what distance each sample stands"
-        faults.append(scene.fault(where, text))
+        faults.append(scene.fault(where, say("recorded.no_distance")))
     raise_any(faults)
     columns = _columns(path)
     for key, name in columns_of.items():

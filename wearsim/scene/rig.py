@@ -7,44 +7,28 @@ from typing import Literal
 
 from pydantic import Field
 
-from wearsim.errors import Fault, SceneError, raise_any
+from wearsim.errors import Fault, SceneError, raise_any, say
 from wearsim.scene.models import BlockSection, RigScene
-from wearsim.scene.rows import read_rows
-from wearsim.scene.section import Section, Text, number, words
+from wearsim.scene.section import Section, Text, read_rows
 from wearsim.scene.vehicle import Place, shipped_or_own
-from wearsim.toml_faults import read_toml, shown
+from wearsim.toml_faults import read_toml
 
 
 class RigLimits(Section):
     """[limits] of a rig: the largest magnitude of set-points of its blocks, under their names."""
 
-    shift_mm: float | None = number("shift", "the largest shift", None)
-    yaw_mrad: float | None = number("yaw", "the largest yaw", None)
-    lateral_force_kN: float | None = Field(None, gt=0.0, description="the largest lateral force")
-    load_kN: float | None = number("wheel_load", "the largest load of a wheel", None)
-    wheel_load_right_kN: float | None = number("wheel_load", "the largest load of the right wheel", None)
-    wheel_load_left_kN: float | None = number("wheel_load", "the largest load of the left wheel", None)
-    axle_load_kN: float | None = number("axle_load", "the largest axle load", None)
-    axle_box_right_kN: float | None = number("axle_load", "the largest force on the right axle box", None)
-    axle_box_left_kN: float | None = number("axle_load", "the largest force on the left axle box", None)
-    axle_torque_kN_m: float | None = Field(None, gt=0.0, description="the largest torque on the axle")
-    speed_km_h: float | None = number("speed", "the highest speed", None)
-    speed_difference_percent: float | None = number("speed_difference", "the largest difference", None)
-
 
 class RigFile(Section):
     """A roller rig: rollers, drive, what it controls and within which limits."""
 
-    name: Text = words("the name of the rig")
-    source: Text = words("where its data are from")
-    roller_radius_mm: float = number("roller_radius", "the radius of the rollers at the profile's top")
-    roller_radius_left_mm: float | None = number(
-        "roller_radius", "the radius of the left roller, if it differs", None
-    )
-    gauge_mm: float = number("gauge", default=1435.0)
-    gauge_height_mm: float = number("gauge_height", "the depth below the top at which it is measured", 14.0)
-    drive: Literal["coupled", "independent"] = Field(description="whether both rollers turn alike")
-    controlled: tuple[str, ...] = Field(description="the set-points of its blocks that it can control")
+    name: Text
+    source: Text
+    roller_radius_mm: float
+    roller_radius_left_mm: float | None = None
+    gauge_mm: float = 1435.0
+    gauge_height_mm: float = 14.0
+    drive: Literal["coupled", "independent"]
+    controlled: tuple[str, ...]
     limits: RigLimits = Field(default_factory=lambda: RigLimits.model_validate({}))
 
 
@@ -59,13 +43,11 @@ def with_rig(scene: RigScene, place: Place) -> tuple[RigScene, Path | None]:
     section, key = scene.counterface, ("counterface", "rig")
     if section.rig is None:
         if section.roller_radius_mm is None:
-            text = "[counterface] needs roller_radius_mm, or rig = the name of a rig; add one of them"
-            raise SceneError([scene.fault(("counterface",), text)])
+            raise SceneError([scene.fault(("counterface",), say("rig.no_rollers"))])
         return scene, None
     path, text = shipped_or_own("rigs", place, "counterface.rig", section.rig)
     if path is None:
-        text = f"rig = {shown(section.rig)} is no file, nor a shipped rig; {text}"
-        raise SceneError([scene.fault(key, text)])
+        raise SceneError([scene.fault(key, say("rig.no_rig", section=section, known=text))])
     rig, faults = read_toml(path, RigFile)
     if rig is None:
         raise SceneError(faults)
@@ -82,17 +64,14 @@ def with_rig(scene: RigScene, place: Place) -> tuple[RigScene, Path | None]:
 def _beyond(scene: RigScene, rig: RigFile, k: int) -> list[Fault]:
     """Set-points of a block that the rig cannot control, or beyond its limits."""
     block, faults = scene.operation.blocks[k], []
-    start = f"block {shown(block.name)}"
     for key in sorted(set(RigLimits.model_fields) & block.model_fields_set):
         value, limit = getattr(block, key), getattr(rig.limits, key)
         path = ("operation", "block", k, key)
         if value is not None and key not in rig.controlled and key != "speed_km_h":
-            can = ", ".join(rig.controlled)
-            text = f"{start}: {key} is not controlled by the rig {shown(rig.name)}; it controls {can}"
-            faults.append(scene.fault(path, text))
+            faults.append(scene.fault(path, say("rig.not_controlled", block=block, key=key, rig=rig)))
         elif value is not None and limit is not None and abs(value) > limit:
-            text = f"{key} = {value:g} is beyond the rig {shown(rig.name)}, whose limit is {limit:g}"
-            faults.append(scene.fault(path, f"{start}: {text}; lower it"))
+            values = {"block": block, "key": key, "value": value, "rig": rig, "limit": limit}
+            faults.append(scene.fault(path, say("rig.beyond", **values)))
     return faults
 
 
@@ -107,16 +86,13 @@ def with_programme(scene: RigScene, place: Place) -> tuple[RigScene, Path | None
     operation, key = scene.operation, ("operation", "programme")
     if operation.programme is None or operation.blocks:
         if not operation.blocks:
-            text = "[operation] needs at least one [[operation.block]], or programme = a CSV file of blocks"
-            raise SceneError([scene.fault(("operation",), f"{text}; add one of them")])
+            raise SceneError([scene.fault(("operation",), say("rig.no_blocks"))])
         if operation.programme is not None:
-            text = "programme and [[operation.block]] exclude each other; delete one of them"
-            raise SceneError([scene.fault(key, text)])
+            raise SceneError([scene.fault(key, say("rig.programme_and_blocks"))])
         return scene, None
     path = place("operation.programme", operation.programme)
     if path is None:
-        text = f"programme = {shown(operation.programme)} does not exist as given or next to the scene file"
-        raise SceneError([scene.fault(key, f"{text}; give a CSV file")])
+        raise SceneError([scene.fault(key, say("rig.no_programme", operation=operation))])
     blocks = read_rows(path, BlockSection, "block")
     changed = operation.model_copy(update={"blocks": blocks})
     return scene.model_copy(update={"operation": changed}), path

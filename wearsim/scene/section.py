@@ -1,17 +1,24 @@
-"""Base of every table of a scene file: a model of exact types; fields with unit, range and meaning."""
+"""Base of every table of a scene file: a model of exact types; tables as rows of CSV files."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+import csv
+import io
+import math
+import re
+import tomllib
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, TypeVar
 
-from pydantic import AfterValidator, Field, GetCoreSchemaHandler, PrivateAttr
+from pydantic import AfterValidator, Field, GetCoreSchemaHandler, PrivateAttr, ValidationError
 from pydantic.annotated_handlers import GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
+from wearsim.errors import Fault, raise_any, shown
 from wearsim.quantities import QUANTITIES
-from wearsim.toml_faults import Table, suggestion
+from wearsim.toml_faults import Table, content_of, decimal, suggestion, text_of, validation_faults
 
 _SI = {
     "_kN_m": (1e3, 1.0), "_percent": (1e-2, 1.0), "_km_h": (1.0, 3.6),
@@ -24,33 +31,35 @@ _SI = {
 _ASCII = str.maketrans("µ²³", "u23")
 
 
+_KEYS: dict[str, dict[str, Any]] = tomllib.loads(
+    Path(__file__).with_name("keys.toml").read_text(encoding="utf-8")
+)
+_NOT_HERE = _KEYS.pop("not_here")
+_TEXTS = ("Text", "Words", "Inclination")
+"""Types of texts, which have at most 200 characters."""
+
+
 def range_of(name: str) -> dict[str, Any]:
     """Input range of a quantity as arguments of `Field`."""
     low, high, above = QUANTITIES[name].range
     return {"gt" if above else "ge": low, "le": high}
 
 
-def number(name: str, meaning: str = "", default: Any = ...) -> Any:
-    """Field of a quantity: its unit, its limits and, where none is given, its meaning."""
-    meaning = meaning or f"the {QUANTITIES[name].meaning}"
-    unit = QUANTITIES[name].shown_unit.translate(_ASCII)
-    extra: Any = {"unit": unit} if unit != "1" else None
-    return Field(default, description=meaning, json_schema_extra=extra, **range_of(name))
-
-
-def entries(meaning: str, most: int, default: Any = (), **more: Any) -> Any:
-    """Field of a list of at most `most` values, a tuple in Python."""
-    return Field(default, description=meaning, max_length=most, strict=False, **more)
-
-
-def axle_torque(meaning: str, default: Any = ...) -> Any:
-    """Field of a torque on an axle."""
-    return Field(default, description=meaning, ge=-50.0, le=50.0, json_schema_extra={"unit": "kN m"})
-
-
-def words(meaning: str, default: Any = ...) -> Any:
-    """Field of a text of at most 200 characters."""
-    return Field(default, description=meaning, min_length=1, max_length=200)
+def _field(annotation: str, said: str | dict[str, Any], default: Any, laws: Callable[[str], str]) -> Any:
+    """Field of a key as `keys.toml` describes it; lists of values are tuples in Python."""
+    options: dict[str, Any] = {"meaning": said} if isinstance(said, str) else dict(said)
+    meaning, unit = options.pop("meaning", ""), options.pop("unit", "")
+    if annotation.split(" ")[0] in _TEXTS:
+        options = {"min_length": 1, "max_length": 200}
+    elif "max_length" in options:
+        options.setdefault("strict", False)
+    if name := options.pop("quantity", None):
+        meaning = meaning or f"the {QUANTITIES[name].meaning}"
+        unit = unit or QUANTITIES[name].shown_unit.translate(_ASCII)
+        options |= range_of(name)
+    extra: Any = {"unit": unit} if unit not in ("", "1") else None
+    text = re.sub(r"\{(\w+)\}", lambda parameter: laws(parameter[1]), meaning)
+    return Field(default, description=text, json_schema_extra=extra, **options)
 
 
 def _printable(text: str) -> str:
@@ -87,7 +96,22 @@ class Section(Table):
     """A table of the scene file; `not_here` holds hints on keys that people look for in it."""
 
     not_here: ClassVar[dict[str, str]] = {}
+    others: ClassVar[str] = "float"  # type of keys that stand in `keys.toml` alone and may be missing
     _place: tuple[str, int] | None = PrivateAttr(None)  # file and line of a table that is a row of a CSV file
+
+    @staticmethod
+    def laws_that_take(parameter: str) -> str:
+        """Names of the laws that take a parameter, for the meaning of a key."""
+        return parameter
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        for key, said in _KEYS.get(cls.__name__, {}).items():
+            default = cls.__dict__.get(key, ... if key in cls.__annotations__ else None)
+            cls.__annotations__.setdefault(key, f"{cls.others} | None")
+            setattr(cls, key, _field(cls.__annotations__[key], said, default, cls.laws_that_take))
+        hints = _NOT_HERE.get(cls.__name__, {}).items()
+        cls.not_here = cls.not_here | {key: hint for keys, hint in hints for key in keys.split()}
 
     def si(self) -> dict[str, Any]:
         """Values by key without its unit, numbers in SI units; without None and lists of numbers."""
@@ -103,15 +127,68 @@ class Section(Table):
 class SetPoints(Section):
     """What blocks, classes and segments of track have in common."""
 
-    name: Text = words("a name for tables and figures")
-    speed_km_h: float = number("speed", "the speed")
-    friction: float = number(
-        "friction", "Coulomb's coefficient of friction, on the tread if it is another there"
-    )
-    friction_flange: float | None = number("friction_flange", default=None)
-    axle_torque_kN_m: float | None = axle_torque(
-        "the torque on the axle, driving forward, by default that of [contact]", None
-    )
-    environment: float = number(
-        "environment", "the factor on the wear depth, 1 for dry laboratory coefficients", 1.0
-    )
+    name: Text
+    speed_km_h: float
+    friction: float
+    friction_flange: float | None = None
+    axle_torque_kN_m: float | None = None
+    environment: float = 1.0
+
+
+Row = TypeVar("Row", bound=Section)
+
+
+def read_rows(
+    path: Path, model: type[Row], what: str, defaults: Mapping[str, Any] | None = None
+) -> tuple[Row, ...]:
+    """Read the rows of a CSV file, each a table of `model` with `defaults` for cells that are empty.
+
+    Raises
+    ------
+    SceneError
+        With all faults of the file, each with its line; also if it has no rows.
+    """
+    rows = list(csv.reader(io.StringIO(text_of(content_of(path, f"a table of {what}s"), str(path)))))
+    header = [cell.strip() for cell in rows[0]] if rows else []
+    known = list(model.model_fields)
+    unknown = [name for name in header if name not in known]
+    faults = [
+        Fault(f"column {shown(name)} is no key of a {what}; {suggestion(name, known)}", str(path), 1)
+        for name in unknown
+    ]
+    twice = [name for name in dict.fromkeys(header) if header.count(name) > 1]
+    faults += [
+        Fault(f"column {shown(name)} stands twice; delete one of them", str(path), 1) for name in twice
+    ]
+    long = [line for line, cells in enumerate(rows[1:], 2) if len(cells) > len(header)]
+    text = f"more cells than the header has, {len(header)}; write decimals with a point"
+    faults += [Fault(text, str(path), line) for line in long]
+    found = []
+    for line, cells in enumerate(rows[1:], 2) if not unknown else ():
+        if not any(cell.strip() for cell in cells):
+            continue
+        values = {
+            name: _cell(name, cell.strip()) for name, cell in zip(header, cells, strict=False) if cell.strip()
+        }
+        try:
+            found.append(model.model_validate({**(defaults or {}), **values}))
+            found[-1]._place = str(path), line
+        except ValidationError as error:
+            faults += [
+                Fault(one.message, str(path), line) for one in validation_faults(error, model, {}, str(path))
+            ]
+    if not faults and not found:
+        text = f"holds no {what}s; give a header with keys of {what}s and one row for each"
+        faults.append(Fault(text, str(path)))
+    raise_any(faults)
+    return tuple(found)
+
+
+def _cell(name: str, text: str) -> Any:
+    """Value of a cell: text, whole number, or decimal; what is neither stays text, which is a fault."""
+    if name == "name":
+        return text
+    value = decimal(text)
+    if math.isnan(value) and "nan" not in text.lower():
+        return text
+    return int(value) if name == "positions" and value.is_integer() else value

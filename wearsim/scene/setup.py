@@ -13,7 +13,7 @@ import numpy as np
 from wearsim.contact.solve import ContactModels, Counterface, Wheelset, available_cores
 from wearsim.damage.fatigue import FatigueSettings
 from wearsim.damage.wear import WearSettings
-from wearsim.errors import Fault, ProfileError, SceneError
+from wearsim.errors import Fault, ProfileError, SceneError, say, shown
 from wearsim.operation.bogie import GRAVITY
 from wearsim.operation.points import (
     OperatingPoints,
@@ -52,7 +52,6 @@ from wearsim.scene.models import CHAINS, ContactSection, FieldScene, RecordedSec
 from wearsim.scene.read import inputs_of
 from wearsim.scene.section import Section
 from wearsim.scene.vehicle import VehicleSection
-from wearsim.toml_faults import shown
 
 OF_BOGIES = "raise curve_radius_m, lower cant_deficiency_mm or friction, or give another vehicle"
 """What to do where a bogie has no balance."""
@@ -171,11 +170,7 @@ def _cut_loop(scene: RigScene) -> str:
         for block, own, length in zip(blocks, acting, lengths, strict=True)
     ]
     more = f" and {len(rows) - 4} more" if len(rows) > 4 else ""
-    return (
-        f"distance_km = {1e-3 * distance:g} is less than one loop of the programme, {1e-3 * loop:g} km; of "
-        f"the distance act {', '.join(rows[:4])}{more}: give a longer distance, shorter blocks, or together"
-        " = true in [operation]"
-    )
+    return say("scene.cut_loop", distance=1e-3 * distance, loop=loop, rows=", ".join(rows[:4]) + more)
 
 
 def contact_models(contact: ContactSection) -> list[ContactModels]:

@@ -12,12 +12,12 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from wearsim.errors import Fault, SceneError, brief
+from wearsim.errors import Fault, SceneError, brief, shown
 from wearsim.quantities import QUANTITIES
 from wearsim.scene.models import Header, SceneModel, find_file
 from wearsim.scene.overrides import Override, value_of
-from wearsim.scene.section import Section, Text, entries, words
-from wearsim.toml_faults import KeyPath, content_of, shown, text_of
+from wearsim.scene.section import Section, Text
+from wearsim.toml_faults import KeyPath, content_of, text_of
 
 MOST_CASES = int(QUANTITIES["sweep_cases"].range.high)
 
@@ -25,15 +25,15 @@ MOST_CASES = int(QUANTITIES["sweep_cases"].range.high)
 class SweepHeader(Header):
     """[scene] of a sweep."""
 
-    kind: Literal["sweep"] = Field(description="what the scene describes")
+    kind: Literal["sweep"]
 
 
 class CasesSection(Section):
     """[sweep]: the base scene and its cases, every value of a key with every other, or those of a table."""
 
-    base: Text | None = words("the scene that is varied: a rig, a field or a comparison", None)
-    scenes: tuple[Text, ...] = entries("several scenes in place of base, each with every case", 1000)
-    table: Text | None = words("a CSV file of cases, with columns named as keys are", None)
+    base: Text | None = None
+    scenes: tuple[Text, ...] = ()
+    table: Text | None = None
     vary: dict[str, Any] = Field({}, description="the keys that are varied, each with the list of its values")
 
 

@@ -10,18 +10,17 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
-from scipy import stats
+from scipy.special import ndtri
 
-from wearsim.errors import SceneError, raise_any
+from wearsim.errors import SceneError, raise_any, say, shown
 from wearsim.scene.overrides import Override, paths_of
-from wearsim.scene.section import Section, Text, entries, number, words
-from wearsim.toml_faults import KeyPath, is_key, shown, unknown_key
+from wearsim.scene.section import Section, Text
+from wearsim.toml_faults import KeyPath, is_key, unknown_key
 
 if TYPE_CHECKING:
     from wearsim.scene.models import CompareScene, FieldScene, RigScene
 
-_WITHIN = float(stats.norm.ppf(0.95))  # standard deviations from the middle to the end of a 90 % range
+_WITHIN = float(ndtri(0.95))  # standard deviations from the middle to the end of a 90 % range
 _NEEDS: Mapping[str, tuple[str, ...]] = {
     "uniform": ("low", "high"),
     "normal": ("mean", "std"),
@@ -36,33 +35,19 @@ Drawn = float | int | str | dict[str, Any]
 class InputSection(Section):
     """[[uncertainty.input]]: one uncertain key of the scene and its distribution."""
 
-    key: Text = words(
-        "the dotted key, such as wear.hardness_GPa; operation.friction stands for that of every block and "
-        "class, rig. or field. before it for one scene of a comparison"
-    )
-    name: Text | None = words("a name for tables and figures, by default the key", None)
-    distribution: Literal["uniform", "normal", "lognormal", "values"] = Field(
-        description="uniform from low to high; normal with mean and std; lognormal with median, and 90 % "
-        "from median / within to median * within; or one of values, each as likely"
-    )
-    low: float | None = Field(None, description="the lowest value of a uniform distribution")
-    high: float | None = Field(None, description="the highest value of a uniform distribution")
-    mean: float | None = Field(None, description="the mean of a normal distribution")
-    std: float | None = Field(None, gt=0.0, description="the standard deviation of a normal distribution")
-    median: float | None = Field(None, gt=0.0, description="the median of a lognormal distribution")
-    within: float | None = Field(
-        None, gt=1.0, le=100.0, description="the factor that 90 % of a lognormal distribution keep to"
-    )
-    values: tuple[float | int | str | dict[str, Any], ...] = entries(
-        "the values of a distribution of them; tables of keys for key = wear", 100
-    )
-    acts: Literal["value", "factor", "addition"] = Field(
-        "value", description="whether what is drawn takes the place of the scene's values, or acts on them"
-    )
-    shared: bool = Field(
-        False, description="whether rig and field get one value, such as that of a steel; else each its own"
-    )
-    source: Text | None = words("where the range comes from", None)
+    key: Text
+    name: Text | None = None
+    distribution: Literal["uniform", "normal", "lognormal", "values"]
+    low: float | None = None
+    high: float | None = None
+    mean: float | None = None
+    std: float | None = None
+    median: float | None = None
+    within: float | None = None
+    values: tuple[float | int | str | dict[str, Any], ...] = ()
+    acts: Literal["value", "factor", "addition"] = "value"
+    shared: bool = False
+    source: Text | None = None
 
     @property
     def label(self) -> str:
@@ -73,23 +58,19 @@ class InputSection(Section):
 class MaterialSection(Section):
     """[[uncertainty.material]]: another steel, to be ranked against that of the scene."""
 
-    name: Text = words("the name of the steel")
-    wear: dict[str, Any] = Field(
-        min_length=1, description="keys of [wear] that it changes, such as law, coefficients, hardness_GPa"
-    )
-    source: Text | None = words("where its coefficients come from", None)
+    name: Text
+    wear: dict[str, Any]
+    source: Text | None = None
 
 
 class UncertaintySection(Section):
     """[uncertainty]: what `wearsim run SCENE --bands` draws, and how often."""
 
-    draws: int = number("uncertainty_draws", "the number of draws, 64, 128, 256, ...", 64)
-    most_draws: int | None = number(
-        "uncertainty_draws", "the number up to which draws are doubled until the bands are sure", None
-    )
-    seed: int = number("sweep_seed", "the seed of the draws", 1)
-    input: tuple[InputSection, ...] = entries("the uncertain inputs", 30)
-    material: tuple[MaterialSection, ...] = entries("steels in comparison with that of the scene", 20)
+    draws: int = 64
+    most_draws: int | None = None
+    seed: int = 1
+    input: tuple[InputSection, ...] = ()
+    material: tuple[MaterialSection, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -102,7 +83,7 @@ class Dimension:
 
     def drawn(self, share: float) -> Drawn:
         """Value at a share of the distribution between 0 and 1; of numbers six digits, legible in tables."""
-        of, deviation = self.section, float(stats.norm.ppf(share))
+        of, deviation = self.section, float(ndtri(share))
         if of.distribution == "values":
             return of.values[min(int(share * len(of.values)), len(of.values) - 1)]
         first, second = (getattr(of, key) for key in _NEEDS[of.distribution])
@@ -139,10 +120,12 @@ def draws_of(dimensions: int, count: int, seed: int) -> NDArray[np.float64]:
 
     Scramble k has the draws k, k + 8, k + 16, ...: more draws continue fewer.
     """
+    from scipy.stats import qmc  # 0.3 s to import, only spent where it is needed
+
     each = -(-count // SCRAMBLES)
     points = np.empty((each, SCRAMBLES, dimensions))
     for k, random in enumerate(np.random.default_rng(seed).spawn(SCRAMBLES)):
-        points[:, k] = stats.qmc.Sobol(dimensions, rng=random).random(each)
+        points[:, k] = qmc.Sobol(dimensions, rng=random).random(each)
     return points.reshape(-1, dimensions)[:count]
 
 
@@ -160,8 +143,7 @@ def dimensions_of(scene: RigScene | FieldScene | CompareScene) -> tuple[Dimensio
     """
     section = scene.uncertainty
     if section is None or not section.input:
-        text = "bands need uncertain inputs; write [[uncertainty.input]] with key and distribution"
-        raise SceneError([scene.fault(("uncertainty",), text)])
+        raise SceneError([scene.fault(("uncertainty",), say("uncertainty.nothing"))])
     parts = {
         prefix: (type(part), part.scene.kind, part.model_dump(mode="json", by_alias=True))
         for prefix, part in scene.prefixed.items()
@@ -174,25 +156,17 @@ def dimensions_of(scene: RigScene | FieldScene | CompareScene) -> tuple[Dimensio
         keys = {kind: pairs for kind, pairs in keys.items() if pairs}
         own = list(_faults(one))
         if one.acts != "value" and lacking:
-            text = (
-                f"acts = {shown(one.acts)} needs numbers in the scene; write {', '.join(lacking[:3])} there"
-            )
-            own.append(("acts", text))
+            own.append(("acts", say("uncertainty.no_numbers", one=one, keys=lacking[:3])))
         if not keys:
-            own.append(
-                ("key", f"key = {shown(one.key)} is none of this scene; give one such as operation.friction")
-            )
+            own.append(("key", say("uncertainty.no_key", one=one)))
         elif one.shared and len(keys) < len(parts):
-            own.append(
-                ("shared", f"shared = true, but only the {next(iter(keys))} has {one.key}; delete shared")
-            )
+            own.append(("shared", say("uncertainty.not_shared", one=one, kind=next(iter(keys)))))
         elif one.shared or len(keys) == 1:
             found.append(Dimension(one.label, one, tuple(chain(*keys.values()))))
         else:
             found += [Dimension(f"{one.label}, {kind}", one, tuple(pairs)) for kind, pairs in keys.items()]
         if one.label in [other.label for other in section.input[:index]]:
-            text = f"two inputs are called {shown(one.label)}; give one of them another name"
-            own.append(("key", text))
+            own.append(("key", say("uncertainty.alike", one=one)))
         messages += [(("uncertainty", "input", index, key), text) for key, text in own]
     model = type(scene.parts[0])
     for index, steel in enumerate(section.material):
@@ -204,8 +178,9 @@ def dimensions_of(scene: RigScene | FieldScene | CompareScene) -> tuple[Dimensio
         count = getattr(section, key)
         if count is not None and count & (count - 1):
             low = 2 ** int(math.log2(count))
-            text = f"{key} = {count} must be a power of two; write {low} or {2 * low}"
-            messages.append((("uncertainty", key), text))
+            messages.append(
+                (("uncertainty", key), say("uncertainty.no_power", key=key, count=count, both=[low, 2 * low]))
+            )
     raise_any([scene.fault(*message) for message in messages])
     return tuple(found)
 

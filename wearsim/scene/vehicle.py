@@ -8,18 +8,17 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple, Self
 
-from pydantic import AfterValidator, Field, WithJsonSchema, model_validator
+from pydantic import AfterValidator, WithJsonSchema, model_validator
 from pydantic_core import PydanticCustomError
 
-from wearsim.errors import SceneError, raise_any
+from wearsim.errors import SceneError, raise_any, say, shown
 from wearsim.operation.bogie import Vehicle
 from wearsim.operation.route import WITHIN, AxleShares, Curve, Tangent
 from wearsim.profile.placement import slope_of
 from wearsim.profile.standard import shipped_path
 from wearsim.quantities import QUANTITIES
-from wearsim.scene.rows import read_rows
-from wearsim.scene.section import Section, SetPoints, Text, axle_torque, entries, number, words
-from wearsim.toml_faults import KeyPath, cross_check, read_toml, shown, suggestion
+from wearsim.scene.section import Section, SetPoints, Text, read_rows
+from wearsim.toml_faults import KeyPath, cross_check, read_toml, suggestion
 
 if TYPE_CHECKING:
     from wearsim.scene.models import FieldScene, RigScene
@@ -72,24 +71,20 @@ def shipped_or_own(folder: str, place: Place, role: str, name: str) -> tuple[Pat
 class VehicleFile(Section):
     """A vehicle of two bogies of two axles each; stiffness is that of the springs of one axle box."""
 
-    name: Text = words("the name of the vehicle")
-    source: Text = words("where its data are from")
-    wheelbase_m: float = Field(ge=0.6, le=10.0, description="the wheelbase of a bogie")
-    pivot_distance_m: float = number("pivot_distance")
-    wheelset_mass_kg: float = number("vehicle_mass", "the mass of a wheelset")
-    bogie_mass_kg: float = number("vehicle_mass", "the mass of a bogie without wheelsets")
-    body_mass_kg: float = number("vehicle_mass", "the mass of the body with its load")
-    bogie_height_m: float = number("vehicle_height", "the height of the bogie's centre of gravity")
-    body_height_m: float = number("vehicle_height", "the height of the body's centre of gravity")
-    longitudinal_stiffness_MN_m: float = number(
-        "spring_stiffness", "the longitudinal stiffness between an axle box and the bogie"
-    )
-    lateral_stiffness_MN_m: float = number(
-        "spring_stiffness", "the lateral stiffness between an axle box and the bogie"
-    )
-    spring_spacing_m: float = number("spring_spacing")
-    secondary_yaw_stiffness_MN_m_rad: float = number("yaw_stiffness", default=0.0)
-    roll_coefficient: float = number("roll_coefficient", default=0.0)
+    name: Text
+    source: Text
+    wheelbase_m: float
+    pivot_distance_m: float
+    wheelset_mass_kg: float
+    bogie_mass_kg: float
+    body_mass_kg: float
+    bogie_height_m: float
+    body_height_m: float
+    longitudinal_stiffness_MN_m: float
+    lateral_stiffness_MN_m: float
+    spring_spacing_m: float
+    secondary_yaw_stiffness_MN_m_rad: float = 0.0
+    roll_coefficient: float = 0.0
 
     @property
     def vehicle(self) -> Vehicle:
@@ -111,30 +106,23 @@ class TrackKeys(SetPoints):
     """What classes and segments of track have in common."""
 
     by_file: ClassVar[bool] = False  # keys may be those of all segments
-    curve_radius_m: CurveRadius | None = Field(
-        None,
-        description="the curve radius, + to the right; none on straight track",
-        json_schema_extra={"unit": "m"},
-    )
-    cant_mm: float | None = number("cant", "the cant in the curve, the outer rail higher", None)
-    cant_deficiency_mm: float | None = number("cant_deficiency", "in place of the cant, its deficiency", None)
-    shift_std_mm: float | None = number(
-        "shift_std", "the standard deviation of the lateral motion on straight track", None
-    )
+    curve_radius_m: CurveRadius | None = None
+    cant_mm: float | None = None
+    cant_deficiency_mm: float | None = None
+    shift_std_mm: float | None = None
 
     @model_validator(mode="after")
     def _fit(self) -> Self:
         cants = [key for key in ("cant_mm", "cant_deficiency_mm") if getattr(self, key) is not None]
-        text, key = "", "curve_radius_m"
+        key = text = ""
         if self.curve_radius_m is None and cants:
-            text, key = f"cant is for curves; give curve_radius_m, or delete {cants[0]}", cants[0]
+            key, text = cants[0], say("vehicle.cant_on_straight", key=cants[0])
         elif self.curve_radius_m is None and self.shift_std_mm is None:
-            text, key = "straight track needs shift_std_mm, that of the lateral motion", "name"
+            key, text = "name", say("vehicle.straight_without_motion")
         elif self.curve_radius_m is not None and len(cants) != 1:
-            text = "a curve needs either cant_mm or cant_deficiency_mm; give one of them"
+            key, text = "curve_radius_m", say("vehicle.one_cant")
         elif self.curve_radius_m is not None and self.shift_std_mm is not None and not self.by_file:
-            text = "shift_std_mm is for straight track: the balance of the bogie gives the shift; delete it"
-            key = "shift_std_mm"
+            key, text = "shift_std_mm", say("vehicle.motion_in_curve")
         if text:
             raise cross_check(f"{shown(self.name)}: {text}", key)
         return self
@@ -143,20 +131,18 @@ class TrackKeys(SetPoints):
 class RailShare(Section):
     """An entry of rails: a pair of rails, and the share of the distance it is run on."""
 
-    share: float = number("weight", "the share of the distance of the class")
-    profile: Text | None = words("the rail profile, by default that of [counterface]", None)
-    profile_left: Text | None = words("the profile of the left rail, if it differs", None)
-    inclination: Inclination | None = words(
-        'the inclination of the rails, such as "1:40", or "none"; by default that of [counterface]', None
-    )
-    gauge_mm: float | None = number("gauge", "the track gauge, by default that of [counterface]", None)
+    share: float
+    profile: Text | None = None
+    profile_left: Text | None = None
+    inclination: Inclination | None = None
+    gauge_mm: float | None = None
 
 
 class TorqueShare(Section):
     """An entry of axle_torques: a torque, and the share of the distance it acts on."""
 
-    axle_torque_kN_m: float = axle_torque("the torque on the axle, driving forward")
-    share: float = number("weight", "the share of the distance of the class")
+    axle_torque_kN_m: float
+    share: float
 
 
 def _whole(entries: tuple[Any, ...]) -> tuple[Any, ...]:
@@ -169,40 +155,22 @@ def _whole(entries: tuple[Any, ...]) -> tuple[Any, ...]:
 class PracticeKeys(Section):
     """What varies within a class of track: each combination is a state of its own, with its share."""
 
-    not_here: ClassVar[dict[str, str]] = {
-        "gauge_mm": "write rails = [{gauge_mm = 1435, share = 0.5}, ...], or gauge_mm in [counterface]"
-    }
-    rails: Annotated[tuple[RailShare, ...], AfterValidator(_whole)] = entries(
-        "pairs of rails in place of those of [counterface], such as new, worn, of other inclination or "
-        "gauge, each with its share of the distance",
-        20,
-    )
-    lubricated_share: float = number(
-        "axle_share",
-        "the share of the distance on which friction_flange acts; on the rest the flange has the friction of "
-        "the tread",
-        1.0,
-    )
+    rails: Annotated[tuple[RailShare, ...], AfterValidator(_whole)] = ()
+    lubricated_share: float = 1.0
 
 
 class TrackSection(PracticeKeys, TrackKeys):
     """[[vehicle.class]]: one class of track, a curve or straight."""
 
-    share: float = number("weight", "the share of the distance")
-    axle_torques: Annotated[tuple[TorqueShare, ...], AfterValidator(_whole)] = entries(
-        "torques on the axle in place of axle_torque_kN_m, such as traction, coasting and braking, each with "
-        "its share of the distance",
-        20,
-    )
+    share: float
+    axle_torques: Annotated[tuple[TorqueShare, ...], AfterValidator(_whole)] = ()
 
     @model_validator(mode="after")
     def _practice_fits(self) -> Self:
         if self.axle_torques and self.axle_torque_kN_m is not None:
-            text = "axle_torques and axle_torque_kN_m exclude each other; delete one of them"
-            raise cross_check(f"{shown(self.name)}: {text}", "axle_torques")
+            raise cross_check(say("vehicle.torques", of=self), "axle_torques")
         if self.lubricated_share < 1.0 and self.friction_flange is None:
-            text = f"lubricated_share = {self.lubricated_share:g} needs friction_flange, that of the"
-            raise cross_check(f"{shown(self.name)}: {text} lubricated flange; give it", "lubricated_share")
+            raise cross_check(say("vehicle.lubricated", of=self), "lubricated_share")
         return self
 
 
@@ -210,65 +178,35 @@ class SegmentSection(TrackKeys):
     """A row of the CSV file that `route` of [vehicle] names: one segment of track."""
 
     by_file: ClassVar[bool] = True
-    name: Text = words("a name of the segment, which is not used", "segment")
-    length_km: float = number("block_length", "the length of the segment")
+    name: Text = "segment"
+    length_km: float
 
 
 class SegmentDefaults(PracticeKeys):
     """[vehicle.each]: keys of all segments of a route whose file does not give them."""
 
-    speed_km_h: float | None = number("speed", "the speed", None)
-    friction: float | None = number("friction", "Coulomb's coefficient of friction, on the tread", None)
-    friction_flange: float | None = number(
-        "friction_flange", "the coefficient of friction on the flange", None
-    )
-    environment: float | None = number("environment", "the factor on the wear depth", None)
-    shift_std_mm: float | None = number(
-        "shift_std", "the standard deviation of the lateral motion on straight track", None
-    )
+    speed_km_h: float | None = None
+    friction: float | None = None
+    friction_flange: float | None = None
+    environment: float | None = None
+    shift_std_mm: float | None = None
 
 
 class VehicleSection(Section):
     """[vehicle]: the vehicle whose bogies decide where the wheelset runs."""
 
-    not_here: ClassVar[dict[str, str]] = {
-        "wheel_diameter_difference_mm": "the key belongs to the wheelset; write it in [wheelset]"
-    }
-
-    file: Text = words("the name of a shipped vehicle, or the file of one")
-    leading_share: float = number(
-        "axle_share", "the share of the distance that the wheelset is the leading one of its bogie", 0.5
-    )
-    turned_share: float = number(
-        "axle_share", "the share of the distance that the train is turned, right wheels on left rails", 0.5
-    )
-    axle: Literal["outer", "inner"] = Field(
-        "outer",
-        description="which axle of its bogie the wheelset is: the outer one is in the front bogie while it "
-        "leads, the inner one in the rear bogie; it matters where the body holds the bogies",
-    )
-    axle_yaw_offset_mrad: float = number("axle_yaw_offset", default=0.0)
-    tangent: Literal["suspended", "kinematic", "guided", "shifted"] = Field(
-        "suspended",
-        description="how wheelsets move on straight track: held by their yaw stiffness, free to roll, held "
-        "parallel while they move, or shifted without moving",
-    )
-    tangent_wavelength_m: float | None = number(
-        "tangent_wavelength", "the wavelength of that motion, by default Klingel's of the new profiles", None
-    )
-    positions: Literal["found", "frozen"] = Field(
-        "found",
-        description="whether positions in curves are found anew with the worn profiles of each wear step, or "
-        "those of the new wheels are kept",
-    )
-    route: Text | None = words(
-        "a CSV file of segments of track, reduced to classes, with columns named as their keys", None
-    )
+    file: Text
+    leading_share: float = 0.5
+    turned_share: float = 0.5
+    axle: Literal["outer", "inner"] = "outer"
+    axle_yaw_offset_mrad: float = 0.0
+    tangent: Literal["suspended", "kinematic", "guided", "shifted"] = "suspended"
+    tangent_wavelength_m: float | None = None
+    positions: Literal["found", "frozen"] = "found"
+    route: Text | None = None
     each: SegmentDefaults | None = None
-    binning_tolerance: float = number(
-        "binning_error", "the largest error of the wear of the classes that stand for all segments", 0.05
-    )
-    track: tuple[TrackSection, ...] = entries("the classes of track", 200, alias="class")
+    binning_tolerance: float = 0.05
+    track: tuple[TrackSection, ...] = ()
 
 
 def practice_of(section: VehicleSection | None) -> dict[KeyPath, PracticeKeys]:
@@ -341,10 +279,8 @@ def read_vehicle(scene: FieldScene, place: Place) -> Route:
     if section.route is not None and not section.track:
         where = place("vehicle.route", section.route)
         if where is None:
-            text = f"route = {shown(section.route)} does not exist as given or next to the scene file"
-            raise SceneError(
-                [*faults, *of_file, scene.fault(("vehicle", "route"), f"{text}; give a CSV file")]
-            )
+            text = say("vehicle.no_route", section=section)
+            raise SceneError([*faults, *of_file, scene.fault(("vehicle", "route"), text)])
         try:
             each, practice = section.each, set(PracticeKeys.model_fields)
             given = {} if each is None else each.model_dump(exclude_none=True, exclude=practice)
@@ -363,9 +299,7 @@ def read_vehicle(scene: FieldScene, place: Place) -> Route:
         if abs(largest) > most:
             name = "axle_torques" if one.axle_torque_kN_m is None else "axle_torque_kN_m"
             key = ("vehicle", "class", k, name) if segments is None else ("vehicle", "route")
-            text = f"axle_torque_kN_m = {largest:g} is more than friction can carry in {shown(one.name)}"
-            text += f": friction x axle load x radius_mm = {most:.3g} kN m; lower it"
-            faults.append(scene.fault(key, text))
+            faults.append(scene.fault(key, say("vehicle.torque", largest=largest, most=most, of=one)))
     raise_any(faults)
     about = f"{file.name} ({file.source})"
     kinds = list(zip(practice_of(section).values(), rails_of(scene)[1], strict=True))
@@ -378,15 +312,13 @@ def _faults(section: VehicleSection) -> list[tuple[KeyPath, str]]:
     """Keys of the classes of track that do not fit together, with messages."""
     total = sum(one.share for one in section.track)
     if section.route is not None and section.track:
-        return [(("vehicle", "route"), "route and [[vehicle.class]] exclude each other; delete one of them")]
+        return [(("vehicle", "route"), say("vehicle.route_and_classes"))]
     if section.route is None and section.each is not None:
-        return [(("vehicle", "each"), "[vehicle.each] is for segments of a route; give route, or delete it")]
+        return [(("vehicle", "each"), say("vehicle.each_alone"))]
     if section.route is None and not section.track:
-        text = "[vehicle] has no track; write [[vehicle.class]], or route = a CSV file of segments"
-        return [(("vehicle",), text)]
+        return [(("vehicle",), say("vehicle.no_track"))]
     if section.track and abs(total - 1.0) > SHARES_ROUNDED:
-        text = f"share: the shares of all classes must sum to 1 within 1 %, not {total:.7g}; change them"
-        return [(("vehicle", "class", 0, "share"), text)]
+        return [(("vehicle", "class", 0, "share"), say("vehicle.share_sum", total=total))]
     return []
 
 
@@ -400,9 +332,8 @@ def cut_motion(section: VehicleSection, clearance: float) -> list[tuple[KeyPath,
     for path, spread in spreads.items():
         cut = math.exp(-0.5 * (1e3 * WITHIN * clearance / spread) ** 2) if spread > 0.0 else 0.0
         if cut > CUT_UNNOTED:
-            text = f"shift_std_mm = {spread:g}: {100.0 * cut:.2g} % of the motion would go beyond the flange"
-            text += f" clearance of {1e3 * clearance:.3g} mm; it turns {WITHIN:g} of the way there"
-            found.append((path, text))
+            values = {"spread": spread, "cut": cut, "clearance": clearance, "within": WITHIN}
+            found.append((path, say("vehicle.motion_cut", **values)))
     return found
 
 

@@ -16,8 +16,8 @@ from pydantic import AfterValidator, Field, Strict, ValidationError
 
 from wearsim.contact.patch import FloatArray
 from wearsim.damage.wear.table import INDEX_COLUMNS, RATE_COLUMNS, WearTable
-from wearsim.errors import Fault, SceneError, raise_any
-from wearsim.scene.section import Section, Text, number, words
+from wearsim.errors import Fault, SceneError, raise_any, say
+from wearsim.scene.section import Section, Text
 from wearsim.toml_faults import (
     KeyPath,
     Lines,
@@ -43,16 +43,14 @@ def column(meaning: str, unit: str) -> Any:
 class WearTableSection(Section):
     """[wear.table]: a wear law of one's own, one index column or two and one column of the wear rate."""
 
-    source: Words = words("where the table comes from")
-    certainty: Words = words("how sure it is, in words")
-    validity: Words | None = words("what it holds for", None)
-    materials: Words | None = words("wheel and rail, and the state of their surfaces", None)
-    interpolation: Literal["linear", "step"] = Field(description="what holds between the rows")
-    beyond: Literal["hold", "slope"] = Field(description="what holds beyond the last row")
-    below: Literal["proportional", "hold", "zero"] | None = Field(
-        None, description="what holds below the first row, where that is above 0"
-    )
-    hardness_GPa: float | None = number("hardness", default=None)
+    source: Words
+    certainty: Words
+    validity: Words | None = None
+    materials: Words | None = None
+    interpolation: Literal["linear", "step"]
+    beyond: Literal["hold", "slope"]
+    below: Literal["proportional", "hold", "zero"] | None = None
+    hardness_GPa: float | None = None
     T_gamma_A_N_mm2: Column | None = column("frictional work per area and distance", "N/mm2")
     power_density_W_mm2: Column | None = column("frictional power per area", "W/mm2")
     slip_speed_m_s: Column | None = column("the sliding speed", "m/s")
@@ -91,10 +89,8 @@ def wear_table(section: WearTableSection, name: str) -> tuple[WearTable | None, 
     faults += _below_faults(section, index, columns)
     if faults:
         return None, faults
-    rows = (
-        f"{columns[rate].size} rows, between them {section.interpolation}, beyond the last {section.beyond}"
-    )
-    rows += f", below the first {section.below}" if section.below else ""
+    below = f", below the first {section.below}" if section.below else ""
+    rows = say("table.rows", count=columns[rate].size, section=section, below=below)
     return WearTable(
         name=name,
         laws=("table",),
@@ -119,19 +115,15 @@ def _key_faults(
     section: WearTableSection, index: tuple[str, ...], rates: tuple[str, ...]
 ) -> Iterator[tuple[KeyPath, str]]:
     if len(index) != 1 and index != ("slip_speed_m_s", "pressure_MPa"):
-        which = f"is {' and '.join(index)}" if index else "is missing"
-        known = ", ".join(INDEX_COLUMNS)
-        yield (), f"the index {which}; give one of {known}, or slip_speed_m_s and pressure_MPa for a map"
+        yield (), say("table.index" if index else "table.no_index", given=index, known=INDEX_COLUMNS)
     if len(rates) != 1:
-        which = f"is {' and '.join(rates)}" if rates else "is missing"
-        yield (), f"the wear rate {which}; give one of {', '.join(RATE_COLUMNS)}"
+        yield (), say("table.rate" if rates else "table.no_rate", given=rates, known=RATE_COLUMNS)
     elif rates == ("wear_coefficient",) and section.hardness_GPa is None:
-        yield (), "hardness_GPa is missing; wear_coefficient needs the hardness of the wheel, about 3"
+        yield (), say("table.no_hardness")
     elif rates != ("wear_coefficient",) and section.hardness_GPa is not None:
-        message = f"hardness_GPa acts with wear_coefficient only, not with {rates[0]}; delete it"
-        yield ("hardness_GPa",), message
+        yield ("hardness_GPa",), say("table.hardness", rate=rates[0])
     if section.beyond == "slope" and (len(index) > 1 or section.interpolation == "step"):
-        yield ("beyond",), 'beyond = "slope" is for one index with linear interpolation; write "hold"'
+        yield ("beyond",), say("table.slope")
 
 
 def _below_faults(
@@ -143,11 +135,7 @@ def _below_faults(
         yield ("below",), "below acts where the first row is above 0 only; delete it"
     if first is not None and section.below is None:
         row = int(columns[first].argmin())
-        text = f"{first} = {columns[first][row]:g} is the first row, and nothing says what holds below it"
-        text += (
-            '; write below = "proportional" (a straight line from 0), "hold" (its rate down to no slip) or'
-        )
-        yield (first, row), f'{text} "zero", or add a row at 0'
+        yield (first, row), say("table.below", key=first, value=columns[first][row])
 
 
 def _line_faults(key: str, axis: FloatArray) -> PathFaults:

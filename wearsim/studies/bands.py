@@ -17,7 +17,7 @@ import pandas as pd
 import xarray as xr
 
 from wearsim.campaign.record import readable_errors, write_atomically
-from wearsim.errors import ResultError
+from wearsim.errors import ResultError, say
 from wearsim.results import load_results
 from wearsim.scene import CampaignScene, load_campaign
 from wearsim.scene.overrides import Override
@@ -199,10 +199,7 @@ def text_of(made: xr.Dataset, ranked: pd.DataFrame) -> str:
     ]
     sure = float(made.attrs["largest_error_over_width"])
     if sure > bands.SURE:
-        lines.append(
-            f"warning: the standard error of a quantile is {sure:.0%} of its band, above {bands.SURE:.0%}; "
-            "raise draws or most_draws in [uncertainty]"
-        )
+        lines.append(say("result.unsure_bands", error=f"{sure:.0%}", most=f"{bands.SURE:.0%}"))
     if len(ranked):
         lines += ["", "Worn area over that of the scene's steel:"]
         lines.append(ranked.to_string(index=False, float_format=lambda value: f"{value:.4g}"))

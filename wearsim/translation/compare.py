@@ -14,7 +14,10 @@ from numpy.typing import NDArray
 from wearsim.profile.worn import WHEEL_ZONES
 from wearsim.quantities import QUANTITIES
 from wearsim.translation import factors
-from wearsim.translation.axes import (
+from wearsim.translation.factors import (
+    COMPARED,
+    STATUS,
+    WORN_SHARE,
     FloatArray,
     IntArray,
     at_distances,
@@ -22,7 +25,6 @@ from wearsim.translation.axes import (
     distance_at,
     equivalent_distance,
 )
-from wearsim.translation.factors import COMPARED, STATUS, WORN_SHARE
 
 CAMPAIGN = ("rig", "field")
 STAGES = (0.25, 0.5, 0.75, 1.0)

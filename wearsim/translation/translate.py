@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from wearsim.errors import ResultError, brief
+from wearsim.errors import ResultError, brief, say
 from wearsim.quantities import QUANTITIES
 from wearsim.results.file import UNREADABLE, load_derived, load_results
 from wearsim.results.index import INDEXES
@@ -82,10 +82,7 @@ def translate(
                 f"{role} result: variable {missing[0]} is missing; give a file of `wearsim run`"
             )
         if "last_reprofiling" in data and (data["last_reprofiling"].values > 0).any():
-            raise ResultError(
-                f"{role} result: its wheels were reprofiled, and factors are of the wear since new; compare "
-                "a campaign without [campaign.reprofiling]"
-            )
+            raise ResultError(say("translation.reprofiled", role=role))
     comparison = compare.Comparison(rig, field, count, reach)
     axes = comparison.axes
     comparison.add("basis_name", "basis", list(BASIS), "what is equal in both campaigns")
@@ -337,10 +334,7 @@ def _attributes(comparison: compare.Comparison) -> dict[str, Any]:
                 attrs[f"{role}_{key}"] = data.attrs[key]
     notes = [*differences(rig, field), *comparison.notes]
     if not factors.rotation_matches(rig, field):
-        notes.append(
-            "no operating point counts as equal: the rules of rotation and roll and the axle torque are part "
-            "of it, and they differ or are unknown"
-        )
+        notes.append(say("translation.no_equal_points"))
     elif not len(comparison.matched):
         notes.append("no operating point is solved in both campaigns: give both the same [operation.monitor]")
     if notes:

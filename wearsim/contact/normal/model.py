@@ -13,7 +13,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from wearsim.contact.geometry import Gap
-from wearsim.contact.kernel import bare_kernel
+from wearsim.contact.kernel import bare_kernel, plain
 from wearsim.contact.patch import FloatArray, IntArray, Patch, Resolution
 from wearsim.contact.registry import check_grid
 from wearsim.errors import ContactError, NumericalError
@@ -229,7 +229,19 @@ _REAL = (
     "centre_y", "contact_angle", "approach", "normal_force", "max_pressure", "edge_y", "load_scale",
     "vertical_displacement",
 )  # fmt: skip
-_REAL_OF_PATCH = "y", "width", "x_lead", "x_trail", "pressure_slope", "interpenetration"
+_REAL_OF_PATCH = "x_lead", "x_trail", "y", "width", "pressure_slope", "interpenetration"
+
+
+@bare_kernel
+def _sum_up(values: tuple[FloatArray, ...], total: FloatArray, longest: FloatArray) -> None:
+    """Sum (m,) of all values (m, k) of each patch, and its longest strip, between the first two of them."""
+    for m in range(total.size):
+        total[m], longest[m] = 0.0, 0.0
+        for one in values:
+            for j in range(one.shape[1]):
+                total[m] += one[m, j]
+        for j in range(values[0].shape[1]):
+            longest[m] = max(longest[m], values[0][m, j] - values[1][m, j])
 
 
 def _check_solution(gap: Gap, solution: NormalSolution, effective_modulus: float) -> None:
@@ -237,9 +249,10 @@ def _check_solution(gap: Gap, solution: NormalSolution, effective_modulus: float
     patch = solution.patch
     row = patch.row
     loaded = ~(solution.normal_force < FAINT * np.bincount(row, solution.normal_force)[row])
-    arrays = [getattr(solution, name) for name in _REAL] + [getattr(patch, name) for name in _REAL_OF_PATCH]
-    with np.errstate(all="ignore"):  # what is not finite makes sums that are not
-        fine = np.isfinite(sum(array if array.ndim == 1 else array.sum(axis=1) for array in arrays))
+    arrays = [getattr(patch, name) for name in _REAL_OF_PATCH] + [getattr(solution, name) for name in _REAL]
+    total, longest = np.empty((2, row.size))
+    _sum_up(tuple(plain(array).reshape(row.size, -1) for array in arrays), total, longest)
+    fine = np.isfinite(total)  # what is not finite makes sums that are not
     if not fine.all():
         raise NumericalError(
             "the normal contact has no finite solution; check profiles, radii and load, or take another "
@@ -247,7 +260,7 @@ def _check_solution(gap: Gap, solution: NormalSolution, effective_modulus: float
             row=int(row[np.argmin(fine)]),
             rows=np.unique(row[~fine]).tolist(),
         )
-    half = 0.5 * (patch.x_lead - patch.x_trail).max(axis=1)
+    half = 0.5 * longest
     radius = _smallest_radius(gap, solution)
     beyond = loaded & (half > LONGEST_PATCH * radius)
     if beyond.any():

@@ -8,6 +8,7 @@ from typing import Literal, TypedDict
 import numpy as np
 from numpy.typing import NDArray
 
+from wearsim.errors import say
 from wearsim.profile import checks
 from wearsim.profile.files.points import Faults, Points
 from wearsim.profile.placement import GAUGE_DEPTH, is_partial
@@ -85,10 +86,7 @@ class Conversion:
             self.notes.append("points listed from the field side, order reversed")
             y, z = y[::-1].copy(), z[::-1].copy()
         if not self.wheel and is_partial(y):
-            self.notes.append(
-                f"{1e3 * float(np.ptp(y)):.3g} mm wide: part of a head without gauge point, y counted from "
-                "the running circle"
-            )
+            self.notes.append(say("profile.partial", width=np.ptp(y)))
         return y, z
 
     def _check(self, found: list[checks.PointFault], lines: list[int]) -> None:
@@ -162,10 +160,7 @@ class Conversion:
         if self.wheel:
             place = (float(y[int(np.argmax(z))]) - float(y.min())) / float(np.ptp(y))
             if 0.4 < place < 0.6:
-                self.faults.stop(
-                    "the flange tip is in the middle of the profile, so its side is not known: state "
-                    "--mirror (flange at the end of larger y) or --no-mirror"
-                )
+                self.faults.stop(say("profile.tip_in_the_middle"))
             self.notes += ["flange at the end of larger y, y mirrored"] if place > 0.5 else []
             return place > 0.5
         if axis != "unknown" or checks.head_faults(y, z):  # which are raised by the checks
@@ -175,10 +170,7 @@ class Conversion:
         deep, top = z - z.min() >= GAUGE_DEPTH, y[np.argmin(z)]
         smaller, larger = bool(np.any(deep[y <= top])), bool(np.any(deep[y > top]))
         if smaller == larger:
-            self.faults.stop(
-                "both sides of the head could be the gauge side: state --mirror (gauge side at the end of "
-                "larger y) or --no-mirror (at the end of smaller y)"
-            )
+            self.faults.stop(say("profile.both_sides"))
         end = "larger" if larger else "smaller"
         self.notes.append(f"gauge side at the end of {end} y: only there the head reaches 14 mm down")
         self.notes += ["y mirrored"] if larger else []

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from wearsim.errors import ProfileError
+from wearsim.errors import ProfileError, say
 from wearsim.profile.alignment import Alignment, align
 from wearsim.profile.conicity import AMPLITUDES, JUDGED_AMPLITUDE, Running, running
 from wearsim.profile.inspection import inputs
@@ -59,17 +59,10 @@ class Comparison:
         """What speaks against the wear; a sentence each."""
         lines = []
         if self.wear.worn_area < 0.0:
-            lines.append(
-                "the net worn area is negative, which no wear is: they are not of one "
-                f"{self.reference.kind}, or --align {self.alignment.rule} does not fit them"
-            )
+            lines.append(say("profile.negative_area", of=self))
         rms = self.alignment.rms
         if rms is not None and rms > _LARGE_REST:
-            lines.append(
-                f"{1e6 * rms:.0f} µm rms are left on parts that do not wear, more than "
-                f"{1e6 * _LARGE_REST:.0f}: wear of this size is uncertain; a profile measured at a tilt "
-                "needs --rotate"
-            )
+            lines.append(say("profile.large_rest", rms=rms, most=1e6 * _LARGE_REST))
         return tuple(lines)
 
 

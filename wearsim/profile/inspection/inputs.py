@@ -11,14 +11,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from wearsim.errors import ProfileError
+from wearsim.errors import ProfileError, say
 from wearsim.profile import measures, standard
-from wearsim.profile.definitions import Definition, sample
 from wearsim.profile.files import FORMATS, ProfileReading, is_file, place_file, read_profile
 from wearsim.profile.files.points import number_fault, read_text, value_of
 from wearsim.profile.placement import INCLINATION, UPRIGHT, tilt_to_add
 from wearsim.profile.shape import Kind, Profile
 from wearsim.profile.smoothing import smoothed
+from wearsim.profile.standard import Definition, sample
 
 _SPACING = 0.25e-3  # point distance of standard shapes [m]
 _WRITTEN = re.compile(r"\s*[#!]\s*(wheel|rail) profile\b")
@@ -164,10 +164,7 @@ def measure_notes(given: ProfileInput, values: Mapping[str, float]) -> tuple[str
         # instruments write 0 for what they did not measure
         header = 0.0 if number_fault(text) else 1e-3 * float(text)
         if header > 0.0 and name in values and abs(header - values[name]) > _HEADER_TOLERANCE:
-            notes.append(
-                f"the header says {key} = {1e3 * header:g} mm, the points give {1e3 * values[name]:.2f} mm: "
-                "it is old, of another wheel or taken at other distances"
-            )
+            notes.append(say("profile.old_header", key=key, header=header, value=values[name]))
     whole = values.get("hollowing", 0.0)
     try:
         profile = smoothed(
@@ -177,9 +174,5 @@ def measure_notes(given: ProfileInput, values: Mapping[str, float]) -> tuple[str
         return tuple(notes)  # points too few to see short waves
     rest = measures.hollowing(profile.y, profile.z) if "hollowing" in values else 0.0
     if whole - rest > _MOST_NOISE:
-        wavelength = f"{1e3 * _NOISE_WAVELENGTH:g}"
-        notes.append(
-            f"of {1e3 * whole:.3f} mm hollowing {1e3 * rest:.3f} mm are left without waves shorter than "
-            f"{wavelength} mm: noise or dents (--smooth-mm {wavelength} takes them out)"
-        )
+        notes.append(say("profile.noisy_hollowing", whole=whole, rest=rest, below=1e3 * _NOISE_WAVELENGTH))
     return tuple(notes)

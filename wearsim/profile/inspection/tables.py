@@ -1,4 +1,4 @@
-"""What `wearsim profile` prints: tables for people, CSV, and JSON in SI units."""
+"""What `wearsim profile` prints, of one profile or of a folder: tables for people, CSV, JSON in SI units."""
 
 from __future__ import annotations
 
@@ -6,73 +6,160 @@ import csv
 import io
 import textwrap
 import tomllib
-from collections.abc import Mapping, Sequence
-from dataclasses import fields, is_dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
+from wearsim.errors import ProfileError, WearsimError
 from wearsim.profile.conicity import Running
+from wearsim.profile.files import FORMATS
 from wearsim.profile.files.points import one_line, value_of
-from wearsim.profile.inspection import Comparison, Inspection, ReprofiledWheel
-from wearsim.profile.inspection.fleet import FleetRow
-from wearsim.profile.inspection.inputs import ProfileInput
-from wearsim.profile.limits import NO_DIAMETER, Judgement
+from wearsim.profile.inspection import Conditions, Inspection, ReprofiledWheel, inspect_profile
+from wearsim.profile.inspection.inputs import ProfileInput, read_input
+from wearsim.profile.limits import NO_DIAMETER, Judgement, LimitSet
 from wearsim.profile.measures import BELOW_TIP, LEVEL, Measures
 from wearsim.profile.placement import BACK_TO_BACK, RUNNING_CIRCLE
-from wearsim.profile.shape import arc_length
+from wearsim.profile.shape import Kind, Profile, arc_length
 from wearsim.quantities import QUANTITIES
+from wearsim.texts import written
+from wearsim.whole_files import utf8
+
+# extensions of text files that are tried as well as those of the known formats
+_PLAIN_SUFFIXES = (".csv", ".txt", ".dat", ".asc", ".tsv", ".xy", ".prf")
+_ID_KEYS = {"stock": "Stock", "car": "CarNo", "axle": "AxleNo", "side": "Side"}
+_WORDS = {"car": "car ", "axle": "axle "}
+
+
+@dataclass(frozen=True)
+class FleetRow:
+    """One file of a folder: its values as JSON prints them, and the profile as aligned, if it was measured.
+
+    `file`, `wheel` by its header (else the file name without extension), `stock`, `car`, `axle`, `side`,
+    `kind`, `format`, `align`; measures in SI units; `exceeded` and `not_judged`, names of measures; `notes`
+    and `warnings`; `fault`, why it was not measured or not compared.
+    """
+
+    values: dict[str, Any]
+    profile: Profile | None = field(default=None, repr=False)
+
+
+def profile_files(folder: Path, every: bool = False) -> tuple[list[Path], list[str]]:
+    """Files of a folder that can be profiles, sorted, and the names of the others; folders end with "/".
+
+    Hidden files are left out; `every` takes files with any extension. Raises `ProfileError` for a folder
+    that cannot be read.
+    """
+    known = {suffix for each in FORMATS.values() for suffix in each.suffixes} | set(_PLAIN_SUFFIXES)
+    try:
+        paths = sorted(path for path in folder.iterdir() if not path.name.startswith("."))
+    except OSError as error:
+        raise ProfileError(
+            f"{folder} cannot be read ({error.strerror}); give a folder of profiles"
+        ) from error
+    folders = [path for path in paths if path.is_dir()]
+    taken = [path for path in paths if path not in folders and (every or path.suffix.lower() in known)]
+    others = [path.name for path in paths if path not in folders and path not in taken]
+    return taken, others + [f"{path.name}/" for path in folders]
+
+
+def fleet_rows(
+    files: list[Path],
+    at: Conditions,
+    limits: LimitSet | None,
+    *,
+    kind: Kind | None = None,
+    against: ProfileInput | None = None,
+) -> Iterator[FleetRow]:
+    """Measure files one after the other, as one profile, against a reference of their kind.
+
+    `kind` is that of all files, if it is stated.
+    """
+    for path in files:
+        row: dict[str, Any] = {"file": path.name, "wheel": utf8(path.stem), "notes": [], "warnings": [],
+                               "exceeded": [], "not_judged": [], "fault": None}  # fmt: skip
+        try:
+            given = read_input(str(path), kind, at.statements)
+            yield FleetRow(row, _measured(row, given, at, limits, against))
+        except WearsimError as error:
+            row["fault"] = _one_line(path, error)
+            yield FleetRow(row)
+
+
+def _one_line(path: Path, error: WearsimError) -> str:
+    """First fault of a file, without its folder, and how many there are."""
+    first, *rest = str(error).replace(str(path), path.name).splitlines()
+    return f"{first} (and {len(rest)} more)" if rest else first
+
+
+def _measured(
+    row: dict[str, Any],
+    given: ProfileInput,
+    at: Conditions,
+    limits: LimitSet | None,
+    against: ProfileInput | None,
+) -> Profile:
+    """Fill the row of a file that could be read; its profile as aligned."""
+    identity = {key: " ".join(value_of(given.header, name).split())[:60] for key, name in _ID_KEYS.items()}
+    identity = {key: text for key, text in identity.items() if text}
+    row |= identity | {"kind": given.kind, "format": given.format, "notes": list(given.notes)}
+    row["wheel"] = " ".join(_WORDS.get(key, "") + text for key, text in identity.items()) or row["wheel"]
+    if against is not None and against.kind != given.kind:
+        given = given.noted(f"a {given.kind}, not compared with the {against.kind} {against.profile.name}")
+        against = None
+    try:
+        result = inspect_profile(given, at, limits, against=against, brief=True)
+    except WearsimError as error:  # where it cannot be compared, it is measured alone
+        row["fault"] = _one_line(Path(given.given), error)
+        result = inspect_profile(given, at, limits, brief=True)
+    row |= {"exceeded": result.beyond(), "not_judged": result.not_judged, "notes": list(result.given.notes)}
+    for measures in result.measures.values():
+        row |= measures.values
+        row["notes"] += dict.fromkeys(measures.missing.values())
+    if result.running is not None:
+        row["equivalent_conicity"] = result.running.judged_conicity
+    if (comparison := result.comparison) is not None:
+        row |= {"align": comparison.alignment.rule, "alignment_rms": comparison.alignment.rms,
+                "worn_area": comparison.wear.worn_area, "max_wear_depth": comparison.wear.max_wear_depth,
+                "warnings": list(comparison.warnings)}  # fmt: skip
+    return result.aligned
+
 
 _COLUMNS: dict[str, Any] = tomllib.loads(Path(__file__).with_name("columns.toml").read_text(encoding="utf-8"))
 MEASURES, _FLEET = _COLUMNS["measures"], _COLUMNS["fleet"]
+_ROOM = "wearsim.profile.inspection"
 _SHORT = {**MEASURES, "equivalent_conicity": "conicity"}
 
 
 def as_text(result: Inspection) -> str:
     """Return everything in tables for people."""
-    blocks = [_origin(result.given)]
-    if result.left is not None:
-        blocks.append(_origin(result.left, "left wheel: "))
-    if result.comparison is not None:
-        blocks.append(_comparison(result.comparison))
-    if result.measures:
-        blocks += [_measures(result), _limits(result)]
-    blocks.append(_running(result))
-    return "\n\n".join("\n".join(block) for block in blocks)
+    values: dict[str, Any] = {"r": result, "measures": _measures(result), "limits": _limits(result)}
+    if result.running is not None:
+        values |= {"track": track_text(result.running)} | _running(result, result.running)
+    sources = dict.fromkeys((each.source, each.certainty) for each in result.judgements)
+    return written(
+        _ROOM, "profile.txt.j2", **_SAYS, **values, sources=sources, header=_header, margin=_margin,
+        arc_length=arc_length, quantities=QUANTITIES, circle=RUNNING_CIRCLE, level=LEVEL, below_tip=BELOW_TIP,
+    )  # fmt: skip
 
 
-def _origin(given: ProfileInput, before: str = "") -> list[str]:
-    """Return what was read, and where it comes from."""
-    y, z = 1e3 * given.profile.y, 1e3 * given.profile.z
-    lines = [
-        f"{before}{given.profile.name}, {given.kind}, {given.title}",
-        f"  points     {len(y)} over {arc_length(y, z)[-1]:.2f} mm along the profile, y {y.min():.2f} to "
-        f"{y.max():.2f} mm, z {z.min():.2f} to {z.max():.2f} mm",
-    ]
-    if given.measured:
-        lines.append(f"  file       {given.given}")
-    header = [f"{key} {value}" for key in _COLUMNS["header"] if (value := value_of(given.header, key))]
-    if header:
-        lines += _wrapped("header", "; ".join(one_line(each)[:300] for each in header))
-    lines += _notes(given)
-    if given.certainty:
-        lines += _wrapped("source", given.source) + _wrapped("certainty", given.certainty)
-    return lines
+def reprofiled_text(template: ProfileInput, wheels: Sequence[ReprofiledWheel]) -> str:
+    """Return what the lathe takes of one wheel, or of right and left."""
+    return written(_ROOM, "reprofiled.txt.j2", **_SAYS, template=template, wheels=wheels)
 
 
-def _notes(given: ProfileInput) -> list[str]:
-    notes = given.notes or ("nothing to be detected or changed",)
-    return [
-        line for k, note in enumerate(notes) for line in _wrapped("" if k else "read", one_line(note)[:300])
-    ]
+def _header(given: ProfileInput) -> list[str]:
+    texts = ((key, value_of(given.header, key)) for key in _COLUMNS["header"])
+    return [one_line(f"{key} {value}")[:300] for key, value in texts if value]
 
 
-def _wrapped(word: str, text: str) -> list[str]:
+def _wrapped(word: str, text: str) -> str:
     """Lines of a long text behind a word."""
     first = f"  {word:<10} "
     lines = textwrap.wrap(
         text, 110, initial_indent=first, subsequent_indent=" " * len(first), break_long_words=False
     )
-    return lines or [first]
+    return "\n".join(lines or [first])
 
 
 def _table(rows: Sequence[Sequence[str]]) -> list[str]:
@@ -88,46 +175,11 @@ def _number(value: float | None, form: str = ".3f", factor: float = 1e3) -> str:
     return "-" if value is None else f"{round(factor * value, 3) + 0.0:{form}}"
 
 
-def _comparison(comparison: Comparison) -> list[str]:
-    """Alignment and wear."""
-    alignment, wear = comparison.alignment, comparison.wear
-    dy, dz, angle = (_number(each, "+.3f") for each in (alignment.dy, alignment.dz, alignment.angle))
-    rest = "" if alignment.rms is None else f"; {1e6 * alignment.rms:.1f} µm rms left"
-    zones = ", ".join(f"{name} {1e6 * area:.2f}" for name, area in wear.zone_areas.items())
-    return [
-        f"against {comparison.reference.profile.name} ({comparison.reference.title})",
-        *_notes(comparison.reference),
-        *_wrapped("aligned", f"{alignment.rule}: {alignment.note}"),
-        f"  {'moved by':<10} y {dy} mm, z {dz} mm, rotated by {angle} mrad{rest}",
-        f"  {'':<10} measures and running behaviour below are of the profile as measured, not moved",
-        f"  worn area  {1e6 * wear.worn_area:.2f} mm² ({zones})",
-        f"  deepest    {1e3 * wear.max_wear_depth:.3f} mm at y = {1e3 * wear.max_wear_depth_y:.2f} mm",
-        *_wrapped("", wear.note),
-        *(line for warning in comparison.warnings for line in _wrapped("WARNING", warning)),
-    ]
-
-
-def reprofiled_text(template: ProfileInput, wheels: Sequence[ReprofiledWheel]) -> str:
-    """Return what the lathe takes of one wheel, or of right and left."""
-    both = len(wheels) == 2
-    lines = [f"reprofiled to {template.profile.name} ({template.title}), least loss of diameter"]
-    for each in wheels:
-        word = f"{each.wheel} wheel: " if both else ""
-        after = "" if each.wheel_diameter is None else f", to {1e3 * each.wheel_diameter:.3f} mm"
-        lines.append(f"  {word}the lathe takes {_number(each.diameter_loss)} mm of the diameter{after}")
-    tight = min(wheels, key=lambda each: each.slack)
-    whose, (start, end) = f" of the {tight.wheel} wheel" if both else "", tight.compared
-    decided = f"decided at y = {1e3 * tight.place:.2f} mm{whose}, where nothing is taken"
-    where = f"compared from {1e3 * start:.2f} to {1e3 * end:.2f} mm, flange backs on each other"
-    lines += _wrapped("", f"{decided}; {where}")
-    if both and wheels[0].wheel_diameter is None:
-        lines += _wrapped("", "both diameters are not known (--diameter-mm, --left-diameter-mm): taken for "
-                              "equal at the running circles")  # fmt: skip
-    return "\n".join(lines)
+_SAYS: dict[str, Any] = {"number": _number, "wrapped": _wrapped, "one_line": one_line}
 
 
 def _measures(result: Inspection) -> list[str]:
-    """Gauge values, of both wheels or against another."""
+    """Table of the gauge values, of both wheels or against another."""
     several, comparison = len(result.measures) > 1, result.comparison
     columns = [(body if several else result.given.profile.name, each.values, ".3f")
                for body, each in result.measures.items()]  # fmt: skip
@@ -140,17 +192,7 @@ def _measures(result: Inspection) -> list[str]:
         if any(name in values for _, values, _ in columns):
             cells = (_number(values.get(name), form) for _, values, form in columns)
             rows.append([f"  {_named(name)}", *cells])
-    whys = [
-        f"  no {QUANTITIES[name].meaning}{f' of {body}' if several else ''}: {why}"
-        for body, each in result.measures.items()
-        for name, why in each.missing.items()
-    ]
-    return [
-        *_table(rows),
-        *whys,
-        f"  running circle {1e3 * RUNNING_CIRCLE:g} mm from the flange back; Sd {1e3 * LEVEL:g} mm above it; "
-        f"qR from there to {1e3 * BELOW_TIP:g} mm below the flange tip",
-    ]
+    return _table(rows)
 
 
 def _named(name: str) -> str:
@@ -159,23 +201,15 @@ def _named(name: str) -> str:
 
 
 def _limits(result: Inspection) -> list[str]:
-    """Each limit with what is left, and where it comes from."""
-    if result.limits is None or not result.judgements:
-        return ["no limits for these measures"]
-    rows = [[f"limits [mm] ({result.limits.name})", "value", "limit"]]
+    """Table of the limits."""
+    rows = [[f"limits [mm] ({result.limits.name})" if result.limits else "", "value", "limit"]]
     for each in result.judgements:
         factor = QUANTITIES[each.measure].shown_factor
         whose = f"{each.wheel} " if len(result.measures) > 1 and each.wheel != "axle" else ""
         limit = "-" if each.limit is None else f"{each.limit * factor:g}"
-        rows.append(
-            [f"  {whose}{_named(each.measure)}", _number(each.value, factor=factor), f"{each.bound} {limit}"]
-        )
-    remarks = ["margin", *map(_margin, result.judgements)]
-    lines = [f"{line}  {remark}" for line, remark in zip(_table(rows), remarks, strict=True)]
-    lines.append(f"  {result.limits.title}")
-    for source, certainty in dict.fromkeys((each.source, each.certainty) for each in result.judgements):
-        lines += _wrapped("source", source) + _wrapped("certainty", certainty)
-    return lines
+        value = _number(each.value, factor=factor)
+        rows.append([f"  {whose}{_named(each.measure)}", value, f"{each.bound} {limit}"])
+    return _table(rows)
 
 
 def _margin(judgement: Judgement) -> str:
@@ -195,12 +229,9 @@ def track_text(run: Running) -> str:
     return f"{wheels} on {run.track}"
 
 
-def _running(result: Inspection) -> list[str]:
-    """Return rolling radius difference and conicity."""
-    run, before = result.running, result.comparison
-    if run is None:
-        return [f"no rolling radius difference and conicity: {result.trouble}"]
-    runs = {"": run}
+def _running(result: Inspection, run: Running) -> dict[str, Any]:
+    """Tables of rolling radius difference and conicity, and why values are missing."""
+    before, runs = result.comparison, {"": run}
     if before is not None and before.running is not None:
         runs[f", {before.reference.profile.name}"] = before.running
     shifts = list(dict.fromkeys(at.shift for each in runs.values() for at in each.rolling_radius_difference))
@@ -208,15 +239,12 @@ def _running(result: Inspection) -> list[str]:
     conicities = [["  amplitude [mm]", *(f"{1e3 * at.amplitude:.0f}" for at in run.equivalent_conicity)]]
     for title, each in runs.items():
         known = {at.shift: _number(at.value) for at in each.rolling_radius_difference}
-        differences.append(
-            [f"  rolling radius difference{title} [mm]", *(known.get(at, "") for at in shifts)]
-        )
+        cells = (known.get(at, "") for at in shifts)
+        differences.append([f"  rolling radius difference{title} [mm]", *cells])
         values = [_number(at.value, factor=1.0) for at in each.equivalent_conicity]
         conicities.append([f"  equivalent conicity, EN 15302{title}", *values])
-    whys = [f"  -: {at.reason}" for each in runs.values() for at in each.equivalent_conicity if at.reason]
-    if run.differ:
-        whys.append("  equal diameters at both running circles, but for a difference that is stated")
-    return [track_text(run), *_table(differences), *_table(conicities), *dict.fromkeys(whys)]
+    whys = [at.reason for each in runs.values() for at in each.equivalent_conicity if at.reason]
+    return {"running": _table(differences) + _table(conicities), "undefined": dict.fromkeys(whys)}
 
 
 def points_csv(result: Inspection) -> str:

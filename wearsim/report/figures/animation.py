@@ -26,7 +26,7 @@ from wearsim.report.style import (
     style,
     with_unit,
 )
-from wearsim.translation.axes import rows_at
+from wearsim.translation.factors import rows_at
 from wearsim.whole_files import replacing
 
 FRAMES = 60

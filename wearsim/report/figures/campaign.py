@@ -29,7 +29,7 @@ from wearsim.report.style import (
 )
 from wearsim.results.checks import last_worn_row, new_row, shear_yield
 from wearsim.results.limits import limits_of
-from wearsim.translation.axes import at_distances, rows_at
+from wearsim.translation.factors import at_distances, rows_at
 
 WHEELS = ("right", "left")
 NEW_Y = "Lateral position on the new wheel [mm]"

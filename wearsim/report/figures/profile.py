@@ -11,9 +11,8 @@ from matplotlib.figure import Figure
 
 from wearsim.profile.conicity import Running
 from wearsim.profile.inspection import Comparison, Inspection
-from wearsim.profile.inspection.fleet import FleetRow
 from wearsim.profile.inspection.inputs import ProfileInput
-from wearsim.profile.inspection.tables import track_text
+from wearsim.profile.inspection.tables import FleetRow, track_text
 from wearsim.profile.measures import BELOW_TIP, LEVEL
 from wearsim.profile.placement import RUNNING_CIRCLE
 from wearsim.profile.shape import Profile, extremum

@@ -55,7 +55,7 @@ from wearsim.contact.normal.kik_piotrowski.strips import (
 )
 from wearsim.contact.normal.kik_piotrowski.wheel_load import BASIN, Work, balance
 from wearsim.contact.normal.model import NormalModel, NormalSolution, raise_first
-from wearsim.contact.patch import FloatArray, IntArray, Patch, Resolution, cells_of
+from wearsim.contact.patch import FloatArray, IntArray, Patch, Resolution
 
 DEFAULTS = {"virtual_penetration_factor": 0.55}
 
@@ -102,9 +102,9 @@ def solve(
     patches = patches[: place.size]
     strips = resolution.strips_across(patches["right"] - patches["left"])
     shape = (place.size, int(strips.max(initial=0)))
-    y, lead, trail, depth = np.empty((4, *shape))
-    centre, slope = np.empty((2, place.size))
-    out = _Cut(y, lead, trail, depth, np.empty((shape[0], shape[1] + 1)), centre, slope)
+    y, lead, trail, depth, slope = np.empty((5, *shape))
+    centre, length = np.empty((2, place.size))
+    out = _Cut(y, lead, trail, depth, slope, np.empty((shape[0], shape[1] + 1)), centre, length)
     _cut_strips(
         row[place], place, strips, patches, gap.curvature, profile, gap.gap, gap.wheel_radius, gap.x, ends,
         rough, wheel.y.size > 0, poses, out,
@@ -115,10 +115,10 @@ def solve(
         width=(patches["right"] - patches["left"]) / strips,
         x_lead=lead,
         x_trail=trail,
-        pressure_slope=np.repeat(slope[:, None], shape[1], axis=1),
+        pressure_slope=slope,
         interpenetration=depth,
         strips=strips,
-        cells=cells_of(resolution, lead, trail),
+        cells=resolution.cells_along(length),
     )
     return NormalSolution(
         patch=patch,
@@ -162,15 +162,16 @@ def _bodies(gap: Gap) -> tuple[WheelSurface, Records]:
 
 
 class _Cut(NamedTuple):
-    """Strips of equal width: centres, both ends, depth; edges; centre and pressure slope of patches."""
+    """Strips of equal width: centres, both ends, depth, pressure slope; edges; centre, length of patches."""
 
     y: FloatArray
     lead: FloatArray
     trail: FloatArray
     depth: FloatArray
+    slope: FloatArray
     edge: FloatArray
     centre: FloatArray
-    slope: FloatArray
+    length: FloatArray
 
 
 @bare_kernel
@@ -228,16 +229,19 @@ def _cut_strips(
         # Longitudinal positions count from the contact line at the centre.
         k, share = share_at(profile.y, centre, one.first, one.last)
         centre_x = between(along, k, share)
+        foremost, hindmost = 0.0, 0.0
         for j in range(strips):
             out.y[m, j] -= moment / volume
             out.lead[m, j] -= centre_x
             out.trail[m, j] -= centre_x
+            foremost, hindmost = max(foremost, out.lead[m, j]), min(hindmost, out.trail[m, j])
+        out.length[m] = foremost - hindmost
         last = strips - 1
         for j in range(strips, out.y.shape[1]):
             out.y[m, j], out.depth[m, j] = out.y[m, last], 0.0
             out.lead[m, j] = out.trail[m, j] = 0.5 * (out.lead[m, last] + out.trail[m, last])
             out.edge[m, j + 1] = out.edge[m, strips]
-        out.slope[m] = one.force / (0.5 * np.pi * volume)
+        out.slope[m, :] = one.force / (0.5 * np.pi * volume)
 
 
 MODEL = NormalModel(name="kik_piotrowski", solve=solve, parameters=DEFAULTS)

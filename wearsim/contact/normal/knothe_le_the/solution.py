@@ -80,6 +80,7 @@ _TURNS = 40  # of strips that enter or leave, at most
 _ENTER, _LEAVE = 4, 8  # turns after which only one strip enters or leaves at a time
 _GROWN = 2.0  # of what was missed, beyond which the steps before are forgotten
 _RATE = 0.3  # of what is missed in one turn to the next, as long as there is one only
+_SHARPEST = 20.0  # P/q over that of two cylinders across the track; ellipses 30 times as long as wide have 9
 _BARELY = 1e-12  # m, P of a strip that just got pressure
 
 
@@ -181,7 +182,9 @@ def solve_strips(
         number, change = m, 0.0
         missed = work.right
         for k in range(m):
-            one, q = strips[active[k]], bow[active[k]]
+            one = strips[active[k]]
+            # A strip alone could shrink to a point between overlapping surfaces.
+            q = max(bow[active[k]], one.load * np.pi / (_SHARPEST * one.bend))
             inner = inner_of(work, m, k)
             if inner >= 0:
                 j = active[inner]

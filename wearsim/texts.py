@@ -1,0 +1,28 @@
+"""Texts for people from Jinja templates, which stand in the folder `templates` of their room."""
+
+from __future__ import annotations
+
+import functools
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import jinja2
+
+
+@functools.cache
+def environment(package: str, autoescape: bool = False) -> jinja2.Environment:
+    """Templates of a package, for HTML or (without escapes) for text."""
+    import jinja2  # only spent where it is needed
+
+    return jinja2.Environment(
+        loader=jinja2.PackageLoader(package),
+        autoescape=autoescape,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+
+
+def written(package: str, name: str, **context: Any) -> str:
+    """Text of a template, without the line break at its end."""
+    return environment(package).get_template(name).render(**context).rstrip("\n")
