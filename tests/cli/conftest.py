@@ -1,6 +1,10 @@
 """What tests of commands share."""
 
+from types import SimpleNamespace
+
 import pytest
+
+from wearsim.studies.plan import Estimate
 
 
 @pytest.fixture(autouse=True)
@@ -12,7 +16,7 @@ def brief_trials(monkeypatch):
 @pytest.fixture
 def untried(monkeypatch):
     """Scenes of which `wearsim check` tries no wear steps: tests/cli/test_commands.py does so."""
-    keys = ("steps", "seconds", "slowest", "end", "limit", "bytes_per_step")
-    monkeypatch.setattr(
-        "wearsim.studies.plan._foreseen", lambda *_: {**dict.fromkeys(keys), "trial_fault": "not tried"}
-    )
+    given = Estimate(1234, 100.0, "left", 0.6, "error", 20.4e6, "hollowing", 5678)
+    monkeypatch.setattr("wearsim.studies.plan.estimate", lambda *_: given)
+    begun = SimpleNamespace(start=lambda: (None, None))
+    monkeypatch.setattr("wearsim.studies.plan.WheelsetEvolution", lambda *_, **__: begun)
