@@ -104,7 +104,7 @@ def test_rails_torques_and_lubrication_are_states_with_shares(folder, changed):
 
 
 def test_brake_blocks_wear_what_they_are_said_to(folder, changed):
-    """Their cross-section, of straight track: depth per distance times width, within a vertex at each edge."""
+    """Their cross-section on straight track: depth per distance times width, within a vertex each."""
     straight = changed(SHORT, (SHORT[SHORT.rindex("[[vehicle.class]]") : SHORT.index("[campaign]")], ""))
     straight = changed(straight, ("share = 0.6", "share = 1"))
     block = "[wear]\n[wear.brake_block]\num_per_1000_km = 40\nfrom_mm = -20\nto_mm = 30\n[vehicle]"
