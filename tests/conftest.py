@@ -27,7 +27,7 @@ gc.set_threshold(50_000, 20, 20)
 
 # What two processes import before workers start, each half of it first: in a fresh environment modules are
 # compiled on import, which each worker would do for itself.  Then pairs of models that together call every
-# kernel; those that share kernels are of one process, so that little is compiled twice.
+# kernel: the second process begins when the first one has compiled what all pairs share.
 IMPORTED = (
     "numba",
     "scipy.interpolate",
@@ -38,8 +38,8 @@ IMPORTED = (
     "hypothesis",
 )
 COMPILED = (
-    (("half_space", "half_space"),),
     (("kik_piotrowski", "fastsim"), ("knothe_le_the", "fastsim")),
+    (("half_space", "half_space"),),
 )
 # Looking for garbage among the compiler's millions of objects, which all live on, takes a sixth of its time.
 PROGRAM = """
@@ -47,11 +47,14 @@ import gc, importlib, os, sys
 gc.disable()
 for name in {names}:
     importlib.import_module(name)
-print("imported", flush=True)
-sys.stdout = open(os.devnull, "w")
+sys.stdin.readline()
+told, sys.stdout = sys.stdout, open(os.devnull, "w")
+print("imported", file=told, flush=True)
+sys.stdin.readline()
 from wearsim.cli import main
 for normal, tangential in {pairs}:
     main(["contact", "--yaw-mrad", "1", "--json", "--normal", normal, "--tangential", tangential])
+    print("compiled", file=told, flush=True)
 """
 CONTACT = Path(__file__).parents[1] / "wearsim" / "contact"
 compiling = []
@@ -73,11 +76,12 @@ def pytest_configure(config):
         return
     if compiled_before():
         return
+    told = subprocess.DEVNULL  # what the process before has done
     for names, pairs in zip((IMPORTED, IMPORTED[::-1]), COMPILED, strict=True):
-        program = PROGRAM.format(names=names, pairs=pairs)
-        compiling.append(subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE))
-    for process in compiling:
-        process.stdout.readline()
+        command = [sys.executable, "-c", PROGRAM.format(names=names, pairs=pairs)]
+        compiling.append(subprocess.Popen(command, stdin=told, stdout=subprocess.PIPE))
+        told = compiling[-1].stdout
+    told.readline()
 
 
 @pytest.hookimpl(optionalhook=True)
