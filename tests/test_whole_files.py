@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 import xarray as xr
+from matplotlib.figure import Figure
 
 from wearsim.cli import main
 from wearsim.errors import ResultError
@@ -52,11 +53,26 @@ COMMANDS = {
 SLOW = ("csv", "plot svg", "fleet csv")
 
 
+@pytest.fixture
+def lightly_drawn(monkeypatch, request):
+    """Figures without what is on them, which takes most of their time; whole in the sample "plot png"."""
+    if request.getfixturevalue("command") != "plot png":
+        saved = Figure.savefig
+
+        def save(figure, *args, **options):
+            figure.clear()
+            return saved(figure, *args, **options)
+
+        monkeypatch.setattr(Figure, "savefig", save)
+
+
 @pytest.mark.parametrize("place", ["a file as folder", "a folder", "full"])
 @pytest.mark.parametrize(
     "command", [pytest.param(c, marks=pytest.mark.slow) if c in SLOW else c for c in COMMANDS]
 )
-def test_a_target_that_cannot_be_written_is_one_line(results, tmp_path, monkeypatch, capsys, command, place):
+def test_a_target_that_cannot_be_written_is_one_line(
+    results, tmp_path, monkeypatch, capsys, command, place, lightly_drawn
+):
     monkeypatch.chdir(tmp_path)
     text, suffix = COMMANDS[command]
     folder = Path("target")

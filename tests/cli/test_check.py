@@ -9,14 +9,8 @@ from wearsim import cli, open_results
 from wearsim.cli.status import status_line
 from wearsim.errors import ContactError
 from wearsim.profile.standard import shipped_path
-from wearsim.studies.plan import Estimate
 
-
-@pytest.fixture(autouse=True)
-def untried(monkeypatch):
-    """Scenes of which no steps are tried: tests/cli/test_commands.py does so."""
-    given = Estimate(1234, 100.0, "left", 0.6, "error", 20.4e6, "hollowing", 5678)
-    monkeypatch.setattr("wearsim.studies.plan.estimate", lambda *_: given)
+pytestmark = pytest.mark.usefixtures("untried")
 
 
 @pytest.fixture

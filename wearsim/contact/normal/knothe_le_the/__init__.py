@@ -125,7 +125,8 @@ def solve(
         trial += fault[row] > 0
     raise_first(np.where(fault == NO_ROOM, NO_BALANCE, fault))
     used = np.arange(parts) < number[:, None]
-    place, rank = np.nonzero(used)
+    # one kind of array: those of several places are views of one table
+    place, rank = (plain(each, np.int64) for each in np.nonzero(used))
     patches, of = patches[used], row[place]
     width = patches["stop"] - patches["start"]
     strips = resolution.strips_across(width)
