@@ -153,11 +153,9 @@ def test_list_tells_impossible_cases(folder, capsys):
 
 
 @pytest.mark.slow
-def test_a_signal_leaves_all_valid_and_the_same_command_goes_on_to_the_same_bits(folder, capsys):
-    """It reaches the parent only, as from a scheduler; its workers stop after a step.
-
-    What Ctrl-C does to a sweep: tests/studies/test_sweep.py.
-    """
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_signals_leave_all_valid_and_the_same_command_goes_on_to_the_same_bits(folder, capsys, number, code):
+    """The signal reaches the parent only, as from a scheduler; its workers stop after a step."""
     text = Path("sweep_rig.toml").read_text()
     Path("sweep_rig.toml").write_text(text.replace("max_step_km = [2]", "max_step_km = [0.3]"))
     command = [sys.executable, "-m", "wearsim", "sweep", "sweep_rig.toml", "--jobs", "2", "--out", "out"]
@@ -168,9 +166,9 @@ def test_a_signal_leaves_all_valid_and_the_same_command_goes_on_to_the_same_bits
             if status.is_file() and json.loads(status.read_text())["campaigns"]["rig"]["step"] >= 1:
                 break
             time.sleep(0.05)
-        os.kill(process.pid, signal.SIGTERM)
+        os.kill(process.pid, number)
         _, message = process.communicate()
-        assert process.returncode == 143, message
+        assert process.returncode == code, message
     assert "leaked" not in message  # semaphores, says Python
     assert "the same command goes on" in message
     assert "Traceback" not in message
