@@ -133,7 +133,7 @@ def wear(case, depth=None, cells=CELLS):
         while way[-1][0] < (depth or case.depth):
             now = wear_rate(state, models)
             wave, stability = 0.0 if case.factor else case.smoothing, None
-            limit = half_space_depth_limit(now, state, WEIGHT, models, SPACING, wave)
+            limit = half_space_depth_limit(now, WEIGHT, models, SPACING, wave)
             if case.factor and math.isinf(limit):
                 length = case.factor * (1.0 / float(now.stability.max()))
             elif case.factor:
@@ -164,7 +164,7 @@ def wave_after_one_step(normal, strips=STRIPS):
     plain = new_wheels(WHEEL.z)
     rate_plain = wear_rate(plain, models)
     depth = rate_plain.depth[0]
-    allowed = half_space_depth_limit(rate_plain, plain, WEIGHT, models, SPACING, 0.0)
+    allowed = half_space_depth_limit(rate_plain, WEIGHT, models, SPACING, 0.0)
     if math.isfinite(allowed):
         length, limit = allowed / float(depth.max()), "depth <= (p0/E*) x point distance"
     else:

@@ -118,33 +118,18 @@ def test_first_steps_are_small_and_grow(rate_of, state, made_points, after):
 
 
 def test_half_space_limit_is_a_depth_per_step(rate_of, state, solution):
-    """Closed form: p0/E* dy with p0 = 1 GPa, E* = 115.4 GPa, 0.25 mm, of the patch that wears there."""
+    """Closed form: p0/E* dy with p0 = 1 GPa, E* = 115.4 GPa, 0.25 mm."""
     flat = replace(solution.patch, interpenetration=np.zeros_like(solution.patch.interpenetration))
-    worn = rate_of(1e-10)
-    left = np.flatnonzero(solution.side == 1)
-    place = solution.wheel_y[left[0]] + 5e-3  # where no other patch is
-    regime_depth = np.zeros_like(worn.regime_depth)
-    regime_depth[1, 0, np.argmin(np.abs(state.y[1] - place))] = 1e-10
-    rate = replace(worn, depth=regime_depth.sum(axis=1), regime_depth=regime_depth)
-
-    def limit_of(pressure):
-        patches = replace(solution, patch=flat, max_pressure=pressure)
-        now = replace(rate, solution=patches)
-        return now, half_space_depth_limit(now, state, np.ones(3), ContactModels(), 0.25e-3)
-
-    rate, limit = limit_of(solution.max_pressure)
+    rate = replace(rate_of(1e-10), solution=replace(solution, patch=flat))
+    limit = half_space_depth_limit(rate, np.ones(3), ContactModels(), 0.25e-3)
     assert limit == pytest.approx(1e9 / 115.3846e9 * 0.25e-3, rel=1e-6)
-    assert half_space_depth_limit(worn, state, np.ones(3), ContactModels(), 0.25e-3) == np.inf
+    assert half_space_depth_limit(rate_of(1e-10), np.ones(3), ContactModels(), 0.25e-3) == np.inf
     assert largest_step(rate, state, SETTINGS, limit)[:2] == (pytest.approx(limit / 1e-10), "stability")
     # a larger stability number of strips does not lengthen it; the rule takes it as S = 4/3
     longer = replace(SETTINGS, stability=8.0, depth_cap=1.0, max_step=1e9, distance=1e9)
     step, reason, stiffness = largest_step(rate, state, longer, limit)
     assert (step, reason) == (pytest.approx(limit / 1e-10), "stability")
     assert stiffness * step == pytest.approx(4.0 / 3.0)
-    # a patch elsewhere may be as soft as it likes, the one on this place may not
-    here = np.arange(solution.point.size) == left[0]
-    assert limit_of(np.where(here, 1e9, 1e7))[1] == pytest.approx(limit, rel=1e-12)
-    assert limit_of(np.where(here, 0.5e9, 1e9))[1] == pytest.approx(0.5 * limit, rel=1e-12)
 
 
 def test_error_limits_the_step(rate_of, made_points, after):

@@ -55,7 +55,7 @@ def worn(smooth):
         heights, taken = [height], []
         for step in range(steps):
             now = rate_at(state)
-            limit = half_space_depth_limit(now, state, points.weight, models, SPACING, smoothing)
+            limit = half_space_depth_limit(now, points.weight, models, SPACING, smoothing)
             length, _, stiffness = largest_step(now, state, settings, limit)
             taken.append(length if lengths is None else lengths[step])
             rule = StepRule(0.46, 7850.0, smoothing, integrator)

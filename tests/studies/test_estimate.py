@@ -21,7 +21,7 @@ def setup_of(rules=None):
     return SimpleNamespace(control=SimpleNamespace(distance=1e6, reprofiling=rules), counterface_wear=None)
 
 
-def test_the_first_limit_that_ends_the_campaign_is_end_of():
+def test_the_first_limit_that_ends_the_campaign_is_foreseen():
     new = margin = np.array([2e-3, 30e-3])
     slope, lathe = np.array([-1e-8, -1e-7]), [(0.0, new)]
     for ending, expected in (([True, True], (3e5, "hollowing")), ([False, True], (4e5, "wheel_diameter"))):

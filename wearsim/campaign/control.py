@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 
@@ -35,7 +35,6 @@ _SEEN, _OF_STRIPS = 1.25, 0.5
 # to 2, oscillates from 1.5 times that depth on
 _HALF_SPACE = 4.0 / 3.0
 
-Pressure = TypeVar("Pressure", float, FloatArray)
 DepthLimit = Callable[[WearRate, FloatArray], float]
 
 
@@ -55,12 +54,7 @@ class StepChoice(NamedTuple):
 
 
 def half_space_depth_limit(
-    rate: WearRate,
-    state: State,
-    weight: FloatArray,
-    models: ContactModels,
-    spacing: float,
-    wavelength: float = 0.0,
+    rate: WearRate, weight: FloatArray, models: ContactModels, spacing: float, wavelength: float = 0.0
 ) -> float:
     r"""Largest stable depth of a step of first order for normal models without interpenetration.
 
@@ -68,8 +62,6 @@ def half_space_depth_limit(
     ----------
     rate : WearRate
         With the contact solution.
-    state : State
-        In which the rate is that of the wheels.
     weight : (n,) array
         Only points with a weight above 0 act.
     models : ContactModels
@@ -82,9 +74,8 @@ def half_space_depth_limit(
     Returns
     -------
     float
-        Of the deepest place, when no acting patch that is not faint and has no interpenetration wears by more
-        than :math:`(p_0/E^*) \max(\Delta y, \Lambda/2)` with its own maximum pressure, where it lies on the
-        wheel [m]; infinite where there are none.
+        :math:`(p_0/E^*) \max(\Delta y, \Lambda/2)` with the smallest maximum pressure of all acting patches
+        without interpenetration that are not faint [m]; infinite where there are none.
 
     Notes
     -----
@@ -100,25 +91,11 @@ def half_space_depth_limit(
         acts &= rate.full
     if not acts.any():
         return math.inf
-    allowed = half_space_depth(solution.max_pressure[acts], models, spacing, wavelength)
-    side, edges, reach = (
-        solution.side[acts],
-        solution.strip_edges_wheel_y[acts],
-        max(spacing, 0.5 * wavelength),
-    )
-    y = state.y[side]
-    here = (y >= edges[:, :1] - reach) & (y <= edges[:, -1:] + reach)
-    below = 0.0 if rate.counterface is None else float(rate.counterface.depth.max())
-    own = np.where(here, rate.depth[side], 0.0).max(axis=1) + below
-    if not own.any():
-        return math.inf
-    return float((float(rate.depth.max()) + below) / (own / allowed).max())
+    return half_space_depth(float(solution.max_pressure[acts].min()), models, spacing, wavelength)
 
 
-def half_space_depth(
-    pressure: Pressure, models: ContactModels, spacing: float, wavelength: float
-) -> Pressure:
-    """Largest stable depth of a step of first order under maximum pressures [m]."""
+def half_space_depth(pressure: float, models: ContactModels, spacing: float, wavelength: float) -> float:
+    """Largest stable depth of a step of first order under a maximum pressure [m]."""
     return pressure / models.effective_modulus * max(spacing, 0.5 * wavelength)
 
 

@@ -217,7 +217,7 @@ class WheelsetEvolution:
             return min(float(np.diff(arc).min()) for arc in arcs)
 
         def depth_limit(now: WearRate, weight: FloatArray) -> float:
-            return control.half_space_depth_limit(now, state, weight, setup.models, spacing(), wave)
+            return control.half_space_depth_limit(now, weight, setup.models, spacing(), wave)
 
         def handed_over(
             there: State, tried: step.Step, choice: control.StepChoice, corrected: float

@@ -127,7 +127,7 @@ def run_cases(
     out : str or Path
         Existing directory; case 1 runs in `case_0001` in it.
     executor : concurrent.futures.Executor, optional
-        That of Dask (`studies.cluster.cluster`), of mpi4py, or any other, in place of processes of this
+        That of Dask (`studies.ensemble.cluster`), of mpi4py, or any other, in place of processes of this
         machine. `out` must be the same directory for all its workers; threads of one process run one case
         at a time.
     jobs : int, optional

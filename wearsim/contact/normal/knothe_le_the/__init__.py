@@ -20,10 +20,11 @@ neither would know its length. No strip is sharper than 20 times two cylinders, 
 third or more than three times what its pressure asks for: steps common to all do not see the shortest ones.
 The fine set is fitted again until the ends of the patch lie at their place in the outermost strips, to 2 % of
 a width, or between two places as near to each other, and the plane is that of the pressures, to 1e-4 rad: the
-solution depends on the state, not on the way to it. Strips are at most 0.65 mm wide, because profiles change
-their radius within wide patches, and 0.3 mm where the gap of worn profiles is rough: with wider ones its ends
-find no place and displacements scatter by 1e-6 m, a thousand times what the roll of a wheelset is searched
-to. Parts much narrower than the widest have fewer strips.
+solution depends on the state, not on the way to it, unless ends find no place in 16 sets: then those of the
+last are taken. Strips are at most 0.65 mm wide, because profiles change their radius within wide patches, and
+0.3 mm where the gap of worn profiles is rough: with wider ones its ends find no place and displacements
+scatter by 1e-6 m, a thousand times what the roll of a wheelset is searched to. Parts much narrower than the
+widest have fewer strips.
 
 Rule for several patches: parts of the profile in contact 0.3 mm or more from each other have strips of their
 own and share the vertical displacement; parts that come nearer are one. A part with 0.3 mm and more without

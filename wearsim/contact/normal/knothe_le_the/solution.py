@@ -183,18 +183,18 @@ def solve_strips(
         number, change = m, 0.0
         missed = work.right
         for k in range(m):
-            one = strips[active[k]]
-            # A strip alone could shrink to a point between overlapping surfaces.
-            q = max(bow[active[k]], one.load * np.pi / (_SHARPEST * one.bend))
-            inner = inner_of(work, m, k)
+            one, q = strips[active[k]], bow[active[k]]
+            inner, share = inner_of(work, m, k), 0.0
             if inner >= 0:
                 j = active[inner]
                 share = share_of_neighbour(one.load, strips[j].load)
                 q += share * (min(bow[j] * one.load / strips[j].load, bow[j]) - q)
-                if share == 1.0:
-                    one.square = q
+            # A strip could shrink to a point between overlapping surfaces.
+            q = max(q, one.load * np.pi / (_SHARPEST * one.bend))
+            change = max(change, abs(q - one.square) / most)
+            if share == 1.0:  # not part of the steps below
+                one.square = q
             missed[k] = q - one.square
-            change = max(change, abs(missed[k]) / most)
         work.states[0].left = change * (min(change / last, 1.0) if same else _RATE)
         if not same or change > _GROWN * last:
             kept = total - total
@@ -255,7 +255,7 @@ def _next_step(work: Work, kept: int, m: int) -> None:
         gram[i, kept] /= gram[i, i]
     for k in range(m):
         one, step = strips[active[k]], missed[k]
-        for j in range(kept):
+        for j in range(kept if step != 0.0 else 0):
             step -= gram[j, kept] * (moves[j, k] + changes[j, k])
         aim = one.square + missed[k]
         one.square = min(max(one.square + step, aim / _STRETCH), _STRETCH * aim)
