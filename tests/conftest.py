@@ -48,13 +48,13 @@ gc.disable()
 for name in {names}:
     importlib.import_module(name)
 sys.stdin.readline()
-told, sys.stdout = sys.stdout, open(os.devnull, "w")
-print("imported", file=told, flush=True)
+progress, sys.stdout = sys.stdout, open(os.devnull, "w")
+print("imported", file=progress, flush=True)
 sys.stdin.readline()
 from wearsim.cli import main
 for normal, tangential in {pairs}:
     main(["contact", "--yaw-mrad", "1", "--json", "--normal", normal, "--tangential", tangential])
-    print("compiled", file=told, flush=True)
+    print("compiled", file=progress, flush=True)
 """
 CONTACT = Path(__file__).parents[1] / "wearsim" / "contact"
 compiling = []
@@ -76,12 +76,12 @@ def pytest_configure(config):
         return
     if compiled_before():
         return
-    told = subprocess.DEVNULL  # what the process before has done
+    before = subprocess.DEVNULL  # what the process before has done
     for names, pairs in zip((IMPORTED, IMPORTED[::-1]), COMPILED, strict=True):
         command = [sys.executable, "-c", PROGRAM.format(names=names, pairs=pairs)]
-        compiling.append(subprocess.Popen(command, stdin=told, stdout=subprocess.PIPE))
-        told = compiling[-1].stdout
-    told.readline()
+        compiling.append(subprocess.Popen(command, stdin=before, stdout=subprocess.PIPE))
+        before = compiling[-1].stdout
+    before.readline()
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -54,8 +54,11 @@ TEXTS = {
 }
 """Messages by their names."""
 
+KEYS = tomllib.loads((PACKAGE / "scene" / "keys.toml").read_text(encoding="utf-8"))
+
 _FLAG = re.compile(r"(?<![\w./-])--[a-z][\w-]*")
 _KEY = re.compile(r"(?<![\w./{}-])[a-z][a-z0-9]*(?:_[A-Za-z0-9]+)+(?![\w(]|\.[a-z])")
+_EXPRESSION = re.compile(r"\{[{%].*?[%}]\}")  # of a template
 _COMMAND = re.compile(r"`wearsim (\w+)([^`]*)`")
 
 
@@ -87,13 +90,31 @@ def names_in(schema):
             yield from names_in(value)
 
 
+def meanings(keys):
+    """Key and text of every meaning and hint of the tables of scene keys."""
+    for key, value in keys.items():
+        if isinstance(value, dict):
+            yield from meanings({f"{key}.{name}": below for name, below in value.items()})
+        elif isinstance(value, str) and not key.endswith((".quantity", ".alias", ".unit")):
+            yield key, value
+
+
+def quoted(expression):
+    """Sentences in an expression of a template."""
+    return " ".join(text for text in re.findall(r'"([^"]*)"', expression[0]) if " " in text)
+
+
 @pytest.fixture(scope="module")
 def messages():
-    """(place, text) of every text of more than one word, and of each line of the tables of flags."""
-    tables = [PACKAGE / "cli" / "commands.toml", PACKAGE / "studies" / "contact_flags.csv"]
+    """(place, text) of every text of more than one word, and of each line of tables and templates."""
+    tables = [
+        PACKAGE / "cli" / "commands.toml",
+        PACKAGE / "studies" / "contact_flags.csv",
+        *sorted(PACKAGE.rglob("*.txt.j2")),
+    ]
     return (
         [
-            (f"{path.relative_to(PACKAGE)}:{number}", line)
+            (f"{path.relative_to(PACKAGE)}:{number}", _EXPRESSION.sub(quoted, line))
             for path in tables
             for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1)
             if not line.startswith("#")
@@ -106,6 +127,7 @@ def messages():
             if " " in text
         ]
         + [(name, re.sub(r"\{.*?\}", "{}", text)) for name, text in TEXTS.items()]
+        + [(f"scene/keys.toml {name}", text) for name, text in meanings(KEYS)]
     )
 
 

@@ -110,7 +110,7 @@ def test_wear_steps_keep_their_order(evolution_of, scene_text, monkeypatch):
 
 @pytest.fixture(scope="module")
 def spread(tmp_path_factory, scene_text):
-    campaign = "distance_km = 200\npoint_spacing_mm = 0.5"
+    campaign = "distance_km = 400\npoint_spacing_mm = 0.5"
     texts = {
         "auto": 'model = "auto"', "accurate": 'model = "accurate"', "fast": 'normal = "kik_piotrowski"',
     }  # fmt: skip
@@ -198,7 +198,7 @@ def test_a_single_point_does_not_ripple_beyond_the_bound_of_frozen_differences(e
 
 def test_left_and_right_are_alike_on_a_symmetric_collective(evolution_of, scene_text):
     text = scene_text({**SPREAD, "shift_mean_mm": 0}, kind="field", contact=f'model = "auto"\n{GRID}',
-                      campaign="distance_km = 150\npoint_spacing_mm = 0.5")  # fmt: skip
+                      campaign="distance_km = 300\npoint_spacing_mm = 0.5")  # fmt: skip
     state, _ = ended(evolution_of(text))
     # the iterations of the half-space stop at 1e-5 of the traction bound
     assert state.wear_depth[0] == pytest.approx(state.wear_depth[1], abs=1e-5 * state.wear_depth.max())

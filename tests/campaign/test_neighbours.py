@@ -22,7 +22,7 @@ GRID = "strips = 12\ncells = 12"
 def fine(tmp_path_factory, scene_text):
     path = tmp_path_factory.mktemp("fine") / "scene.toml"
     text = scene_text(FINE, kind="field", contact=f'model = "auto"\n{GRID}',
-                      campaign="distance_km = 30\npoint_spacing_mm = 0.5")  # fmt: skip
+                      campaign="distance_km = 60\npoint_spacing_mm = 0.5")  # fmt: skip
     path.write_text(text)
     return WheelsetEvolution(build(load_scene(path)))
 

@@ -525,7 +525,6 @@ cells = 10
 [vehicle]
 file = "regional_multiple_unit"
 leading_share = 1
-turned_share = 0
 [[vehicle.class]]
 name = "curve"
 share = 1
@@ -534,7 +533,7 @@ cant_deficiency_mm = 50
 speed_km_h = 90
 friction = 0.35
 [campaign]
-distance_km = 15
+distance_km = 30
 point_spacing_mm = 0.5
 """
 

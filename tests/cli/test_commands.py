@@ -220,7 +220,7 @@ def test_what_a_result_deserves_to_be_doubted_for_is_told_after_the_run(out, tmp
     assert "at most by the factor 1.25" in output[0]
 
 
-def test_results_in_the_wrong_order_are_told(out, tmp_path, capsys):
+def test_results_in_the_wrong_order_are_warned_of(out, tmp_path, capsys):
     """A kind of any length is repeated in 40 characters."""
     rig = shutil.copy(out / "rig.nc", tmp_path)
     with netCDF4.Dataset(rig, "a") as file:

@@ -17,7 +17,7 @@ def folder(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("kind", SHIPPED)
-def test_each_scene_checks_without_faults_and_warnings(kind, folder, capsys, untried):
+def test_each_scene_checks_without_faults(kind, folder, capsys, untried):
     """By `wearsim check` of the line that is printed, with the scenes next to it and no shipped ones."""
     assert main(["new", kind]) == 0
     printed = capsys.readouterr().out
@@ -27,9 +27,9 @@ def test_each_scene_checks_without_faults_and_warnings(kind, folder, capsys, unt
     assert not re.search(r"workflows/", "".join((folder / name).read_text() for name in written))
     words = shlex.split(re.search(r"`wearsim (check .*?)`", printed)[1])
     assert main(words) == 0
-    told = capsys.readouterr()
-    assert f"{kind}.toml: no faults" in told.out
-    assert "warning" not in told.out + told.err
+    output = capsys.readouterr()
+    assert f"{kind}.toml: no faults" in output.out
+    assert "warning" not in output.out + output.err
 
 
 def test_the_commands_in_the_scene_name_the_file(folder):

@@ -169,7 +169,7 @@ def test_the_same_figure_is_the_same_file(ending, worn, tmp_path):
     files = [tmp_path / f"{k}/figure.{ending}" for k in range(2)]
     for file in files:
         file.parent.mkdir()
-        write_figure(figures_profile.plot_shape(worn).figure, file)
+        write_figure(figures_profile.profile_figure(worn), file)
     assert files[0].read_bytes() == files[1].read_bytes()
 
 

@@ -222,6 +222,10 @@ def test_an_editor_sees_the_faults_of_the_kind_only(folder, changed, name, chang
 @pytest.mark.parametrize(
     "name",
     [
+        "rig.toml",
+        "field.toml",
+        "field_given.toml",
+        "rig_vs_field.toml",
         "fatigue.toml",
         "limits.toml",
         "recorded.toml",
@@ -229,10 +233,11 @@ def test_an_editor_sees_the_faults_of_the_kind_only(folder, changed, name, chang
     ],
 )
 def test_shipped_workflows_have_no_faults_and_no_warnings(name):
-    """Those that `wearsim new` writes: tests/cli/test_new.py."""
     scene = load_scene(standard.shipped_path("workflows", name))
-    assert isinstance(scene, RigScene | FieldScene)
-    assert build(scene).warnings == ()
+    parts = [scene.rig, scene.field] if isinstance(scene, CompareScene) else [scene]
+    for part in parts:
+        assert isinstance(part, RigScene | FieldScene)
+        assert build(part).warnings == ()
     assert check_contact(scene) == ()
 
 

@@ -48,7 +48,6 @@ distance_km = 500
 point_spacing_mm = 0.5
 """
 SHORT = FIELD.replace("distance_km = 500", "distance_km = 5")  # a wear step
-UNTURNED = ("[vehicle]\n", "[vehicle]\nturned_share = 0\n")  # half of the points in curves
 
 
 def test_a_vehicle_gives_points_with_its_loads_and_positions(folder):
@@ -81,12 +80,12 @@ lubricated_share = 0.25
 def test_rails_torques_and_lubrication_are_states_with_shares(folder, changed):
     rail = standard.rail("60E1", 1 / 20, 1.435, 0.75)
     np.savetxt("own.csv", 1e3 * np.stack([rail.y, rail.z], axis=1), delimiter=",", fmt="%.4f")
-    Path("scene.toml").write_text(changed(FIELD, UNTURNED, ("environment = 0.5\n", PRACTICE)))
+    Path("scene.toml").write_text(changed(FIELD, ("environment = 0.5\n", PRACTICE)))
     scene = load_scene("scene.toml")
     setup = build(scene)
     points, conditions = setup.points, setup.points.conditions
     curved = np.char.startswith(np.array(points.class_name), "curve")
-    assert curved.sum() == 2 * 2 * 2 * 2
+    assert curved.sum() == 4 * 2 * 2 * 2
     assert not conditions.rail[~curved].any()
     for mask, share in (
         (conditions.rail == 1, 0.4),
@@ -104,12 +103,10 @@ def test_rails_torques_and_lubrication_are_states_with_shares(folder, changed):
 
 
 def test_brake_blocks_wear_what_they_are_said_to(folder, changed):
-    """Their cross-section on straight track: depth per distance times width, within a vertex each."""
-    straight = changed(SHORT, (SHORT[SHORT.rindex("[[vehicle.class]]") : SHORT.index("[campaign]")], ""))
-    straight = changed(straight, ("share = 0.6", "share = 1"))
+    """Their cross-section: depth per distance times width, within a vertex at each edge."""
     block = "[wear]\n[wear.brake_block]\num_per_1000_km = 40\nfrom_mm = -20\nto_mm = 30\n[vehicle]"
     areas = []
-    for name, text in (("plain", straight), ("braked", changed(straight, ("[vehicle]", block)))):
+    for name, text in (("plain", SHORT), ("braked", changed(SHORT, ("[vehicle]", block)))):
         Path(f"{name}.toml").write_text(text)
         run_scene(f"{name}.toml", name)
         with open_results(f"{name}/field.nc") as result:
@@ -199,9 +196,9 @@ def test_a_vehicle_excludes_classes_and_needs_all_its_data(folder, faults_of):
 def test_a_curve_without_balance_is_named_by_class_and_radius(folder, changed):
     high = shipped_path("profiles", "vehicles", "regional_multiple_unit.toml").read_text()
     Path("high.toml").write_text(changed(high, ("body_height_m = 1.7", "body_height_m = 4")))
-    text = changed(FIELD, UNTURNED, ("regional_multiple_unit", "high"), ("mm = 50", "mm = 400"))
+    text = changed(FIELD, ("regional_multiple_unit", "high"), ("mm = 50", "mm = 400"))
     Path("scene.toml").write_text(text)
-    expected = r"scene.toml:21: curve.*: no equilibrium of the bogie in the curve of -600 m.*curve_radius_m"
+    expected = r"scene.toml:20: curve.*: no equilibrium of the bogie in the curve of -600 m.*curve_radius_m"
     with pytest.raises(SceneError, match=expected):
         build(load_scene("scene.toml"))
 
@@ -235,10 +232,10 @@ def test_a_campaign_of_a_vehicle_stores_where_both_axles_run(folder):
 
 
 def test_frozen_positions_are_those_of_the_new_wheels(folder, changed):
-    text = changed(SHORT, UNTURNED, ("tangent_wavelength_m", 'positions = "frozen"\ntangent_wavelength_m'))
+    text = changed(SHORT, ("tangent_wavelength_m", 'positions = "frozen"\ntangent_wavelength_m'))
     Path("scene.toml").write_text(text)
     run_scene("scene.toml", "out")
-    Path("found.toml").write_text(changed(FIELD, UNTURNED))
+    Path("found.toml").write_text(FIELD)
     found = build(load_scene("found.toml")).points.conditions
     with open_results("out/field.nc") as result:
         for name, values in (("lateral_position", found.shift), ("wheelset_yaw", found.yaw)):
@@ -262,11 +259,8 @@ def of_route(folder):
     return SHORT[:start] + more + SHORT[end:]
 
 
-def test_a_route_by_segments_becomes_classes(of_route, changed):
-    frozen = changed(
-        of_route, UNTURNED, ("tangent_wavelength_m", 'positions = "frozen"\ntangent_wavelength_m')
-    )
-    Path("scene.toml").write_text(frozen)
+def test_a_route_by_segments_becomes_classes(of_route):
+    Path("scene.toml").write_text(of_route)
     scene = load_scene("scene.toml")
     run_scene(scene, "out")
     assert [one.name for one in scene._track][-2:] == ["R 600 left 90 km/h", "straight 120 km/h"]

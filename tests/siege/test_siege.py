@@ -4,12 +4,12 @@ import pytest
 import siege
 import siege_profiles
 
-NURSED = ("kills", "environment")  # one process for both, whose server and results they share
+TOGETHER = ("kills", "environment")  # one process for both, whose server and results they share
 
 
 @pytest.mark.siege
 @pytest.mark.parametrize(
-    "kinds", [NURSED, *((kind,) for kind in siege.COUNTS if kind not in NURSED)], ids="+".join
+    "kinds", [TOGETHER, *((kind,) for kind in siege.COUNTS if kind not in TOGETHER)], ids="+".join
 )
 def test_no_attack_breaks_a_rule(kinds):
     for kind in kinds:

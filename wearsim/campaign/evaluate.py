@@ -186,9 +186,9 @@ def _passage_at(
     contact = passage.contact
     point = index[contact.point]
     placed = replace(contact, point=point, patch=replace(contact.patch, row=point))
-    every, edges = np.arange(point.size), np.empty_like(contact.strip_edges_wheel_y)
+    edges = np.empty_like(contact.strip_edges_wheel_y)
     for wheel in (0, 1):
-        at = every[contact.side == wheel]
+        at = np.flatnonzero(contact.side == wheel)
         edges[at] = _edges(passage, at, wheel, state)[0]
     return replace(
         passage,

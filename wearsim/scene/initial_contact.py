@@ -51,14 +51,16 @@ def check_contact(scene: CampaignScene, threads: int | None = None) -> tuple[Fau
     """
     faults: list[Fault] = []
     warnings: list[Fault] = []
+    threads = threads or available_cores()
     for part in scene.parts:
         setup = build(part)
         places = [path for path, _, _, points in shift_ranges(part) for _ in range(points)]
         try:
-            if noise := noise_faults(part, setup):  # a contact that noise decides has no faults of the scene
+            # a contact that noise decides has no faults of the scene
+            if noise := noise_faults(part, setup, threads):
                 faults += noise
                 continue
-            failed, share = _failed(setup, threads or available_cores())
+            failed, share = _failed(setup, threads)
         except ContactError as error:  # of no point: the grid
             faults.append(part.fault(("contact",), str(error)))
             continue
@@ -202,7 +204,7 @@ class _Contacts(NamedTuple):
     counterface_y: FloatArray
 
 
-def noise_faults(scene: RigScene | FieldScene, setup: CampaignSetup) -> list[Fault]:
+def noise_faults(scene: RigScene | FieldScene, setup: CampaignSetup, threads: int) -> list[Fault]:
     r"""Faults of measured profiles whose noise would decide the contact at an operating point.
 
     At most one for each profile; `setup` is that of the scene.
@@ -223,7 +225,7 @@ def noise_faults(scene: RigScene | FieldScene, setup: CampaignSetup) -> list[Fau
     slopes = [float(np.sqrt(np.mean(roughness(body.profile).slope ** 2))) for body in bodies]
     if 0.5 * modulus * max(slopes, default=0.0) <= DECIDES * _LEAST_PRESSURE:
         return []
-    contacts = _contacts(setup)
+    contacts = _contacts(setup, threads)
     deciding = [one for body in bodies if (one := _worst(body, contacts, modulus)).share > DECIDES]
     # one wavelength cures both wheels
     longest = {one.path[0]: one.wavelength for one in sorted(deciding, key=lambda one: one.wavelength)}
@@ -243,7 +245,7 @@ def _bodies(scene: RigScene | FieldScene, setup: CampaignSetup) -> Iterator[_Noi
             yield one._replace(name=name)
 
 
-def _contacts(setup: CampaignSetup) -> _Contacts:
+def _contacts(setup: CampaignSetup, threads: int) -> _Contacts:
     """Patches of all points that have a solution."""
     wheelset, counterface = setup.wheelset, setup.counterface
     wheelset = replace(wheelset, right=_calm(wheelset.right), left=_calm(wheelset.left))
@@ -255,7 +257,8 @@ def _contacts(setup: CampaignSetup) -> _Contacts:
         return _Contacts(solution.point, solution.side, solution.max_pressure, *ends)
 
     models = replace(setup.models, tangential="fastsim")
-    parts = solve_each(setup.points.conditions, wheelset, counterface, models, patches, failed={})
+    conditions = setup.points.conditions
+    parts = solve_each(conditions, wheelset, counterface, models, patches, threads=threads, failed={})
     return _Contacts(*map(np.concatenate, zip(*parts, strict=True)))
 
 

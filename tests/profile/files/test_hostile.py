@@ -157,9 +157,9 @@ def test_encodings_that_are_wrong(tmp_path):
 
 
 @pytest.mark.slow
-def test_many_points(tmp_path):
+@pytest.mark.parametrize("n", [200_000, 1_000_000])
+def test_a_million_points(tmp_path, n):
     """Minutes would be a fault, seconds are not; even points of it keep the shape."""
-    n = 200_000
     at = np.linspace(0, len(WHEEL.y) - 1, n)
     y, z = (np.interp(at, np.arange(len(WHEEL.y)), 1e3 * each) for each in (WHEEL.y, WHEEL.z))
     path = tmp_path / "p.csv"

@@ -166,8 +166,8 @@ def inner_of(work: Work, m: int, row: int) -> int:
     """Row of the one neighbour of a strip at the rim, or -1."""
     active, strips = work.active, work.strips
     i = active[row]
-    before = row > 0 and active[row - 1] == i - 1 and strips[active[row - 1]].part == strips[i].part
-    after = row + 1 < m and active[row + 1] == i + 1 and strips[active[row + 1]].part == strips[i].part
+    before = row > 0 and active[row - 1] == i - 1 and strips[i - 1].part == strips[i].part
+    after = row + 1 < m and active[row + 1] == i + 1 and strips[i + 1].part == strips[i].part
     if before == after:
         return -1
     return row - 1 if before else row + 1

@@ -255,7 +255,7 @@ def _next_step(work: Work, kept: int, m: int) -> None:
         gram[i, kept] /= gram[i, i]
     for k in range(m):
         one, step = strips[active[k]], missed[k]
-        for j in range(kept if step != 0.0 else 0):
+        for j in range(kept if step != 0.0 else 0):  # strips at the rim stay where they aim
             step -= gram[j, kept] * (moves[j, k] + changes[j, k])
         aim = one.square + missed[k]
         one.square = min(max(one.square + step, aim / _STRETCH), _STRETCH * aim)
