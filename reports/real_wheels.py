@@ -92,11 +92,11 @@ RIGS = (
 SIDES = ("right", "left")
 CASES = (
     *(Case(name, name, 3000.0, target, changes=more) for name, target, more in RIGS),
-    Case("rig66_strips", "rig66", 3000.0, 90.0, changes=STRIPS),
+    *(Case(f"{name}_strips", name, 3000.0, target, changes=more | STRIPS) for name, target, more in RIGS),
     *(Case(name, name, 100.0, quarter=True, changes=more) for name, _, more in RIGS),
     Case("rig66", "rig66", 20.0, quarter=True),
     *(Case(f"rig66_seed{n}", "rig66", 100.0, seed=n, changes=SMOOTHED) for n in range(1, 6)),
-    *(Case(f"{name}_strips", name, 100.0, changes=more | STRIPS) for name, _, more in RIGS),
+    *(Case(f"{name}_strips", name, 100.0, quarter=True, changes=more | STRIPS) for name, _, more in RIGS),
     Case("field_worn", "field", 100_000.0, 300.0),
 )  # fmt: skip
 BY_LABEL = {case.label: case for case in CASES}
