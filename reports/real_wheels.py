@@ -338,7 +338,7 @@ def draw(table):
     """CPU time of the whole distances and their targets."""
     rows = table[table["target_s"].notna() & table["cpu_s"].notna()]
     with style():
-        figure, axes = grid(1, 1, height=0.5 + 0.35 * max(len(rows), 1))
+        figure, axes = grid(1, 1, height=0.5 + 0.35 * max(len(rows), 1), edges=(2.2, 0.15, 0.5, 0.6))
         places = np.arange(len(rows))
         axes[0, 0].barh(places, rows["cpu_s"], height=0.5, color=SERIES_COLOURS[4], label="CPU time")
         axes[0, 0].plot(rows["target_s"], places, "|", ms=14, mew=2, color=SERIES_COLOURS[0], label="target")
