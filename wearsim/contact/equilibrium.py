@@ -13,10 +13,13 @@ from wearsim.errors import NumericalError
 
 _MOST_WIDENINGS, _MOST_STEPS = 12, 60
 _MOST_ROLLS = 20
-QUICK_ROLLS = 4
+FIRST_ROLLS, QUICK_ROLLS = 2, 5
 """Rolls after which a bracket is forgotten: displacements of these may hang on the roll before a little."""
 _LARGEST_CHANGE = 1e-4  # rad, of the roll in the end: where loads jump with the roll it does not come to rest
 _LEAST_FALL, _LARGEST_FALL = 0.1, 5.0  # of the difference with the roll, over the distance of the wheels
+# Tolerances by which solutions may scatter: changes below say nothing of the fall, nor of where the roll is.
+_SCATTER, _QUICK_SCATTER = 5.0, 200.0
+_STUCK = 0.5  # of what was missed before, that is left where the fall in use leads nowhere
 
 
 def falling_root(
@@ -120,16 +123,21 @@ def resting_roll(
     low, high = np.full(guess.size, -np.inf), np.full(guess.size, np.inf)
     before, step = np.zeros(guess.size), np.ones(guess.size)
     fall = np.ones(guess.size) if fall is None else fall
+    slope = fall.copy()
     for trial in range(_MOST_ROLLS):
-        if trial == QUICK_ROLLS:
+        if trial in (FIRST_ROLLS, QUICK_ROLLS):
             low, high = np.full_like(roll, -np.inf), np.full_like(roll, np.inf)
+        scatter = tolerance * (_QUICK_SCATTER if trial in (FIRST_ROLLS, QUICK_ROLLS) else _SCATTER)
         right, left = displacements(roll, moving)
         off = np.where(moving, right - left, 0.0)
         low, high = np.where(off > 0.0, roll, low), np.where(moving & (off <= 0.0), roll, high)
         if trial > 0:
             seen = (before - off) / (step * span)
-            fall[moving] = np.where(seen > 0.0, np.clip(seen, _LEAST_FALL, _LARGEST_FALL), 1.0)[moving]
-        aim = roll + off / (span * fall)
+            new = moving & (np.abs(before - off) > scatter) & (_LEAST_FALL < seen) & (seen < _LARGEST_FALL)
+            slope[new] = seen[new]
+            new &= np.abs(off) < _STUCK * np.abs(before)
+            fall[new] = seen[new]
+        aim = roll + off / (span * slope)
         outside = moving & ~((low < aim) & (aim < high))
         aim[outside] = 0.5 * (low[outside] + high[outside])
         moving = np.abs(off) > tolerance

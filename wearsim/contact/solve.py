@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearsim.contact.balance import Equilibrium, equilibrium, unknowns
-from wearsim.contact.equilibrium import QUICK_ROLLS, resting_roll, rotation_without_creepage
+from wearsim.contact.equilibrium import FIRST_ROLLS, QUICK_ROLLS, resting_roll, rotation_without_creepage
 from wearsim.contact.kernel import leaf_kernel, plain
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.patch import FloatArray, IntArray, SurfaceFields
@@ -270,11 +270,12 @@ def _at_rest(
     contacts: list[TangentialSolution] = []
     rolls: list[FloatArray] = []
     latest: list[tuple[IntArray, Equilibrium]] = []
+    begun: list[tuple[IntArray, Equilibrium]] = []
 
-    def keep(moving: NDArray[np.bool_]) -> Equilibrium | None:
-        """Put those that rest aside; the equilibrium of the others."""
+    def keep(moving: NDArray[np.bool_]) -> None:
+        """Put those that rest aside."""
         if not latest:
-            return None
+            return
         rows, balanced = latest.pop()
         turning[rows], load[rows] = balanced.speed, balanced.load
         resting = np.flatnonzero(~moving[rows])
@@ -282,14 +283,22 @@ def _at_rest(
             part = balanced.take(resting)
             wheels.append(renumbered(part.wheels, rows[resting]))
             contacts.append(part.contact)
-        return balanced.take(np.flatnonzero(moving[rows]))
+
+    def begin(wanted: IntArray) -> Equilibrium | None:
+        """Equilibrium to begin with: of the roll before at first, then of the same one all the time.
+
+        Where it hangs on where it began a little, it is a function of the roll so. Where loads jump, none.
+        """
+        if not begun or len(rolls) > QUICK_ROLLS:
+            return None
+        rows, balanced = begun[-1]
+        return balanced.take(np.searchsorted(rows, wanted))
 
     def displacements(angle: FloatArray, wanted: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
-        nearby = keep(wanted)
+        keep(wanted)
         rolls.append(angle)
-        if len(rolls) > QUICK_ROLLS:  # where loads jump, equilibria hang on where they began
-            nearby = None
         rows = np.flatnonzero(wanted)
+        nearby = begin(rows)
         tilted = replace(chunk, roll=angle).at(rows)
         given = None if speed is None else speed[rows]
         try:
@@ -305,6 +314,8 @@ def _at_rest(
         except ContactError as error:
             raise _of_whole(error, rows) from None
         latest.append((rows, balanced))
+        if len(rolls) <= FIRST_ROLLS:
+            begun.append(latest[-1])
         both = np.zeros((2, count))
         both[:, rows] = _displacements(balanced.wheels, rows.size)
         return both[0], both[1]

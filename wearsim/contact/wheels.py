@@ -141,7 +141,7 @@ def normal_of(
             raise
         failed = np.isin(row, error.rows)
     full = solved(row[failed], load[failed], resolution=models.resolution, start=None, rough=False)
-    parts = [replace(full, reference_point=None) if rough else full]
+    parts = [replace(full, reference_point=None, layout=None) if rough else full]
     if not failed.all():
         rest = row[~failed]
         near = None if start is None else patches_where(start, np.isin(start.patch.row, rest))

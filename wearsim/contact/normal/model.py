@@ -67,6 +67,25 @@ class ReferencePoint:
 
 
 @dataclass(frozen=True)
+class Layout:
+    """Strips of the model itself that patches were solved with, for a start from them.
+
+    Parameters
+    ----------
+    strips : (m,) int array
+        Their number; 0: not known.
+    ends : (m, 2) array
+        Where on the counterface profile they begin and end [m].
+    beyond : (m, 2) array
+        By how much each end misses its place where no place is without a miss, inwards [strip widths]; else 0.
+    """
+
+    strips: IntArray
+    ends: FloatArray
+    beyond: FloatArray
+
+
+@dataclass(frozen=True)
 class NormalSolution:
     """Solution of a normal model; the leading axis is the patch, ordered by row and falling normal force.
 
@@ -93,6 +112,8 @@ class NormalSolution:
         Of the wheel under the load from its design height, downwards, alike for its patches [m].
     reference_point : ReferencePoint, optional
         Where the planes of wheel and counterface are taken for the creepages; none: at the centre.
+    layout : Layout, optional
+        Of models with strips of their own.
     """
 
     patch: Patch
@@ -105,6 +126,7 @@ class NormalSolution:
     load_scale: FloatArray
     vertical_displacement: FloatArray
     reference_point: ReferencePoint | None = None
+    layout: Layout | None = None
 
 
 class NormalSolver(Protocol):

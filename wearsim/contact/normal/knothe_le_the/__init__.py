@@ -57,7 +57,14 @@ from wearsim.contact.normal import kik_piotrowski
 from wearsim.contact.normal.knothe_le_the.equations import influence_table
 from wearsim.contact.normal.knothe_le_the.strips import NO_ROOM, PATCH, work_for
 from wearsim.contact.normal.knothe_le_the.wheel import Cut, Start, Wheels, cut_patches, solve_wheels
-from wearsim.contact.normal.model import NO_BALANCE, NormalModel, NormalSolution, ReferencePoint, raise_first
+from wearsim.contact.normal.model import (
+    NO_BALANCE,
+    Layout,
+    NormalModel,
+    NormalSolution,
+    ReferencePoint,
+    raise_first,
+)
 from wearsim.contact.patch import FloatArray, IntArray, Patch, Resolution, cells_of
 from wearsim.errors import ContactError
 
@@ -162,13 +169,16 @@ def solve(
         load_scale=column["scale"],
         vertical_displacement=lowest[of] + column["displacement"],
         reference_point=reference,
+        layout=Layout(column["strips"], column["ends"], column["beyond"]),
     )
 
 
 def _begin(start: NormalSolution, row: IntArray, modulus: float) -> Start:
     """Patches of a solution, each wheel's along its profile, as the strip model takes them."""
     order = np.lexsort((start.edge_y[:, 0], start.patch.row))
-    patch = start.patch
+    patch, layout = start.patch, start.layout
+    if layout is None:
+        layout = Layout(np.zeros(order.size, np.int64), *np.zeros((2, order.size, 2)))
     square = (0.25 * (patch.x_lead - patch.x_trail) ** 2)[order]
     return Start(
         not patch.interpenetration.any(),
@@ -178,6 +188,10 @@ def _begin(start: NormalSolution, row: IntArray, modulus: float) -> Start:
         square,
         patch.pressure_slope[order] * square / (np.pi * modulus),
         start.vertical_displacement[order],
+        layout.strips[order],
+        layout.ends[order],
+        layout.beyond[order],
+        start.contact_angle[order],
     )
 
 

@@ -22,7 +22,7 @@ from wearsim.contact.normal.knothe_le_the.strips import (
 )
 from wearsim.contact.patch import FloatArray
 
-_SETTLED = 0.02  # widths of a strip, by which the ends of a patch miss their place between the strips
+_SETTLED = 0.015  # widths of a strip, by which the ends of a patch miss their place between the strips
 _STILL = 1e-4  # rad, by which the plane of a part turns, at most, in the last stage
 _EARLY = 4  # stages in which ends that miss their place by more than a strip are sought anew
 _GIVES_WAY = 0.25  # widths of a strip
@@ -126,13 +126,13 @@ def forget_ends(span: Record) -> None:
     """Forget where the ends of a part were tried."""
     for side in range(2):
         span.outer[side] = span.outer_miss[side] = span.inner[side] = span.inner_miss[side] = 0.0
-        span.last[side] = span.last_miss[side] = 0.0
+        span.last[side] = span.last_miss[side] = span.beyond[side] = 0.0
 
 
 @bare_kernel
 def lay_out(span: Record, left: float, right: float) -> None:
     """Put a part between two places, with no strips yet."""
-    span.ends[0], span.ends[1], span.strips = left, right, 0
+    span.ends[0], span.ends[1], span.strips, span.laid = left, right, 0, 0
     forget_ends(span)
 
 
@@ -182,7 +182,10 @@ def refit(
                 )
                 place *= step
             fresh[kept].ends[side] = place
-            again = again or not (settled or abs(move) < _SETTLED)
+            known = spans[k].beyond[side]
+            if stage > 0 and settled and known == 0.0:
+                fresh[kept].beyond[side] = move
+            again = again or not (settled or abs(move) < _SETTLED or (known != 0.0 and abs(move - known) < _SETTLED))
         # Two humps with strips without pressure between them get strips of their own, once.
         while strips[right].load <= 0.0:
             right -= 1

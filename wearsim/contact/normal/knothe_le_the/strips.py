@@ -52,19 +52,26 @@ def _record(whole: str, real: str, pairs: str = "") -> np.dtype[np.void]:
 # along it, P, q, profile y and z, width, cosine and angle of the plane, y of its origin, the profile's
 # angle, logarithm of the half-length; number of the part of the profile.
 STRIP = _record("part", "s gap turn bend bend_more load square y z width cosine angle origin tilt log")
-# Part of the profile: number of strips; half-length squared per depth, gap where it ends and load per
-# half-length squared as first pressed in; its ends, then places and what was missed there, of both: one too
-# far out, one too far in, the last one tried.
-SPAN = _record("strips", "per_depth rim per_square", "ends outer outer_miss inner inner_miss last last_miss")
+# Part of the profile: number of strips, whether they are those of a start, in a plane with its angle; half-length
+# squared per depth, gap where it ends and load per half-length squared as first pressed in; its ends, then places
+# and what was missed there, of both: one too far out, one too far in, the last one tried; what an end may go on
+# missing that no place is without, in widths of a strip.
+SPAN = _record(
+    "strips laid",
+    "angle per_depth rim per_square",
+    "ends outer outer_miss inner inner_miss last last_miss beyond",
+)
 # Plane of a part: place, angle, load, and the angle the part has for itself.
 PLANE = _record("", "middle tilt weight own")
-# Patch of the solution: strips it is from, number of nodes, force, load scale, displacement, angle and origin
+# Patch of the solution: strips it is from, number of nodes, number of strips of its part, force, load scale, displacement, angle and origin
 # of its plane, s of both ends, its angle for itself; centre y, approach, largest pressure and both ends y;
-# creepage reference point y, approach there, and how far across and along its centre lies from there.
+# creepage reference point y, approach there, and how far across and along its centre lies from there; ends of
+# its part and what is missed beyond them.
 PATCH = _record(
-    "first last nodes",
+    "first last nodes strips",
     "force scale displacement angle origin start stop own centre approach pressure left right "
     "point point_approach across along",
+    "ends beyond",
 )
 # Logarithm of the width `pairs` and `logs` are over; what is left to go; of how many strips of a part alone
 # `pairs` are.

@@ -68,7 +68,8 @@ class Wheels(NamedTuple):
 class Start(NamedTuple):
     """Patches of a solution nearby, by row and place: which are a row's, their strips and displacement.
 
-    `near` if they are those of this model, whose ends are those of the strips to begin with.
+    `near` if they are those of this model. Its strips, where they are `laid` (k,) in number: `ends` (k, 2), what
+    is missed `beyond`, and `angle` (k,) of their plane.
     """
 
     near: bool
@@ -78,6 +79,10 @@ class Start(NamedTuple):
     square: FloatArray
     load: FloatArray
     displacement: FloatArray
+    laid: IntArray
+    ends: FloatArray
+    beyond: FloatArray
+    angle: FloatArray
 
 
 @bare_kernel
@@ -99,7 +104,7 @@ def solve_wheels(
         fault[r], total, displacement = _fit(n, row, start, count, table, work)
         if fault[r] == 0:
             fault[r], number[n] = _find_patches(
-                total, displacement, load[n], modulus, row, work.strips, patches[n], nodes[:, n]
+                total, displacement, load[n], modulus, row, work, patches[n], nodes[:, n]
             )
 
 
@@ -128,6 +133,9 @@ def _fit(n: int, row: Row, start: Start, count: int, table: FloatArray, work: Wo
         spans[0].ends[0] = max(spans[0].ends[0], left)
         spans[parts - 1].ends[1] = min(spans[parts - 1].ends[1], right)
         planes_of(spans, parts, old_total, row, work)
+        for k in range(parts):
+            if spans[k].laid:
+                work.planes[k].tilt, spans[k].laid = spans[k].angle, 0
         failed, total = _lay_parts(stage, count, parts, old_total, displacement, row, work)
         if failed != 0:
             return failed, total, displacement
@@ -170,6 +178,9 @@ def _fit(n: int, row: Row, start: Start, count: int, table: FloatArray, work: Wo
                 forget_ends(spans[k])
         if not again:
             break
+    if again:
+        for k in range(spans.size):
+            forget_ends(spans[k])
     if cut and (spans[0].ends[0] < left or spans[parts - 1].ends[1] > right):
         return AT_EDGE, total, displacement
     return 0, total, displacement
@@ -203,9 +214,19 @@ def _room(row: Row) -> tuple[float, float]:
 def _take_over(n: int, start: Start, count: int, row: Row, work: Work) -> tuple[int, int]:
     """Parts of the profile and strips with pressure of a solution nearby; return the numbers of both."""
     parts = total = n - n
+    spans = work.spans
     for m in range(start.first[n], start.first[n + 1]):
-        edge, strips = start.edge[m], start.strips[m]
-        lay_out(work.spans[parts], edge[0], edge[strips])
+        edge, strips, ends = start.edge[m], start.strips[m], start.ends[m]
+        laid = start.laid[m] > 0
+        if laid and parts > 0 and spans[parts - 1].strips > 0 and spans[parts - 1].ends[1] == ends[1]:
+            parts -= 1  # another patch on the same strips
+        elif laid:
+            span = spans[parts]
+            lay_out(span, ends[0], ends[1])
+            span.strips, span.laid, span.angle = start.laid[m], 1, start.angle[m]
+            span.beyond[0], span.beyond[1] = start.beyond[m, 0], start.beyond[m, 1]
+        else:
+            lay_out(spans[parts], edge[0], edge[strips])
         for j in range(strips):
             one = work.old[total]
             one.y, one.width = 0.5 * (edge[j] + edge[j + 1]), edge[j + 1] - edge[j]
@@ -213,9 +234,11 @@ def _take_over(n: int, start: Start, count: int, row: Row, work: Work) -> tuple[
             one.tilt = value_at(one.y, row.y, row.angle)
             total += 1
         parts += 1
-    _count_strips(parts, count, start.displacement[start.first[n]] - row.low, row, work)
     for k in range(parts):
-        span = work.spans[k]
+        span = spans[k]
+        if span.strips > 0:
+            continue
+        _count_strips(k, parts, count, start.displacement[start.first[n]] - row.low, row, work)
         beyond = MARGIN * min(span.strips / count, 1.0)
         margin = beyond / (span.strips - 2.0 * beyond) * (span.ends[1] - span.ends[0])
         span.ends[0] -= margin
@@ -224,20 +247,19 @@ def _take_over(n: int, start: Start, count: int, row: Row, work: Work) -> tuple[
 
 
 @bare_kernel
-def _count_strips(parts: int, count: int, displacement: float, row: Row, work: Work) -> None:
-    """Find how many strips each part has: fewer in narrow ones, more where the gap is rough."""
+def _count_strips(k: int, parts: int, count: int, displacement: float, row: Row, work: Work) -> None:
+    """Find how many strips a part has: fewer in narrow ones, more where the gap is rough."""
     widest = 0.0
-    for k in range(parts):
-        widest = max(widest, work.spans[k].ends[1] - work.spans[k].ends[0])
-    for k in range(parts):
-        span = work.spans[k]
-        a, b = span.ends[0], span.ends[1]
-        least = count * min(max(2.0 * np.sqrt((b - a) / widest), 0.5), 1.0)
-        across = np.hypot(b - a, value_at(b, row.y, row.z) - value_at(a, row.y, row.z))
-        wished = min(max(across / _width_of_strips(a, b, displacement, row), least), 2.0 * count)
-        # As many as before if that is nearly right: else the ends might wander to and fro.
-        if not abs(wished - span.strips) < 0.8:
-            span.strips = int(wished + 0.5)
+    for j in range(parts):
+        widest = max(widest, work.spans[j].ends[1] - work.spans[j].ends[0])
+    span = work.spans[k]
+    a, b = span.ends[0], span.ends[1]
+    least = count * min(max(2.0 * np.sqrt((b - a) / widest), 0.5), 1.0)
+    across = np.hypot(b - a, value_at(b, row.y, row.z) - value_at(a, row.y, row.z))
+    wished = min(max(across / _width_of_strips(a, b, displacement, row), least), 2.0 * count)
+    # As many as before if that is nearly right: else the ends might wander to and fro.
+    if not abs(wished - span.strips) < 0.8:
+        span.strips = int(wished + 0.5)
 
 
 @bare_kernel
@@ -275,8 +297,8 @@ def _lay_parts(
     """Lay strips in every part, with the pressures of the set before; a fault or 0, and their number."""
     strips, old = work.strips, work.old
     total = old_total - old_total
-    _count_strips(parts, count, displacement, row, work)
     for k in range(parts):
+        _count_strips(k, parts, count, displacement, row, work)
         span, plane = work.spans[k], work.planes[k]
         a, b = span.ends[0], span.ends[1]
         each = int(span.strips) if stage > 0 else (3 * int(span.strips)) // 5
@@ -330,11 +352,12 @@ def _lay_parts(
 
 @bare_kernel
 def _find_patches(
-    total: int, displacement: float, load: float, modulus: float, row: Row, strips: Records, patches: Records,
+    total: int, displacement: float, load: float, modulus: float, row: Row, work: Work, patches: Records,
     nodes: FloatArray,
 ) -> tuple[int, int]:  # fmt: skip
     """Find the patches of a wheel, by falling normal force; return a fault or 0, and their number."""
     # Runs of strips with pressure are patches.
+    strips = work.strips
     runs, j, carried = 0, 0, 0.0
     while j < total:
         first, force = j, 0.0
@@ -378,6 +401,10 @@ def _find_patches(
         x[count], f[count], c[count] = one.stop, 0.0, c[count - 1]
         one.nodes = count + 1
         one.own = weighted / sum_load
+        span = work.spans[strips[a].part]
+        one.strips = span.strips if span.last[0] != 0.0 else 0
+        one.ends[0], one.ends[1] = span.last[0], -span.last[1]
+        one.beyond[0], one.beyond[1] = span.beyond[0], span.beyond[1]
     return 0, runs
 
 
