@@ -52,7 +52,7 @@ from wearsim.errors import ContactError, NumericalError
 
 SIMILAR = 1e-3
 """Change of the logarithm of a load up to which patches are stretched instead of solved anew."""
-_SEVERAL = 2e-5  # the same for a wheel on several patches: one takes more of a load than the other
+_SEVERAL = 0.02  # of it for a wheel on several patches: one takes more of a load than the other
 TOLERANCE = 1e-6
 """Of vertical forces over the wheel load; of the torque over friction coefficient x load x radius, or that of
 the tangential model if it is larger."""
@@ -113,6 +113,7 @@ def equilibrium(
     speed: FloatArray | None,
     nearby: Equilibrium | None = None,
     fields: bool = True,
+    stretch: float = SIMILAR,
 ) -> Equilibrium:
     """Balance loads, and torque if the rotation speed is not given, for every point of a chunk.
 
@@ -130,6 +131,8 @@ def equilibrium(
         Of the same points in another pose, to begin with instead of coarse patches.
     fields : bool
         Whether fields of cells are wanted; warm models have them anyway.
+    stretch : float
+        Change of the logarithm of a load up to which the patch of a wheel is stretched instead of solved anew.
 
     Returns
     -------
@@ -162,7 +165,7 @@ def equilibrium(
     def refine(wanted: NDArray[np.bool_], hasty: bool) -> None:
         for (group, columns), near, slope in zip(groups, begin, slopes, strict=True):
             parts, fields, turned, carried, steepness = _refined(
-                task, chunk, group, columns, speed, near, wanted, hasty
+                task, chunk, group, columns, speed, near, wanted, hasty, stretch
             )
             slope[wanted] = steepness[wanted]
             wheels.extend(parts)
@@ -434,6 +437,7 @@ def _refined(
     near: _Begin,
     wanted: NDArray[np.bool_],
     hasty: bool,
+    stretch: float,
 ) -> tuple[list[Wheels], list[TangentialSolution], FloatArray, FloatArray, FloatArray]:
     """Wheels in equilibrium in the order they got there, by Broyden's method, of the points `wanted` (n,).
 
@@ -444,7 +448,7 @@ def _refined(
     """
     unknown, slope, rough = near[0].copy(), None if near[1] is None else near[1].copy(), near[2]
     model = TANGENTIAL_MODELS[task.models.tangential]
-    loose, hasty = hasty and model.warm, hasty and not model.warm
+    early, hasty = hasty and model.warm, hasty and not model.warm
     count, nominal = chunk.shift.size, -chunk.speed / task.wheelset.radius
     # The torque hangs on all unknowns, a vertical force on the speed and its own load.
     linked = np.array([[i in (0, j) or j == 0 for j in columns] for i in columns], dtype=bool)
@@ -463,7 +467,7 @@ def _refined(
             wheels = _solved(task, chunk, sides, load, here, start=rough)
         here &= open_rows[:, None]
         several = np.bincount(wheels.place, minlength=2 * count).reshape(-1, 2) > 1
-        most = np.where(several, _SEVERAL, SIMILAR)
+        most = np.where(several, _SEVERAL * stretch, stretch)
         again = here & (np.abs(np.log(load / _loads(wheels, count))) > most)
         if hasty and trial > 0:
             promising = np.abs(before) <= (_PROMISING if 0 in columns else _PROMISING_LOADS)
@@ -480,7 +484,7 @@ def _refined(
             wheels = _renewed(task, chunk, sides, wheels, load, again)
             contact = _matched(contact, old, wheels)
         similar = stretched(wheels, load)
-        looser = _LOOSER[trial] if loose and columns and trial < len(_LOOSER) else 1.0
+        looser = _LOOSER[trial] if early and columns and trial < len(_LOOSER) else 1.0
         options = {"start": contact, "looser": looser} if model.warm else {}
         forces = forces_of(task, similar, speed, model, fields=model.warm, **options)
         contact = forces.contact if model.warm else None

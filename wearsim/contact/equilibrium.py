@@ -13,6 +13,8 @@ from wearsim.errors import NumericalError
 
 _MOST_WIDENINGS, _MOST_STEPS = 12, 60
 _MOST_ROLLS = 20
+AT_REST = 1e-9
+"""Difference between the displacements of both wheels with which a wheelset rests [m]."""
 FIRST_ROLLS, QUICK_ROLLS = 2, 5
 """Rolls after which a bracket is forgotten: displacements of these may hang on the roll before a little."""
 _LARGEST_CHANGE = 1e-4  # rad, of the roll in the end: where loads jump with the roll it does not come to rest
@@ -90,8 +92,9 @@ def resting_roll(
     displacements: Callable[[FloatArray, NDArray[np.bool_]], tuple[FloatArray, FloatArray]],
     guess: FloatArray,
     half_span: float,
-    tolerance: float = 1e-9,
+    tolerance: float = AT_REST,
     fall: FloatArray | None = None,
+    trials: int = 0,
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
     """Roll at which both loads push the axle down by the same height, by the secant method, bracketed.
 
@@ -110,6 +113,8 @@ def resting_roll(
     fall : (n,) array, optional
         How fast the difference falls, over the distance of the wheels, to begin with; the last one seen is
         left in it. 1 if not given [-].
+    trials : int
+        First rolls at which nothing rests, as displacements there are less precise.
 
     Returns
     -------
@@ -132,15 +137,15 @@ def resting_roll(
         off = np.where(moving, right - left, 0.0)
         low, high = np.where(off > 0.0, roll, low), np.where(moving & (off <= 0.0), roll, high)
         if trial > 0:
-            seen = (before - off) / (step * span)
+            seen = (before - off) / (np.where(step == 0.0, 1.0, step) * span)
             new = moving & (np.abs(before - off) > scatter) & (_LEAST_FALL < seen) & (seen < _LARGEST_FALL)
             slope[new] = seen[new]
             new &= np.abs(off) < _STUCK * np.abs(before)
             fall[new] = seen[new]
         aim = roll + off / (span * slope)
-        outside = moving & ~((low < aim) & (aim < high))
+        outside = moving & ~((low < aim) & (aim < high)) & (off != 0.0)
         aim[outside] = 0.5 * (low[outside] + high[outside])
-        moving = np.abs(off) > tolerance
+        moving = moving & (np.abs(off) > tolerance) if trial >= trials else moving
         if trial == _MOST_ROLLS - 1:
             moving &= np.abs(aim - roll) > _LARGEST_CHANGE
         if not moving.any():

@@ -11,8 +11,8 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.contact.balance import Equilibrium, equilibrium, unknowns
-from wearsim.contact.equilibrium import FIRST_ROLLS, QUICK_ROLLS, resting_roll, rotation_without_creepage
+from wearsim.contact.balance import SIMILAR, Equilibrium, equilibrium, unknowns
+from wearsim.contact.equilibrium import AT_REST, FIRST_ROLLS, QUICK_ROLLS, resting_roll, rotation_without_creepage
 from wearsim.contact.kernel import leaf_kernel, plain
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.patch import FloatArray, IntArray, SurfaceFields
@@ -250,6 +250,7 @@ def _rotation_speed(task: Task, chunk: ContactConditions, index: IntArray) -> Fl
     return nominal
 
 
+_FIRST_STRETCH = 20.0 * SIMILAR  # at the first roll, which is a trial
 _NEAR_REST = 1e-6  # m, between the wheels' displacements with coarse patches and without creep forces
 
 
@@ -265,7 +266,7 @@ def _at_rest(
     if count == 0:  # every point of a chunk has failed
         nothing = equilibrium(task, chunk, [side_of(task, number, chunk) for number in (0, 1)], speed)
         return nothing, chunk.roll, chunk.roll
-    turning, load = np.zeros(count), np.zeros((count, 2))
+    turning, load, trials = np.zeros(count), np.zeros((count, 2)), int(chunk.nearby is not None)
     wheels: list[Wheels] = []
     contacts: list[TangentialSolution] = []
     rolls: list[FloatArray] = []
@@ -305,8 +306,9 @@ def _at_rest(
             sides = (
                 still if still and len(rolls) == 1 else [side_of(task, number, tilted) for number in (0, 1)]
             )
+            stretch = _FIRST_STRETCH if len(rolls) <= trials else SIMILAR
             try:
-                balanced = equilibrium(task, tilted, sides, given, nearby, False)
+                balanced = equilibrium(task, tilted, sides, given, nearby, False, stretch)
             except ContactError:
                 if nearby is None or chunk.nearby is not None:  # a point then begins anew
                     raise
@@ -324,7 +326,7 @@ def _at_rest(
         near, fall, still = _near_rest(task, chunk)
     else:
         (near, fall), still = chunk.nearby[:, :2].T.copy(), []
-    roll, solved = resting_roll(displacements, near, task.wheelset.half_span, fall=fall)
+    roll, solved = resting_roll(displacements, near, task.wheelset.half_span, fall=fall, trials=trials)
     if not solved.all():
         raise NumericalError(
             "no roll of the wheelset lets normal and creep forces of both wheels carry their loads; lower "
