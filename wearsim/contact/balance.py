@@ -132,7 +132,7 @@ def equilibrium(
     fields : bool
         Whether fields of cells are wanted; warm models have them anyway.
     stretch : float
-        Change of the logarithm of a load up to which the patch of a wheel is stretched instead of solved anew.
+        Change of the logarithm of a load up to which a wheel's patch is stretched instead of solved anew.
 
     Returns
     -------

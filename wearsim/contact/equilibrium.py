@@ -13,15 +13,14 @@ from wearsim.errors import NumericalError
 
 _MOST_WIDENINGS, _MOST_STEPS = 12, 60
 _MOST_ROLLS = 20
-AT_REST = 1e-9
-"""Difference between the displacements of both wheels with which a wheelset rests [m]."""
 FIRST_ROLLS, QUICK_ROLLS = 2, 5
-"""Rolls after which a bracket is forgotten: displacements of these may hang on the roll before a little."""
+"""Rolls after which displacements may come from another start, on which they hang a little: up to the first of
+them from the roll before, up to the second from the same one, then from none. Brackets are forgotten there."""
 _LARGEST_CHANGE = 1e-4  # rad, of the roll in the end: where loads jump with the roll it does not come to rest
 _LEAST_FALL, _LARGEST_FALL = 0.1, 5.0  # of the difference with the roll, over the distance of the wheels
-# Tolerances by which solutions may scatter: changes below say nothing of the fall, nor of where the roll is.
-_SCATTER, _QUICK_SCATTER = 5.0, 200.0
-_STUCK = 0.5  # of what was missed before, that is left where the fall in use leads nowhere
+# Tolerances from which a change of the difference says how it falls: from one start, and from another one.
+_SEEN, _SEEN_ANEW = 5.0, 200.0
+_NEARER = 0.5  # of the difference before, below which its fall is worth keeping
 
 
 def falling_root(
@@ -92,7 +91,7 @@ def resting_roll(
     displacements: Callable[[FloatArray, NDArray[np.bool_]], tuple[FloatArray, FloatArray]],
     guess: FloatArray,
     half_span: float,
-    tolerance: float = AT_REST,
+    tolerance: float = 1e-9,
     fall: FloatArray | None = None,
     trials: int = 0,
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
@@ -111,8 +110,8 @@ def resting_roll(
     tolerance : float
         Of the difference [m].
     fall : (n,) array, optional
-        How fast the difference falls, over the distance of the wheels, to begin with; the last one seen is
-        left in it. 1 if not given [-].
+        How fast the difference falls, over the distance of the wheels, to begin with; the last one clearly
+        seen is left in it. 1 if not given [-].
     trials : int
         First rolls at which nothing rests, as displacements there are less precise.
 
@@ -132,16 +131,17 @@ def resting_roll(
     for trial in range(_MOST_ROLLS):
         if trial in (FIRST_ROLLS, QUICK_ROLLS):
             low, high = np.full_like(roll, -np.inf), np.full_like(roll, np.inf)
-        scatter = tolerance * (_QUICK_SCATTER if trial in (FIRST_ROLLS, QUICK_ROLLS) else _SCATTER)
         right, left = displacements(roll, moving)
         off = np.where(moving, right - left, 0.0)
         low, high = np.where(off > 0.0, roll, low), np.where(moving & (off <= 0.0), roll, high)
         if trial > 0:
-            seen = (before - off) / (np.where(step == 0.0, 1.0, step) * span)
-            new = moving & (np.abs(before - off) > scatter) & (_LEAST_FALL < seen) & (seen < _LARGEST_FALL)
-            slope[new] = seen[new]
-            new &= np.abs(off) < _STUCK * np.abs(before)
-            fall[new] = seen[new]
+            anew = trial <= FIRST_ROLLS or trial == QUICK_ROLLS
+            clear = moving & (np.abs(before - off) > tolerance * (_SEEN_ANEW if anew else _SEEN))
+            seen = (before - off) / (np.where(clear, step, 1.0) * span)
+            clear &= (seen > _LEAST_FALL) & (seen < _LARGEST_FALL)  # beyond it is a jump
+            slope[clear] = seen[clear]
+            clear &= np.abs(off) < _NEARER * np.abs(before)
+            fall[clear] = seen[clear]
         aim = roll + off / (span * slope)
         outside = moving & ~((low < aim) & (aim < high)) & (off != 0.0)
         aim[outside] = 0.5 * (low[outside] + high[outside])

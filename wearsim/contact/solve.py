@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearsim.contact.balance import SIMILAR, Equilibrium, equilibrium, unknowns
-from wearsim.contact.equilibrium import AT_REST, FIRST_ROLLS, QUICK_ROLLS, resting_roll, rotation_without_creepage
+from wearsim.contact.equilibrium import FIRST_ROLLS, QUICK_ROLLS, resting_roll, rotation_without_creepage
 from wearsim.contact.kernel import leaf_kernel, plain
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.patch import FloatArray, IntArray, SurfaceFields
@@ -286,9 +286,9 @@ def _at_rest(
             contacts.append(part.contact)
 
     def begin(wanted: IntArray) -> Equilibrium | None:
-        """Equilibrium to begin with: of the roll before at first, then of the same one all the time.
+        """Equilibrium to begin with: of the roll before at first, then of one and the same.
 
-        Where it hangs on where it began a little, it is a function of the roll so. Where loads jump, none.
+        So that displacements are a function of the roll, although they hang a little on where they began.
         """
         if not begun or len(rolls) > QUICK_ROLLS:
             return None

@@ -77,7 +77,8 @@ class Layout:
     ends : (m, 2) array
         Where on the counterface profile they begin and end [m].
     beyond : (m, 2) array
-        By how much each end misses its place where no place is without a miss, inwards [strip widths]; else 0.
+        How far each end is off its place, inwards, where there is no place that it is not off; else 0 [strip
+        widths].
     """
 
     strips: IntArray

@@ -182,10 +182,11 @@ def refit(
                 )
                 place *= step
             fresh[kept].ends[side] = place
-            known = spans[k].beyond[side]
-            if stage > 0 and settled and known == 0.0:
+            known = spans[k].beyond[side]  # no place is without a miss: this one stays
+            fits = abs(move) < _SETTLED or (known != 0.0 and abs(move - known) < _SETTLED)
+            if stage > 0 and settled and not fits:
                 fresh[kept].beyond[side] = move
-            again = again or not (settled or abs(move) < _SETTLED or (known != 0.0 and abs(move - known) < _SETTLED))
+            again = again or not (settled or fits)
         # Two humps with strips without pressure between them get strips of their own, once.
         while strips[right].load <= 0.0:
             right -= 1

@@ -52,10 +52,10 @@ def _record(whole: str, real: str, pairs: str = "") -> np.dtype[np.void]:
 # along it, P, q, profile y and z, width, cosine and angle of the plane, y of its origin, the profile's
 # angle, logarithm of the half-length; number of the part of the profile.
 STRIP = _record("part", "s gap turn bend bend_more load square y z width cosine angle origin tilt log")
-# Part of the profile: number of strips, whether they are those of a start, in a plane with its angle; half-length
-# squared per depth, gap where it ends and load per half-length squared as first pressed in; its ends, then places
-# and what was missed there, of both: one too far out, one too far in, the last one tried; what an end may go on
-# missing that no place is without, in widths of a strip.
+# Part of the profile: number of strips, whether they are those of a start, the angle of their plane then;
+# half-length squared per depth, gap where it ends and load per half-length squared as first pressed in; its
+# ends, then places and what was missed there, of both: one too far out, one too far in, the last one tried;
+# what is missed where no place is without a miss, in widths of a strip.
 SPAN = _record(
     "strips laid",
     "angle per_depth rim per_square",
@@ -63,7 +63,8 @@ SPAN = _record(
 )
 # Plane of a part: place, angle, load, and the angle the part has for itself.
 PLANE = _record("", "middle tilt weight own")
-# Patch of the solution: strips it is from, number of nodes, number of strips of its part, force, load scale, displacement, angle and origin
+# Patch of the solution: strips it is from, number of nodes, strips of its part, force, load scale, displacement,
+# angle and origin
 # of its plane, s of both ends, its angle for itself; centre y, approach, largest pressure and both ends y;
 # creepage reference point y, approach there, and how far across and along its centre lies from there; ends of
 # its part and what is missed beyond them.

@@ -68,8 +68,8 @@ class Wheels(NamedTuple):
 class Start(NamedTuple):
     """Patches of a solution nearby, by row and place: which are a row's, their strips and displacement.
 
-    `near` if they are those of this model. Its strips, where they are `laid` (k,) in number: `ends` (k, 2), what
-    is missed `beyond`, and `angle` (k,) of their plane.
+    `near` if they are those of this model. How they were `laid` out, if known: number of strips (k,), their
+    `ends` (k, 2) and what is missed `beyond`, `angle` (k,) of their plane.
     """
 
     near: bool
