@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from wearsim.contact.equilibrium import FIRST_ROLLS, resting_roll
 from wearsim.contact.problem import Wheelset
 from wearsim.contact.solve import solve
 from wearsim.errors import ContactError, NumericalError
@@ -161,3 +162,24 @@ def test_more_torque_than_friction_carries_is_refused(wheelset, counterface, poi
         with pytest.raises(NumericalError, match="torque") as caught:
             solve(points(rotation="free", torque=torque, friction=friction), wheelset, counterface(), coarse)
         assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("jump", [0.0, 3e-7], ids=["scatter", "jump"])
+def test_roll_is_found_and_its_fall_kept_although_solutions_scatter(jump):
+    """Displacements of the first rolls hang on where they began: by nanometres, or beyond a jump.
+
+    One roll each then: the first, from it, anew from there, and the one that rests. The fall is not learnt
+    from what scatters; 1 %: that of the differences over the first step.
+    """
+    off, fall, rolls = np.array([4e-9, -5e-9, 2e-9 + jump]), np.array([0.93]), []
+
+    def displacements(roll, moving):
+        rolls.append(roll[0])
+        both = -0.94 * 1.5 * (roll - 2e-6) + off[min(len(rolls), off.size) - 1]
+        return both, np.zeros(1)
+
+    roll, solved = resting_roll(displacements, np.zeros(1), 0.75, fall=fall)
+    assert solved.all()
+    assert len(rolls) <= FIRST_ROLLS + 2
+    assert abs(fall[0] / 0.94 - 1.0) < 0.01
+    np.testing.assert_allclose(roll, 2e-6 + off[-1] / (0.94 * 1.5), atol=1e-9 / 1.41)

@@ -14,8 +14,8 @@ from wearsim.errors import NumericalError
 _MOST_WIDENINGS, _MOST_STEPS = 12, 60
 _MOST_ROLLS = 20
 FIRST_ROLLS, QUICK_ROLLS = 2, 5
-"""Rolls after which displacements may come from another start, on which they hang a little: up to the first of
-them from the roll before, up to the second from the same one, then from none. Brackets are forgotten there."""
+"""Rolls after which displacements come from another start, on which they hang a little: up to the first from
+the roll before, up to the second from one and the same, then from none. Brackets are forgotten there."""
 _LARGEST_CHANGE = 1e-4  # rad, of the roll in the end: where loads jump with the roll it does not come to rest
 _LEAST_FALL, _LARGEST_FALL = 0.1, 5.0  # of the difference with the roll, over the distance of the wheels
 # Tolerances from which a change of the difference says how it falls: from one start, and from another one.

@@ -63,11 +63,10 @@ SPAN = _record(
 )
 # Plane of a part: place, angle, load, and the angle the part has for itself.
 PLANE = _record("", "middle tilt weight own")
-# Patch of the solution: strips it is from, number of nodes, strips of its part, force, load scale, displacement,
-# angle and origin
-# of its plane, s of both ends, its angle for itself; centre y, approach, largest pressure and both ends y;
-# creepage reference point y, approach there, and how far across and along its centre lies from there; ends of
-# its part and what is missed beyond them.
+# Patch of the solution: strips it is from, number of nodes, strips of its part, force, load scale,
+# displacement, angle and origin of its plane, s of both ends, its angle for itself; centre y, approach,
+# largest pressure and both ends y; creepage reference point y, approach there, and how far across and along
+# its centre lies from there; ends of its part and what is missed beyond them.
 PATCH = _record(
     "first last nodes strips",
     "force scale displacement angle origin start stop own centre approach pressure left right "
