@@ -1,6 +1,6 @@
 """Speed against accuracy: short campaigns by every combination of contact models.
 
-    python reports/speed_accuracy.py [--out DIR] [--from-csv]
+    python reports/speed_accuracy.py [--scene SCENE] [--out DIR] [--from-csv]
 
 runs the scenes of workflows/rig_vs_field.toml and writes speed_accuracy.md, .csv and .svg; times are of this
 machine. With --from-csv it writes text and figure from the CSV file.
@@ -282,10 +282,13 @@ def report(table):
 
 def main():
     """Write the report."""
-    chosen = options(__file__, __doc__, from_csv=True)
+    more = {"scene": {"default": str(SCENE), "help": "another campaign or comparison; give --out, too"}}
+    chosen = options(__file__, __doc__, from_csv=True, more=more)
+    if chosen.scene != str(SCENE) and chosen.out == HERE:
+        raise SystemExit("--scene needs --out DIR: the report of this folder is that of the shipped scenes")
     csv = chosen.out / "speed_accuracy.csv"
     if not chosen.from_csv:
-        setups = [build(part) for part in load_campaign(SCENE).parts]
+        setups = [build(part) for part in load_campaign(chosen.scene).parts]
         table = speed_and_accuracy(setups, report=lambda line: sys.stderr.write(f"{line}\n"))
         table["solution_ratio"] = table["time_per_solution"] / table["time_per_solution"].min()
         write_csv(table.drop(columns=["time", "time_per_solution"]), csv)

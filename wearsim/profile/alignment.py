@@ -151,9 +151,8 @@ def _best_fit(profile: Profile, reference: Profile, *, rotation: bool) -> Alignm
     total = place - np.array([c * centre[0] - s * centre[1], s * centre[0] + c * centre[1]])
     names = " and ".join(zone.name for zone, members in zip(zones, inside, strict=True) if np.any(members))
     freedom = "shifted and rotated" if rotation else "shifted, not rotated"
-    note = (
-        f"{names} fitted to {reference.name} by least squares over {np.count_nonzero(use)} points, {freedom}"
-    )
+    fit = f"by least squares over {np.count_nonzero(use)} points, {freedom}"
+    note = f"{names} fitted to {reference.name} {fit}"
     return Alignment("best_fit", profile, float(total[0]), float(total[1]), angle, rms, note)
 
 

@@ -187,9 +187,8 @@ def tangent_arc(zone: str, before: Arc, after: Polynomial, radius: float, branch
         if (centre[1] - cz) / to_centre > 0.0 and before.start <= first < last <= after.end:
             arcs.append(Arc(zone, first, last, centre, radius, branch))
     if len(arcs) != 1:
-        raise ProfileError(
-            f"zone {zone!r}: {len(arcs)} arcs of radius {radius:g} mm are tangent to its neighbours"
-        )
+        text = f"{len(arcs)} arcs of radius {radius:g} mm are tangent to its neighbours"
+        raise ProfileError(f"zone {zone!r}: {text}")
     return arcs[0]
 
 

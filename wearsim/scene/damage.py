@@ -84,8 +84,7 @@ class BrakeBlockSection(Section):
     def depth(self, y: FloatArray) -> FloatArray:
         """Depth per distance at vertices of a wheel [m/m]."""
         below = (y >= 1e-3 * self.from_mm) & (y <= 1e-3 * self.to_mm)
-        worn: FloatArray = np.where(below, 1e-12 * self.um_per_1000_km, 0.0)
-        return worn
+        return np.where(below, 1e-12 * self.um_per_1000_km, 0.0)
 
 
 class WearSection(Section):

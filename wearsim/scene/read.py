@@ -523,9 +523,7 @@ def _read_profile(
     if path is None or path.suffix == ".toml":
         looks_like_file = any(mark in name for mark in "/\\") or Path(name).suffix not in ("", ".toml")
         if looks_like_file and not standard.is_designation(name):
-            raise ProfileError(
-                "there is no such file as given, next to the scene file or among the shipped profiles"
-            )
+            raise ProfileError(say("scene.no_profile"))
         short, reading = name.removesuffix(".toml"), None
         shape = (
             standard.rail(short, slope, *placing, gauge_height=depth) if is_rail else standard.wheel(short)

@@ -49,8 +49,7 @@ def scene_reference() -> str:
 
 
 def _of(parts: dict[str, Any], schema: dict[str, Any]) -> dict[str, Any]:
-    found: dict[str, Any] = parts[schema["$ref"].rsplit("/", 1)[1]]
-    return found
+    return parts[schema["$ref"].rsplit("/", 1)[1]]
 
 
 def _tables(parts: dict[str, Any], schema: dict[str, Any]) -> Iterator[dict[str, Any]]:

@@ -236,9 +236,7 @@ def notes(request: Request, result: Result) -> dict[str, str]:
     if highest > _PLASTIC:
         lines["pressure"] = say("contact.plastic", highest=highest, plastic=_PLASTIC)
     if request.track_curvature != 0.0 and request.counterface_curvature > 0.0:
-        lines["curve"] = (
-            "a curve radius on a roller stands for rollers of both sides that rotate at different speeds"
-        )
+        lines["curve"] = say("contact.curve_on_roller")
     return lines
 
 

@@ -192,9 +192,8 @@ def run_case(
     except KeyboardInterrupt:
         return Outcome(case.number, "interrupted", exit_code=130)
     except Exception as error:
-        return Outcome(
-            case.number, "failed", f"internal error, {_text(error)}; this is a fault of wearsim", 3
-        )
+        text = f"internal error, {_text(error)}; this is a fault of wearsim"
+        return Outcome(case.number, "failed", text, 3)
     return Outcome(case.number, "finished")
 
 

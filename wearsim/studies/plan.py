@@ -76,8 +76,7 @@ class _Leg:
     def slope(self) -> FloatArray:
         """Return the change of the margins per metre over the second half of the steps tried."""
         late = self.changes[len(self.changes) // 2 :]
-        change: FloatArray = np.sum([each for _, each in late], axis=0) / sum(length for length, _ in late)
-        return change
+        return np.sum([each for _, each in late], axis=0) / sum(length for length, _ in late)
 
     def time(self) -> float:
         """Return that of all its steps [s], without the first one tried, which may have compiled."""

@@ -153,5 +153,4 @@ def highest_regime(depth: FloatArray) -> IntArray:
         Depth per passage by regime [m].
     """
     wears = (depth > 0.0).any(axis=2)
-    highest: IntArray = np.where(wears, np.arange(depth.shape[0])[:, None], -1).max(axis=0).astype(np.int64)
-    return highest
+    return np.where(wears, np.arange(depth.shape[0])[:, None], -1).max(axis=0).astype(np.int64)

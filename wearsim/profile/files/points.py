@@ -17,7 +17,7 @@ from typing import Any, Literal, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.errors import Fault, ProfileError, first_of
+from wearsim.errors import Fault, ProfileError, first_of, say
 from wearsim.profile.shape import Kind
 
 MAX_BYTES = 20_000_000
@@ -112,10 +112,7 @@ def read_text(path: Path) -> Text:
         most = f"larger than {MAX_BYTES // 10**6} MB" if large else f"more than {MAX_LINES} lines"
         raise ProfileError(f"{path}: {most}, hardly one profile; give one cross-section")
     if data.startswith((b"\x89HDF", b"CDF")):
-        write = f"`wearsim profile {path} --convert miniprof`"
-        raise ProfileError(
-            f"{path}: is a result file, not a file of points; {write} writes its worn wheel as one"
-        )
+        raise ProfileError(say("profile.result_file", path=path))
     marked = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     try:
         text = data.decode("utf-16" if marked else "utf-8-sig")

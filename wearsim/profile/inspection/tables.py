@@ -6,8 +6,8 @@ import csv
 import io
 import textwrap
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields, is_dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +23,7 @@ from wearsim.profile.placement import BACK_TO_BACK, RUNNING_CIRCLE
 from wearsim.profile.shape import Kind, Profile, arc_length
 from wearsim.quantities import QUANTITIES
 from wearsim.texts import written
-from wearsim.whole_files import utf8
+from wearsim.whole_files import json_value, utf8
 
 # extensions of text files that are tried as well as those of the known formats
 _PLAIN_SUFFIXES = (".csv", ".txt", ".dat", ".asc", ".tsv", ".xy", ".prf")
@@ -54,9 +54,8 @@ def profile_files(folder: Path, every: bool = False) -> tuple[list[Path], list[s
     try:
         paths = sorted(path for path in folder.iterdir() if not path.name.startswith("."))
     except OSError as error:
-        raise ProfileError(
-            f"{folder} cannot be read ({error.strerror}); give a folder of profiles"
-        ) from error
+        text = f"{folder} cannot be read ({error.strerror}); give a folder of profiles"
+        raise ProfileError(text) from error
     folders = [path for path in paths if path.is_dir()]
     taken = [path for path in paths if path not in folders and (every or path.suffix.lower() in known)]
     others = [path.name for path in paths if path not in folders and path not in taken]
@@ -268,38 +267,27 @@ def as_json(result: Inspection) -> dict[str, Any]:
     value |= {f"{body}_measures": _measures_json(result.measures[body]) for body in list(result.measures)[1:]}
     if result.limits is not None:
         value |= {"limits": {"name": result.limits.name, "title": result.limits.title},
-                  "judgements": plain(result.judgements), "exceeded": result.beyond(),
+                  "judgements": json_value(result.judgements), "exceeded": result.beyond(),
                   "not_judged": result.not_judged}  # fmt: skip
     value["track"] = {"gauge": at.gauge, "half_span": at.half_span,
                       "back_to_back": at.back_to_back or BACK_TO_BACK,
                       "back_to_back_stated": at.back_to_back is not None}  # fmt: skip
-    value |= {"running": plain(result.running), "trouble": result.trouble}
+    value |= {"running": json_value(result.running), "trouble": result.trouble}
     if comparison is not None:
         value["against"] = {
             "profile": _profile_json(comparison.reference),
-            "alignment": plain(comparison.alignment),
-            **plain(comparison.wear),
+            "alignment": json_value(comparison.alignment),
+            **json_value(comparison.wear),
             "warnings": list(comparison.warnings),
             "measures": _measures_json(comparison.measures),
-            "running": plain(comparison.running),
+            "running": json_value(comparison.running),
         }
     return value
 
 
 def reprofiled_json(template: ProfileInput, wheels: Sequence[ReprofiledWheel]) -> dict[str, Any]:
     """Return the JSON value of wheels on the lathe, SI units."""
-    return {"template": _profile_json(template), "wheels": plain(wheels)}
-
-
-def plain(value: Any) -> Any:
-    """Return records as dicts by the fields that their repr shows, which leaves out arrays."""
-    if is_dataclass(value):
-        return {each.name: plain(getattr(value, each.name)) for each in fields(value) if each.repr}
-    if isinstance(value, Mapping):
-        return {key: plain(each) for key, each in value.items()}
-    if hasattr(value, "_asdict"):
-        return value._asdict()
-    return [plain(each) for each in value] if isinstance(value, list | tuple) else value
+    return {"template": _profile_json(template), "wheels": json_value(wheels)}
 
 
 def _profile_json(given: ProfileInput) -> dict[str, Any]:

@@ -50,8 +50,7 @@ def along(dataset: xr.Dataset, name: str, distance: float | None) -> np.ndarray:
     values: np.ndarray = dataset[name].values
     if distance is not None:
         values = at_distances(dataset["distance"].values, values, np.array([distance]))
-    rows: np.ndarray = values[last_worn_row(dataset) if distance is None else 0]
-    return rows
+    return values[last_worn_row(dataset) if distance is None else 0]
 
 
 def _row(dataset: xr.Dataset, distance: float | None) -> int:
