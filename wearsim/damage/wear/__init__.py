@@ -10,10 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from wearsim.contact.patch import FloatArray, IntArray, SurfaceFields
+from wearsim.contact.registry import Registry, discover
 from wearsim.damage.batches import batches, require_usable
 from wearsim.damage.coefficients import coefficient_set
 from wearsim.damage.coefficients.record import CoefficientSet
-from wearsim.damage.registry import Registry, discover
 from wearsim.damage.wear.archard import SEIZURE_CAPS, SeizureCap
 from wearsim.damage.wear.law import Form, WearLaw
 from wearsim.errors import Fault
@@ -75,7 +75,7 @@ def coefficients_of(settings: WearSettings) -> CoefficientSet:
     for name, default in (("seizure_cap", "none"), ("hardness", None), ("seizure_blend", None)):
         if getattr(settings, name) != default and name not in law.parameters:
             faults.append(
-                Fault(f'{name} acts with law = {laws_that_take(name)} only, not "{law.name}"; delete it')
+                Fault(f'{name} acts with law = {WEAR_LAWS.that_take(name)} only, not "{law.name}"; delete it')
             )
     # a law that removes nothing takes any set
     coefficients = coefficient_set(settings.coefficients, law.name if law.wears else None, faults)
@@ -85,11 +85,6 @@ def coefficients_of(settings: WearSettings) -> CoefficientSet:
     if settings.seizure_blend is not None:
         coefficients = coefficients.with_value("seizure_blend", settings.seizure_blend, "as given")
     return coefficients
-
-
-def laws_that_take(parameter: str) -> str:
-    """Return the names of the laws that take a parameter, as messages write them."""
-    return " or ".join(f'"{name}"' for name, law in WEAR_LAWS.items() if parameter in law.parameters)
 
 
 def passage_depth(fields: SurfaceFields, area: FloatArray, settings: WearSettings) -> FloatArray:
