@@ -262,13 +262,12 @@ def _wear_faults(section: WearSection) -> _Faults:
         elif not of_table[k]:
             yield from ((path, f"{named}: {message}") for message in _messages(every[k]))
         elif entry.coefficients is not None:
-            what = f'{named} with coefficients = "{entry.coefficients}": a table has its own numbers'
-            yield path, f"{what}; delete coefficients"
+            yield path, say("wear.own_numbers", named=named, entry=entry)
     for key, parameter in _PARAMETERS.items():
         takers = parameters[:1] if parameter == "energy_coefficient" else parameters
         if key in given and not any(parameter in taken for taken in takers):
-            what = f'{key} acts with law = {WEAR_LAWS.that_take(parameter)} only, not with "{section.law}"'
-            yield (key,), f"{what}; delete it, or change the law"
+            fitting = WEAR_LAWS.that_take(parameter)
+            yield (key,), say("wear.not_taken", key=key, takers=fitting, section=section)
     if {"table", "table_file"} <= given:
         yield ("table_file",), "table_file and [wear.table] are both given; delete one"
     elif True in of_table and not {"table", "table_file"} & given:
@@ -324,5 +323,4 @@ def _fatigue_key_faults(section: FatigueSection) -> _Faults:
             takers = FATIGUE_LAWS.that_take(parameter)
             yield (key,), f"{key} acts with {takers} among the laws only; delete it"
     if "wear_limit_mm" in changed and section.crack_depth_mm is None:
-        message = "wear_limit_mm acts with crack_depth_mm only; give that too, or delete it"
-        yield ("wear_limit_mm",), message
+        yield ("wear_limit_mm",), say("wear.limit_alone")

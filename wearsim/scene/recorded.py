@@ -64,9 +64,8 @@ def read_record(
     named = {_UNITS[key][0]: key for key in columns_of}
     for key in columns_of:
         if (other := named[_UNITS[key][0]]) != key:
-            faults.append(
-                scene.fault((*where, key), f"{key} and {other} are one quantity; delete one of them")
-            )
+            text = f"{key} and {other} are one quantity; delete one of them"
+            faults.append(scene.fault((*where, key), text))
     for quantity, sign in _SIGNS.items():
         if quantity in named and getattr(section, sign) is None:
             text = say("recorded.sign", key=named[quantity], sign=sign)
@@ -123,9 +122,7 @@ def read_record(
     raise_any(faults)
     notes = list(samples.notes)
     if beyond.any():
-        notes.append(
-            f"{100.0 * beyond.mean():.3g} % of the samples lie beyond the flange clearance; moved to it"
-        )
+        notes.append(say("recorded.beyond", share=beyond.mean()))
     file = ("recorded", "file")
     return samples, [scene.fault(file, f"file = {shown(section.file)}: {note}") for note in notes]
 
@@ -145,14 +142,10 @@ def _columns(path: Path) -> dict[str, FloatArray]:
                     raise ValueError("its variables have unlike lengths")
                 return {str(name): data[name].values.astype(float) for name in flat}
         except UNREADABLE as error:
-            raise SceneError(
-                [Fault(f"cannot be read as netCDF ({error}); give a CSV file", str(path))]
-            ) from None
-    rows = [
-        row
-        for row in csv.reader(io.StringIO(text_of(content_of(path, "a CSV file", LARGEST_TABLE), str(path))))
-        if any(row)
-    ]
+            text = f"cannot be read as netCDF ({error}); give a CSV file"
+            raise SceneError([Fault(text, str(path))]) from None
+    text = text_of(content_of(path, "a CSV file", LARGEST_TABLE), str(path))
+    rows = [row for row in csv.reader(io.StringIO(text)) if any(row)]
     if len(rows) < 3:
         raise SceneError([Fault("holds no samples; give a header and a row for each", str(path))])
     header = [name.strip() for name in rows[0]]

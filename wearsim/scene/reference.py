@@ -9,14 +9,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from wearsim.scene.read import scene_schema
+from wearsim.texts import written
 
-_START = """\
-# Scene files: every key
-
-`wearsim schema --markdown` writes this file from the models that read scenes. `wearsim new rig` writes a
-scene to start from, `wearsim check SCENE` lists its faults. A table or key is required, has a default, or (–)
-may be left out. Tables in double brackets can be repeated.
-"""
 _PLAIN = {
     "string": "text", "boolean": "true or false", "object": "table", "null": "", "number": "number",
     "integer": "whole number",
@@ -38,14 +32,12 @@ def scene_reference() -> str:
     schema = scene_schema()
     parts, tables = schema["$defs"], dict[str, _Table]()
     for each in schema["allOf"]:
-        kind, scene = (
-            each["if"]["properties"]["scene"]["properties"]["kind"]["const"],
-            _of(parts, each["then"]),
-        )
+        kind = each["if"]["properties"]["scene"]["properties"]["kind"]["const"]
+        scene = _of(parts, each["then"])
         for key, value in scene["properties"].items():
             for part in _tables(parts, value):
                 _collect(parts, part, key, key in scene["required"], kind, tables)
-    return "\n".join([_START, *(line for name, table in tables.items() for line in _lines(name, table))])
+    return written("wearsim.scene", "reference.md.j2", tables=tables) + "\n"
 
 
 def _of(parts: dict[str, Any], schema: dict[str, Any]) -> dict[str, Any]:
@@ -104,21 +96,3 @@ def _values(schema: dict[str, Any]) -> str:
     start = f"above {schema['exclusiveMinimum']:.10g}" if "exclusiveMinimum" in schema else start
     span = f"{start} to {high:.10g}" if high is not None else start
     return f"whole, {span}" if span and kind == "integer" else span or _PLAIN[kind]
-
-
-def _lines(name: str, table: _Table) -> list[str]:
-    """Lines of a table of scene files."""
-
-    def only(kinds: list[str]) -> str:
-        return "" if kinds == table.kinds else f" ({', '.join(kinds)} only)"
-
-    needed = "; required" if table.required else ""
-    lines = [f"## {name}", "", f"Scenes: {', '.join(table.kinds)}{needed}.", ""]
-    if len(table.texts) == 1:
-        lines += [text[:1].upper() + text[1:] for text in table.texts]
-    else:
-        lines += [f"- {', '.join(kinds)}: {text}" for text, kinds in table.texts.items()]
-    lines += ["", "| key | unit | values | default | meaning |", "|---|---|---|---|---|"]
-    for (*cells, meaning), kinds in table.rows.items():
-        lines.append("| " + " | ".join([*cells, f"{meaning}{only(kinds)}".replace("|", "\\|")]) + " |")
-    return [*lines, ""]

@@ -359,12 +359,6 @@ def _settled(scene: RigScene | FieldScene, points: OperatingPoints, bodies: _Bod
             first = {places[k]: k for k in sorted(error.messages, reverse=True)}
             fix = "lower lateral_force_kN, or raise the load"
             fix = fix if points.controlled.bogies is None else OF_BOGIES
-            raise SceneError(
-                by_line(
-                    [
-                        scene.fault(path, f"{points.label[k]}: {error.messages[k]}; {fix}")
-                        for path, k in first.items()
-                    ]
-                )
-            ) from None
+            texts = {path: f"{points.label[k]}: {error.messages[k]}; {fix}" for path, k in first.items()}
+            raise SceneError(by_line([scene.fault(*text) for text in texts.items()])) from None
     return scene._running

@@ -74,9 +74,8 @@ def coefficients_of(settings: WearSettings) -> CoefficientSet:
             faults.append(Fault(f'{name} = "{value}" is not of law = "{law.name}"; write {name} = {fix}'))
     for name, default in (("seizure_cap", "none"), ("hardness", None), ("seizure_blend", None)):
         if getattr(settings, name) != default and name not in law.parameters:
-            faults.append(
-                Fault(f'{name} acts with law = {WEAR_LAWS.that_take(name)} only, not "{law.name}"; delete it')
-            )
+            takers = WEAR_LAWS.that_take(name)
+            faults.append(Fault(f'{name} acts with law = {takers} only, not "{law.name}"; delete it'))
     # a law that removes nothing takes any set
     coefficients = coefficient_set(settings.coefficients, law.name if law.wears else None, faults)
     if settings.hardness is not None:

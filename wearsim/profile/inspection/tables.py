@@ -22,7 +22,7 @@ from wearsim.profile.measures import BELOW_TIP, LEVEL, Measures
 from wearsim.profile.placement import BACK_TO_BACK, RUNNING_CIRCLE
 from wearsim.profile.shape import Kind, Profile, arc_length
 from wearsim.quantities import QUANTITIES
-from wearsim.texts import written
+from wearsim.texts import text_table, written
 from wearsim.whole_files import json_value, utf8
 
 # extensions of text files that are tried as well as those of the known formats
@@ -161,14 +161,6 @@ def _wrapped(word: str, text: str) -> str:
     return "\n".join(lines or [first])
 
 
-def _table(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Lines of a table, its first column to the left and the others to the right."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return [
-        "  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]).rstrip() for row in rows
-    ]
-
-
 def _number(value: float | None, form: str = ".3f", factor: float = 1e3) -> str:
     """Length in mm, - for none; what rounds to nothing has no sign."""
     return "-" if value is None else f"{round(factor * value, 3) + 0.0:{form}}"
@@ -191,7 +183,7 @@ def _measures(result: Inspection) -> list[str]:
         if any(name in values for _, values, _ in columns):
             cells = (_number(values.get(name), form) for _, values, form in columns)
             rows.append([f"  {_named(name)}", *cells])
-    return _table(rows)
+    return text_table(rows)
 
 
 def _named(name: str) -> str:
@@ -208,7 +200,7 @@ def _limits(result: Inspection) -> list[str]:
         limit = "-" if each.limit is None else f"{each.limit * factor:g}"
         value = _number(each.value, factor=factor)
         rows.append([f"  {whose}{_named(each.measure)}", value, f"{each.bound} {limit}"])
-    return _table(rows)
+    return text_table(rows)
 
 
 def _margin(judgement: Judgement) -> str:
@@ -243,7 +235,7 @@ def _running(result: Inspection, run: Running) -> dict[str, Any]:
         values = [_number(at.value, factor=1.0) for at in each.equivalent_conicity]
         conicities.append([f"  equivalent conicity, EN 15302{title}", *values])
     whys = [at.reason for each in runs.values() for at in each.equivalent_conicity if at.reason]
-    return {"running": _table(differences) + _table(conicities), "undefined": dict.fromkeys(whys)}
+    return {"running": text_table(differences) + text_table(conicities), "undefined": dict.fromkeys(whys)}
 
 
 def points_csv(result: Inspection) -> str:
@@ -351,7 +343,7 @@ def fleet_text(rows: Sequence[FleetRow]) -> str:
         words += ["wear uncertain"] if doubtful else []
         words += [f"FAULT {cell['fault']}"] if cell["fault"] else []
         remarks.append("; ".join(words))
-    lines = [f"{line}  {remark}".rstrip() for line, remark in zip(_table(table), remarks, strict=True)]
+    lines = [f"{line}  {remark}".rstrip() for line, remark in zip(text_table(table), remarks, strict=True)]
     if any(row.values["not_judged"] and "wheel_diameter" not in row.values for row in rows):
         lines.append("not checked: some limits need the wheel diameter, which is not given (--diameter-mm)")
     lines += ["wear uncertain: the reasons are in the notes of --csv and --json"] if any(uncertain) else []
