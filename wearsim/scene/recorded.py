@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from pathlib import Path
 
 import numpy as np
 
 from wearsim.contact.patch import FloatArray
+from wearsim.csv_tables import csv_table
 from wearsim.errors import Fault, SceneError, raise_any, say, shown
 from wearsim.operation.recorded import Samples, samples_of
 from wearsim.quantities import QUANTITIES
@@ -145,15 +144,11 @@ def _columns(path: Path) -> dict[str, FloatArray]:
             text = f"cannot be read as netCDF ({error}); give a CSV file"
             raise SceneError([Fault(text, str(path))]) from None
     text = text_of(content_of(path, "a CSV file", LARGEST_TABLE), str(path))
-    rows = [row for row in csv.reader(io.StringIO(text)) if any(row)]
-    if len(rows) < 3:
+    table = csv_table(text, str(path))
+    raise_any(table.faults)
+    if len(table.rows) < 2:
         raise SceneError([Fault("holds no samples; give a header and a row for each", str(path))])
-    header = [name.strip() for name in rows[0]]
-    short = next((k for k, row in enumerate(rows[1:], 2) if len(row) != len(header)), None)
-    if short is not None:
-        text = f"{len(rows[short - 1])} cells, the header has {len(header)}; separate them by commas"
-        raise SceneError([Fault(text, str(path), short)])
-    return {name: np.array([_number(row[k]) for row in rows[1:]]) for k, name in enumerate(header)}
+    return {name: np.array([_number(row[k]) for _, row in table.rows]) for k, name in enumerate(table.header)}
 
 
 def _number(text: str) -> float:

@@ -12,6 +12,7 @@ from typing import Any, Literal
 
 from pydantic import Field
 
+from wearsim.csv_tables import csv_table
 from wearsim.errors import Fault, SceneError, brief, say, shown
 from wearsim.quantities import QUANTITIES
 from wearsim.scene.models import Header, SceneModel, find_file
@@ -176,26 +177,16 @@ def _table_rows(path: Path, faults: list[Fault]) -> list[Row]:
     except SceneError as error:
         faults += error.faults
         return []
-    rows = [
-        (place, next(csv.reader([line])))
-        for place, line in enumerate(text.splitlines(), 1)
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
-    if len(rows) < 2:
+    table = csv_table(text, file, comments=True)
+    faults += table.faults
+    if not table.rows and not table.faults:
         faults.append(Fault(say("sweep.no_cases"), file))
-        return []
-    (top, header), *body = rows
-    keys = [key.strip() for key in header]
-    messages = [(top, say("sweep.column", key=key)) for key in keys if "." not in key]
-    if len(set(keys)) < len(keys):
-        messages.append((top, "two columns have the same key; delete one"))
-    short = [(place, len(cells)) for place, cells in body if len(cells) != len(keys)]
-    messages += [(place, f"{n} cells where the first line has {len(keys)} keys") for place, n in short]
-    faults += [Fault(message, file, place) for place, message in messages]
-    pairs = [(place, zip(keys, cells, strict=False)) for place, cells in body]
+    unlike = [key for key in table.header if "." not in key]
+    faults += [Fault(say("sweep.column", key=key), file, table.line) for key in unlike]
+    rows = [(line, zip(table.header, cells, strict=True)) for line, cells in table.rows]
     return [
-        tuple(Override(key, value_of(cell), file, place) for key, cell in row if cell.strip())
-        for place, row in pairs
+        tuple(Override(key, value_of(cell), file, line) for key, cell in pairs if cell)
+        for line, pairs in rows
     ]
 
 
