@@ -6,16 +6,6 @@ from wearsim.scene.setup import CampaignSetup, build
 from wearsim.scene.sweep import SweepScene
 
 __all__ = [
-    "CampaignScene",
-    "CampaignSetup",
-    "CompareScene",
-    "FieldScene",
-    "RigScene",
-    "Scene",
-    "SweepScene",
-    "build",
-    "files_to_copy",
-    "load_campaign",
-    "load_scene",
-    "scene_schema",
-]
+    "CampaignScene", "CampaignSetup", "CompareScene", "FieldScene", "RigScene", "Scene", "SweepScene",
+    "build", "files_to_copy", "load_campaign", "load_scene", "scene_schema",
+]  # fmt: skip

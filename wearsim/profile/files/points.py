@@ -105,8 +105,7 @@ def read_text(path: Path) -> Text:
         with path.open("rb") as file:
             data = file.read(MAX_BYTES + 1)
     except OSError as error:
-        message = f"{path}: cannot be read ({error.strerror}); check the path and its permissions"
-        raise ProfileError(message) from error
+        raise ProfileError(say("profile.unreadable", path=path, error=error)) from error
     large = len(data) > MAX_BYTES
     if large or max(data.count(b"\n"), data.count(b"\r")) > MAX_LINES:
         most = f"larger than {MAX_BYTES // 10**6} MB" if large else f"more than {MAX_LINES} lines"
@@ -122,8 +121,7 @@ def read_text(path: Path) -> Text:
     text = text.removesuffix("\x1a").replace("\r\n", "\n").replace("\r", "\n")  # end mark of DOS files
     if (bad := _CONTROL.search(text)) is not None:
         line = text.count("\n", 0, bad.start()) + 1
-        message = f"holds the control character {bad[0]!r}, so it is not UTF-8 text; save it as UTF-8"
-        raise ProfileError(f"{path}:{line}: {message}")
+        raise ProfileError(say("profile.control_character", path=path, line=line, found=bad[0]))
     return Text(tuple(text.split("\n")), notes)
 
 
