@@ -132,8 +132,7 @@ class _LimitsFile(Table):
     def _have_sources(self) -> Self:
         own = [one.measure for one in self.limit if not all(self.about(one).values())]
         if own:
-            what = f"the limits of {', '.join(own)} have no source or certainty"
-            raise cross_check(f"{what}; give it for each limit or for the file", "limit")
+            raise cross_check(say("profile.no_source", names=own), "limit")
         return self
 
     def about(self, limit: Limit) -> dict[str, str]:

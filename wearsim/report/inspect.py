@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from wearsim.errors import ResultError
+from wearsim.errors import ResultError, say
 from wearsim.quantities import QUANTITIES
 from wearsim.report import tables_damage
 from wearsim.report.html import Campaigns, all_figures
@@ -142,8 +142,7 @@ def write_figures(path: str | Path, directory: str | Path) -> list[Path]:
     try:
         directory.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        text = f"{directory}: figures cannot be written: {error.strerror}; choose another folder"
-        raise ResultError(text) from error
+        raise ResultError(say("result.no_figures", directory=directory, error=error)) from error
     return [
         save_svg(plate.figure, directory / f"{Path(path).stem}_{plate.name}.svg")
         for plate in all_figures(Campaigns([dataset]))

@@ -198,8 +198,7 @@ def load_campaign(
     """
     scene = load_scene(path, copied=copied, overrides=overrides)
     if isinstance(scene, SweepScene):
-        text = f"kind = {scene.scene.kind!r} is no campaign; run it with `wearsim run`"
-        raise SceneError([scene.fault(("scene", "kind"), text)])
+        raise SceneError([scene.fault(("scene", "kind"), say("scene.no_campaign", scene=scene))])
     return scene
 
 
@@ -306,7 +305,7 @@ def _read_compared(scene: CompareScene, kept: Mapping[str, Path], overrides: Seq
             if isinstance(part, RigScene | FieldScene) and part.scene.kind == role:
                 setattr(scene, f"_{role}", _with_inputs(part, kept))
             else:
-                text = f"{given} is a {part.scene.kind} scene; name a {role} scene"
+                text = say("scene.other_kind", given=given, part=part, role=role)
                 faults.append(scene.fault(("compare", role), text))
     raise_any(faults)
 
@@ -344,8 +343,7 @@ class _Files:
         """File that a key names, or `path` in place of it; a SceneError asks for `what`."""
         path = self.place(".".join(key), name) or path
         if path is None:
-            text = f"{key[-1]} = {shown(name)} does not exist as given or next to the scene file; give {what}"
-            raise SceneError([self.scene.fault(key, text)])
+            raise SceneError([self.scene.fault(key, say("scene.no_file", key=key[-1], name=name, what=what))])
         return path
 
     def note(self, role: str, name: str, path: Path, most: int = LARGEST_FILE) -> None:
@@ -547,5 +545,5 @@ def _kept_files(path: Path) -> dict[str, Path]:
         roles = json.loads((path.parent / _INPUTS).read_text(encoding="utf-8"))
         return {str(role): path.parent / str(name) for role, name in roles.items()}
     except (OSError, ValueError, AttributeError) as error:
-        message = f"cannot be read ({error}); start the scene again with `wearsim run` and another --out"
-        raise SceneError([Fault(message, str(path.parent / _INPUTS))]) from error
+        text = say("scene.unreadable_copy", error=error)
+        raise SceneError([Fault(text, str(path.parent / _INPUTS))]) from error

@@ -63,8 +63,7 @@ def read_record(
     named = {_UNITS[key][0]: key for key in columns_of}
     for key in columns_of:
         if (other := named[_UNITS[key][0]]) != key:
-            text = f"{key} and {other} are one quantity; delete one of them"
-            faults.append(scene.fault((*where, key), text))
+            faults.append(scene.fault((*where, key), say("recorded.twice", key=key, other=other)))
     for quantity, sign in _SIGNS.items():
         if quantity in named and getattr(section, sign) is None:
             text = say("recorded.sign", key=named[quantity], sign=sign)

@@ -15,7 +15,7 @@ from pydantic.annotated_handlers import GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from wearsim.csv_tables import csv_table
-from wearsim.errors import Fault, raise_any, shown
+from wearsim.errors import Fault, raise_any, say, shown
 from wearsim.quantities import QUANTITIES
 from wearsim.toml_faults import Table, content_of, decimal, suggestion, text_of, validation_faults
 
@@ -163,8 +163,7 @@ def read_rows(
         except ValidationError as error:
             faults += [Fault(one.message, file, line) for one in validation_faults(error, model, {}, file)]
     if not faults and not found:
-        text = f"holds no {what}s; give a header with keys of {what}s and one row for each"
-        faults.append(Fault(text, file))
+        faults.append(Fault(say("table.empty", what=what), file))
     raise_any(faults)
     return tuple(found)
 

@@ -150,7 +150,7 @@ def warnings_of(scene: RigScene | FieldScene) -> tuple[Fault, ...]:
         reduced_to.append(("vehicle", scene.vehicle, f"{len(scene._track)} classes", scene._error))
     for table, section, count, error in reduced_to:
         if error > section.binning_tolerance:
-            text = f"binning_tolerance = {section.binning_tolerance:g}: {count} leave an error of {error:.2g}"
+            text = say("scene.binning", section=section, count=count, error=error)
             own.append(scene.fault((table, "binning_tolerance"), text))
     if isinstance(scene, RigScene) and (text := _cut_loop(scene)):
         own.append(scene.fault(("campaign", "distance_km"), text))

@@ -160,8 +160,8 @@ def _every_row(varied: Sequence[Sequence[Override]], faults: list[Fault]) -> lis
             text = say("sweep.varied_twice", key=keys[index])
             faults.append(Fault(text, item[0].source, item[0].line))
     if math.prod(map(len, varied)) > MOST_CASES:
-        message = f"more than {MOST_CASES} cases; give fewer values"
-        faults.append(Fault(message, varied[0][0].source, varied[0][0].line))
+        text = f"more than {MOST_CASES} cases; give fewer values"
+        faults.append(Fault(text, varied[0][0].source, varied[0][0].line))
     return list(itertools.product(*varied)) if len(faults) == before else []
 
 
