@@ -1,4 +1,4 @@
-"""The reference of scene files: every key with unit, range, default and meaning, from the JSON schema."""
+"""The JSON schema of scene files, and the reference of every key with unit, range, default and meaning."""
 
 from __future__ import annotations
 
@@ -8,13 +8,41 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-from wearsim.scene.read import scene_schema
+from pydantic import BaseModel
+from pydantic.json_schema import JsonSchemaMode, models_json_schema
+
+from wearsim.scene.read import MODELS
 from wearsim.texts import written
 
 _PLAIN = {
     "string": "text", "boolean": "true or false", "object": "table", "null": "", "number": "number",
     "integer": "whole number",
 }  # fmt: skip
+
+
+def scene_schema() -> dict[str, Any]:
+    """JSON schema of the scene file, draft 2020-12, for editors.
+
+    The kind in [scene] selects the model by if and then: an editor shows the faults of that kind only.
+    """
+    mode: JsonSchemaMode = "validation"
+    models: list[tuple[type[BaseModel], JsonSchemaMode]] = [(model, mode) for model in MODELS.values()]
+    definitions = models_json_schema(models, by_alias=True)[1]["$defs"]
+
+    def of_kind(kind: dict[str, Any]) -> dict[str, Any]:
+        scene = {"type": "object", "properties": {"kind": kind}, "required": ["kind"]}
+        return {"type": "object", "properties": {"scene": scene}, "required": ["scene"]}
+
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "wearsim scene file",
+        **of_kind({"enum": list(MODELS)}),
+        "allOf": [
+            {"if": of_kind({"const": kind}), "then": {"$ref": f"#/$defs/{model.__name__}"}}
+            for kind, model in MODELS.items()
+        ],
+        "$defs": definitions,
+    }
 
 
 @dataclass

@@ -47,9 +47,9 @@ from wearsim.scene.campaign import (
     ReprofilingRules,
 )
 from wearsim.scene.damage import BrakeBlockSection, fatigue_settings, wear_settings
+from wearsim.scene.inputs import inputs_of
 from wearsim.scene.messages import by_line, scene_warnings, shift_ranges
 from wearsim.scene.models import CHAINS, ContactSection, FieldScene, RecordedSection, RigScene, RollerSection
-from wearsim.scene.read import inputs_of
 from wearsim.scene.section import Section
 from wearsim.scene.vehicle import VehicleSection
 
