@@ -13,12 +13,12 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from speed_accuracy import run_short
 from writing import HERE, Table, options, write_csv, write_report
 
 from wearsim.campaign.correction import estimated_error
 from wearsim.errors import WearsimError
 from wearsim.scene import build, load_campaign
+from wearsim.studies.chart import run_short
 
 TITLE = "Accuracy of corrected fast models over campaigns"
 CASES = 40

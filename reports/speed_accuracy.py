@@ -1,61 +1,23 @@
 """Speed against accuracy: short campaigns by every combination of contact models.
 
-    python reports/speed_accuracy.py [--scene SCENE] [--out DIR] [--from-csv]
+    python reports/speed_accuracy.py [--out DIR] [--from-csv]
 
-runs the scenes of workflows/rig_vs_field.toml and writes speed_accuracy.md, .csv and .svg; times are of this
-machine. With --from-csv it writes text and figure from the CSV file.
+does what `wearsim chart` does for the scenes of workflows/rig_vs_field.toml and writes speed_accuracy.md,
+.csv and .svg; times are of this machine. With --from-csv it writes text and figure from the CSV file.
 """
 
-from __future__ import annotations
-
 import sys
-import time
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from itertools import product
-from typing import Any
 
-import numpy as np
 import pandas as pd
-from scipy.interpolate import PchipInterpolator
 from writing import HERE, Figure, Table, options, write_csv, write_report
 
-from wearsim.campaign.control import reached
-from wearsim.campaign.evaluate import setup_of, solve_passage
-from wearsim.campaign.evolution import WheelsetEvolution
-from wearsim.campaign.state import State
-from wearsim.contact.normal import NORMAL_MODELS
-from wearsim.contact.patch import FloatArray
-from wearsim.contact.solve import CHUNK
-from wearsim.contact.tangential import TANGENTIAL_MODELS
-from wearsim.errors import WearsimError
-from wearsim.operation.points import select
-from wearsim.report.figures.campaign import series_colour
-from wearsim.report.style import label_axes, panels, save_svg
-from wearsim.results.checks import percent
-from wearsim.scene import CampaignSetup, build
-from wearsim.scene.models import CHAINS
+from wearsim.report.html import plot_chart
+from wearsim.report.style import save_svg
+from wearsim.scene import build
 from wearsim.scene.read import load_campaign
+from wearsim.studies.chart import speed_and_accuracy
 
 SCENE = HERE.parent / "workflows" / "rig_vs_field.toml"
-
-TOLERANCES = (0.1, 0.05, 0.03, 0.02)
-"""Tolerances of `auto` [-]."""
-
-DEPTH = 60e-6
-"""Largest wear depth at the end of the campaigns [m]."""
-
-# of the campaign with which all are compared: a scene's tolerance of steps over its own, its fewest steps
-_FINER, _STEPS = 8.0, 20
-
-_ERROR = 1.0 / 250.0  # of a step over the depth of the campaign, at most
-
-_PLACES = 10  # of a campaign, at which depths are compared
-_SAME = 1e-9  # of a distance, within which ends of steps are the same
-_ENOUGH = 0.5  # seconds of repeats after which a time is taken as known
-_MOST_REPEATS = 40
-_FAST = 0.05  # seconds of a batch below which the overhead of calls would count
-_MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 
 SETTING = """
 Scenes: {scenes}. Each campaign begins with new profiles; one by the half-space at every operating point and
@@ -67,196 +29,6 @@ half-space, one thread; one solution: of one wheel at one operating point, over 
 combination. Front: no other combination is both faster and nearer in that scene.
 """
 CAPTION = "CPU time of whole short campaigns and their largest error of wear depth; dashed: the front."
-
-
-@dataclass(frozen=True)
-class Run:
-    """A campaign without files."""
-
-    distance: FloatArray  # (k,) of each step [m]
-    depth: FloatArray  # (k, 2, n) [m]
-    state: State  # the last one
-    seconds: float  # CPU time
-    solved: int  # operating points in the stages of all steps
-    programme: bool  # of blocks
-
-    def differences(self, true: Run) -> tuple[FloatArray, FloatArray]:
-        """Largest difference of depth, and largest depth, at places (k,) of the distance, the end last [m].
-
-        Ten places of a collective. In a programme the ends of steps that both campaigns have: between them
-        one may be halfway through a step over whole loops where the other is in a block, and depths
-        interpolated there differ whatever the contact.
-        """
-        places = np.linspace(0.0, true.distance[-1], _PLACES + 1)[1:]
-        if self.programme:
-            both = np.isclose(true.distance[:, None], self.distance, rtol=_SAME, atol=0.0).any(axis=1)
-            places = true.distance[both & (true.distance > 0.0)]
-        ours, theirs = (PchipInterpolator(one.distance, one.depth)(places) for one in (self, true))
-        return np.abs(ours - theirs).max(axis=(1, 2)), theirs.max(axis=(1, 2))
-
-    def error_from(self, true: Run) -> float:
-        """Largest of the differences over the largest depth at the end [-]."""
-        difference, depth = self.differences(true)
-        return float(difference.max() / depth[-1])
-
-
-def run_short(setup: CampaignSetup, depth: float = np.inf) -> Run:
-    """Run a campaign on one thread to its end, or to the end of the step that reaches a depth [m]."""
-    evolution, began, solved = WheelsetEvolution(setup), time.process_time(), 0
-    state, taken = evolution.start()
-    states = [state]
-    while not reached(state.distance, evolution.target) and state.wear_depth.max() < depth:
-        state, taken = evolution.advance(state, evolution.evaluate(state, taken))
-        states.append(state)
-        solved += taken.stages * int(np.count_nonzero(state.active_weight))
-    seconds = time.process_time() - began
-    return Run(
-        np.array([one.distance for one in states]), np.array([one.wear_depth for one in states]), state,
-        seconds, solved, bool(setup.points.block_length.any()),
-    )  # fmt: skip
-
-
-def combinations(setup: CampaignSetup, tolerances: Sequence[float]) -> Iterator[tuple[str, CampaignSetup]]:
-    """Name and setup of every registered combination of models that wears a profile, and of `auto`."""
-    base = setup.models
-    for normal, tangential in product(sorted(NORMAL_MODELS), sorted(TANGENTIAL_MODELS)):
-        if NORMAL_MODELS[normal].can_update_profile:
-            models = replace(base, normal=normal, tangential=tangential)
-            yield f"{normal} + {tangential}", replace(setup, models=models, fallbacks=(), tolerance=None)
-    chain = [replace(base, normal=normal, tangential=tangential) for normal, tangential in CHAINS["auto"]]
-    for tolerance in tolerances:
-        auto = replace(setup, models=chain[0], fallbacks=tuple(chain[1:]), tolerance=tolerance)
-        yield f"auto, {percent(tolerance)}", auto
-
-
-def speed_and_accuracy(
-    setups: Sequence[CampaignSetup],
-    depth: float = DEPTH,
-    tolerances: Sequence[float] = TOLERANCES,
-    *,
-    report: Callable[[str], None] | None = None,
-) -> pd.DataFrame:
-    """Time short campaigns by every combination of models and compare their depths.
-
-    Parameters
-    ----------
-    setups : sequence of CampaignSetup
-        Scenes.
-    depth : float
-        Largest depth at the end of the campaign by the half-space at every point, in finer steps, with which
-        the others are compared over the same distance [m].
-    tolerances : sequence of float
-        Of `model = "auto"` [-].
-    report : callable
-        Takes a line of progress for each combination.
-
-    Returns
-    -------
-    DataFrame
-        A row for each scene and combination: CPU time of the campaign and its ratio to that of the
-        half-space, time per solution of one wheel at one operating point on the new profiles [s], steps,
-        largest difference of depth over the largest depth [-], whether no other is both faster and nearer.
-        Missing where a combination does not solve the scene, with the message in `refusal`.
-
-    Raises
-    ------
-    ContactError, NumericalError
-        If the half-space does not solve a scene.
-    """
-    rows = []
-    for setup in setups:
-        setup = replace(setup, control=replace(setup.control, reprofiling=None, limits=()), templates=None)
-        normal, tangential = CHAINS["accurate"][0]
-        models = replace(setup.models, normal=normal, tangential=tangential)
-        accurate = replace(setup, models=models, fallbacks=(), tolerance=None)
-        # of a short campaign the error of steps is the same share of the depth as that of a long one
-        control = replace(setup.control, error_tolerance=min(setup.control.error_tolerance, _ERROR * depth))
-        finer = control.error_tolerance / _FINER
-        fine = replace(control, error_tolerance=finer, depth_cap=min(control.depth_cap, depth / _STEPS))
-        true = run_short(replace(accurate, control=fine), depth)
-        control = replace(control, distance=float(true.distance[-1]))
-        given = run_short(replace(accurate, control=control))
-        for name, one in combinations(replace(setup, control=control), tolerances):
-            row: dict[str, Any] = {"scene": setup.title or setup.kind, "models": name, "refusal": ""}
-            try:
-                ran = given if one.models == models else run_short(one)
-                row |= {
-                    "time_per_solution": time_per_solution(one) if one.tolerance is None else np.nan,
-                    "time": ran.seconds, "time_ratio": ran.seconds / given.seconds, "steps": ran.state.step,
-                    "depth_error": ran.error_from(true),
-                }  # fmt: skip
-            except WearsimError as error:
-                row["refusal"] = str(error)
-            rows.append(row)
-            if report is not None and not row["refusal"]:
-                report(
-                    f"{setup.kind}: {name}: {row['time']:.3g} s, depth error {percent(row['depth_error'])}"
-                )
-    table = pd.DataFrame(rows)
-    of_scene = [group.index[pareto(*group[["time", "depth_error"]].to_numpy().T)]
-                for _, group in table.groupby("scene", sort=False)]  # fmt: skip
-    table["pareto"] = table.index.isin(np.concatenate(of_scene))
-    return table
-
-
-def time_per_solution(setup: CampaignSetup) -> float:
-    """Shortest of several CPU times of a batch over the number of solutions, on one thread [s].
-
-    Fast models get their points several times over, in a batch as campaigns with many points have it.
-    """
-    state, _ = WheelsetEvolution(setup).start()
-    acting = np.flatnonzero(setup.points.weight)
-    best, spent, batch = np.inf, 0.0, select(setup.points, acting)
-    for _ in range(_MOST_REPEATS):
-        start = time.process_time()
-        solve_passage(replace(state, points=None, correction=None), batch, setup_of(setup))
-        took = time.process_time() - start
-        spent += took
-        count = len(batch.label)
-        if took < _FAST and count < CHUNK:
-            more = min(CHUNK, int(np.ceil(2.0 * count * _FAST / took)))
-            batch = select(setup.points, np.resize(acting, more))
-            continue
-        best = min(best, took / (2 * count))
-        if spent > _ENOUGH:
-            break
-    return best
-
-
-def pareto(cost: FloatArray, *errors: FloatArray) -> np.ndarray:
-    """Return which combinations no other beats in cost and all errors, of (n,) arrays; NaN never does.
-
-    Returns
-    -------
-    (n,) bool array
-        True where no other is at most as dear and at most as wrong in every way, and better in one.
-    """
-    values = np.stack([cost, *errors])
-    known = np.all(np.isfinite(values), axis=0)
-    one, other = values[:, :, np.newaxis], values[:, np.newaxis, :]
-    beats = np.all(one <= other, axis=0) & np.any(one < other, axis=0) & known[:, np.newaxis]
-    return np.asarray(known & ~np.any(beats, axis=0))
-
-
-def plot_chart(measured):
-    """Draw CPU time against the largest error of depth of each combination of models, by scene."""
-    scenes, names = (list(dict.fromkeys(measured[column])) for column in ("scene", "models"))
-
-    def draw(ax, _, column):
-        rows = measured[(measured["scene"] == scenes[column]) & measured["time_ratio"].notna()]
-        error = (100.0 * rows["depth_error"]).clip(lower=0.1)
-        for name, ratio, worst in zip(rows["models"], rows["time_ratio"], error, strict=True):
-            k = names.index(name)
-            ax.plot(ratio, worst, _MARKERS[k % len(_MARKERS)], color=series_colour(k), ms=6, label=name)
-        front = rows[rows["pareto"]].sort_values("time_ratio").index
-        ax.plot(rows["time_ratio"][front], error[front], "--", lw=0.8, color="#555555")
-        ax.set(xscale="log", yscale="log", title=scenes[column])
-        for axis in (ax.xaxis, ax.yaxis):
-            axis.set_major_formatter(lambda value, _: f"{value:g}")
-            axis.set_minor_formatter(lambda value, _: f"{value:g}" if f"{value:e}"[0] in "25" else "")
-        label_axes(ax, "CPU time over that of the half-space", "Largest error of the depth [%]")
-
-    return panels(1, len(scenes), draw, height=3.6, edges=(0.95, 0.15, 0.5, 1.0), outer=True, key_columns=4)
 
 
 def report(table):
@@ -282,13 +54,10 @@ def report(table):
 
 def main():
     """Write the report."""
-    more = {"scene": {"default": str(SCENE), "help": "another campaign or comparison; give --out, too"}}
-    chosen = options(__file__, __doc__, from_csv=True, more=more)
-    if chosen.scene != str(SCENE) and chosen.out == HERE:
-        raise SystemExit("--scene needs --out DIR: the report of this folder is that of the shipped scenes")
+    chosen = options(__file__, __doc__, from_csv=True)
     csv = chosen.out / "speed_accuracy.csv"
     if not chosen.from_csv:
-        setups = [build(part) for part in load_campaign(chosen.scene).parts]
+        setups = [build(part) for part in load_campaign(SCENE).parts]
         table = speed_and_accuracy(setups, report=lambda line: sys.stderr.write(f"{line}\n"))
         table["solution_ratio"] = table["time_per_solution"] / table["time_per_solution"].min()
         write_csv(table.drop(columns=["time", "time_per_solution"]), csv)

@@ -3,11 +3,12 @@
 import itertools
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 
 from wearsim.quantities import QUANTITIES
-from wearsim.report.html import plot_over_key, render_sweep, varied
+from wearsim.report.html import plot_chart, plot_over_key, render_chart, render_sweep, varied
 from wearsim.report.style import COLOURS, SERIES_COLOURS, grid
 from wearsim.studies.sweep import MEASURES
 
@@ -72,3 +73,16 @@ def test_a_sweep_without_a_finished_case_has_a_page(sweep):
     text = render_sweep(begun.assign_attrs(sweep.attrs))
     assert "1 case: 1 failed." in text
     assert "<figure" not in text
+
+
+def test_the_chart_is_the_table():
+    table = pd.DataFrame({
+        "scene": ["rig"] * 3, "models": ["a", "b", "c"], "time_ratio": [0.1, 1.0, np.nan],
+        "depth_error": [0.05, 1e-6, np.nan], "pareto": [True, True, False],
+    })  # fmt: skip
+    lines = plot_chart(table).axes[0].lines
+    assert [line.get_xydata().tolist() for line in lines[:2]] == [[[0.1, 5.0]], [[1.0, 0.1]]]
+    assert lines[2].get_xdata().tolist() == [0.1, 1.0]
+    text = render_chart(table, table)
+    assert "rig: a, 0.10 times its CPU time, error 5 %." in text
+    assert 'id="figure-chart"' in text

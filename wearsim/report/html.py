@@ -1,4 +1,4 @@
-"""Reports of campaigns and sweeps: one HTML file that needs nothing else, and its sections.
+"""Reports of campaigns, sweeps and charts: one HTML file that needs nothing else, and its sections.
 
 Order and headings of sections are in [sections] of `templates/texts.toml`. To add one: its figure or table in
 a file of its own subject, and an entry in `CONTENT`.
@@ -289,6 +289,7 @@ def page(title: str, layers: Mapping[str, Sequence[tuple[str, str, Sequence[Any]
 RESULTS = words("variables")["sweep"]
 """Results drawn over each varied key."""
 _TABLED = ("max_wear_depth", "worn_area", "equivalent_conicity")
+_MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 
 
 def write_sweep_report(directory: Path) -> Path:
@@ -393,3 +394,37 @@ def _cases(dataset: xr.Dataset) -> Table:
     heads = [*keys, "State", "Campaign", *(capital(str(name)).replace("_", " ") for name in results)]
     digits = [GIVEN] * (1 + len(keys)) + [4] * (2 + len(results))
     return table("sweep_cases", frame.itertuples(index=False), *heads, look="numbers", digits=digits)
+
+
+def render_chart(measured: pd.DataFrame, shown_columns: pd.DataFrame) -> str:
+    """Make the page of `wearsim chart`: time against error, and its table as it is printed."""
+    rows = shown_columns.astype(object).where(shown_columns.notna(), None).to_numpy().tolist()
+    answer = Block("say", lines("chart", fronts=measured[measured["pareto"]]))
+    chart = Plate("chart", plot_chart(measured), caption("figure", "chart"))
+    times = table("chart", rows, *map(str, shown_columns.columns), digits=3)
+    layers: Any = {
+        "": [("answer", "Answer", [answer])],
+        "For engineers": [("chart", "Measured", [chart, times])],
+    }
+    return page("Speed against accuracy of the contact models", layers)
+
+
+def plot_chart(measured: pd.DataFrame) -> Figure:
+    """Draw CPU time against the largest error of depth of each combination of models, by scene."""
+    scenes, names = (list(dict.fromkeys(measured[column])) for column in ("scene", "models"))
+
+    def draw(ax: Axes, _: int, column: int) -> None:
+        rows = measured[(measured["scene"] == scenes[column]) & measured["time_ratio"].notna()]
+        error = (100.0 * rows["depth_error"]).clip(lower=0.1)
+        for name, ratio, percent in zip(rows["models"], rows["time_ratio"], error, strict=True):
+            k = names.index(name)
+            ax.plot(ratio, percent, _MARKERS[k % len(_MARKERS)], color=series_colour(k), ms=6, label=name)
+        front = rows[rows["pareto"]].sort_values("time_ratio").index
+        ax.plot(rows["time_ratio"][front], error[front], "--", lw=0.8, color="#555555")
+        ax.set(xscale="log", yscale="log", title=scenes[column])
+        for axis in (ax.xaxis, ax.yaxis):
+            axis.set_major_formatter(lambda value, _: f"{value:g}")
+            axis.set_minor_formatter(lambda value, _: f"{value:g}" if f"{value:e}"[0] in "25" else "")
+        label_axes(ax, "CPU time over that of the half-space", "Largest error of the depth [%]")
+
+    return panels(1, len(scenes), draw, height=3.6, edges=(0.95, 0.15, 0.5, 1.0), outer=True, key_columns=4)

@@ -1,12 +1,18 @@
-"""Speed against accuracy: Pareto front, table, figure, committed report."""
+"""The chart of speed against accuracy: Pareto front, table, command, committed report."""
+
+import json
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
-import speed_accuracy
-from speed_accuracy import pareto, speed_and_accuracy
 
+from wearsim.cli import main
 from wearsim.scene import build, load_scene
+from wearsim.studies import chart
+from wearsim.studies.chart import pareto, speed_and_accuracy
+
+REPOSITORY = Path(__file__).parents[2]
 
 
 def test_the_front_holds_what_none_beats():
@@ -23,9 +29,7 @@ def table(tmp_path_factory, scene_text):
     campaign = "distance_km = 1e4\npoint_spacing_mm = 0.5"
     path.write_text(scene_text({"shift_mm": 1, "distance_km": 1e4}, campaign=campaign))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(
-            speed_accuracy, "_ENOUGH", 0.02
-        )  # times from a few repeats: none is compared with another here
+        patch.setattr(chart, "_ENOUGH", 0.02)  # times from a few repeats: none is compared with another here
         return speed_and_accuracy([build(load_scene(path))], 4e-6, [0.1, 0.02])
 
 
@@ -54,7 +58,7 @@ def test_programmes_are_compared_at_ends_of_steps_that_both_have(programme):
     ends, loops = np.array([0.0, 1.0, 2.0, 3.0, 4.0]), np.array([0.0, 2.0, 4.0])
     blocks, whole = np.array([0.0, 1.0, 1.0, 2.0, 2.0]), np.array([0.0, 1.0, 2.1])
     true, ours = (
-        speed_accuracy.Run(at, depth[:, None, None] * np.ones((1, 2, 3)), None, 0.0, 0, programme)
+        chart.Run(at, depth[:, None, None] * np.ones((1, 2, 3)), None, 0.0, 0, programme)
         for at, depth in ((ends, blocks), (loops, whole))
     )
     found, deepest = ours.differences(true)
@@ -66,29 +70,48 @@ def test_programmes_are_compared_at_ends_of_steps_that_both_have(programme):
         assert found.max() > 0.3
 
 
-def test_the_figure_is_the_table():
-    table = pd.DataFrame({
-        "scene": ["rig"] * 3, "models": ["a", "b", "c"], "time_ratio": [0.1, 1.0, np.nan],
-        "depth_error": [0.05, 1e-6, np.nan], "pareto": [True, True, False],
-    })  # fmt: skip
-    lines = speed_accuracy.plot_chart(table).axes[0].lines
-    assert [line.get_xydata().tolist() for line in lines[:2]] == [[[0.1, 5.0]], [[1.0, 0.1]]]
-    assert lines[2].get_xdata().tolist() == [0.1, 1.0]
+def test_json_table_and_page_of_the_command(capsys, table, monkeypatch, tmp_path):
+    monkeypatch.setattr(chart, "speed_and_accuracy", lambda *_, **__: table)
+    assert main(["chart", "workflows/rig_given.toml", "--json"]) == 0
+    message = json.loads(capsys.readouterr().out)
+    assert [one["time"] is None for one in message["models"]] == table["time"].isna().tolist()
+    assert main(["chart", "workflows/rig_given.toml"]) == 0
+    assert capsys.readouterr().out.count("yes") == table["pareto"].sum()
+    assert main(["chart", "workflows/rig_given.toml", "--report", str(tmp_path / "chart.html")]) == 0
+    page = (tmp_path / "chart.html").read_text()
+    assert page.count(">yes</td>") == table["pareto"].sum()
+    assert 'id="figure-chart"' in page
+
+
+@pytest.mark.parametrize(
+    ("flags", "message"),
+    [
+        (["--depth-um", "0"], "0 must be a number, at least 0.5 and at most 5000"),
+        (["--tolerances", "3,x"], "x must be a number, at least 0.01 and at most 100"),
+    ],
+)
+def test_wrong_flags_are_named(flags, message, capsys):
+    try:
+        code = main(["chart", *flags])
+    except SystemExit as error:
+        code = error.code
+    assert code == 2
+    assert message in capsys.readouterr().err
 
 
 @pytest.fixture(scope="module")
-def committed(reports):
-    return pd.read_csv(reports / "speed_accuracy.csv").set_index(["scene", "models"])
+def committed():
+    return pd.read_csv(REPOSITORY / "reports/speed_accuracy.csv").set_index(["scene", "models"])
 
 
 RIG, FIELD = "S1002 on 1 m rollers, 60E1 1:40", "S1002 in service on 60E1 1:40"
 
 
 @pytest.mark.parametrize("scene", [RIG, FIELD])
-def test_auto_at_three_per_cent_keeps_it_in_the_committed_report(committed, scene):
+def test_auto_at_three_per_cent_keeps_it_in_the_committed_chart(committed, scene):
     assert committed.loc[(scene, "auto, 3 %"), "depth_error"] <= 0.03
 
 
 @pytest.mark.parametrize("scene", [RIG, FIELD])
-def test_auto_is_faster_than_the_half_space_at_every_point_in_the_committed_report(committed, scene):
+def test_auto_is_faster_than_the_half_space_at_every_point_in_the_committed_chart(committed, scene):
     assert committed.loc[(scene, "auto, 3 %"), "time_ratio"] < 1.0
