@@ -7,11 +7,13 @@ the file is never closed.
 from __future__ import annotations
 
 import json
+import math
 import os
 import signal
 import threading
 from collections.abc import Callable, Hashable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -70,6 +72,21 @@ def read_json(path: Path) -> Any:
         return json.loads(content)
     except RecursionError:
         raise ValueError("lists nested too deeply") from None
+
+
+def json_value(value: Any) -> Any:
+    """Value as JSON knows it: records as dicts of what their repr shows, None for a number that is none."""
+    if is_dataclass(value):
+        value = {each.name: getattr(value, each.name) for each in fields(value) if each.repr}
+    elif hasattr(value, "_asdict"):
+        value = value._asdict()
+    elif hasattr(value, "tolist"):  # NumPy scalars and arrays
+        value = value.tolist()
+    if isinstance(value, Mapping):
+        return {str(key): json_value(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [json_value(each) for each in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def utf8(text: str) -> str:

@@ -10,7 +10,7 @@ from wearsim.contact import normal as normal_models
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.normal.model import LARGEST_STRAIN, LONGEST_PATCH, NormalModel
 from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
-from wearsim.contact.registry import models_in
+from wearsim.contact.registry import discover
 from wearsim.contact.solve import CHUNK, solve
 from wearsim.contact.tangential import TANGENTIAL_MODELS, TangentialModel
 from wearsim.errors import ContactError, NumericalError
@@ -75,7 +75,7 @@ def test_a_module_in_the_folder_is_a_model(monkeypatch, tmp_path):
     )
     monkeypatch.setattr(normal_models, "__path__", [*normal_models.__path__, str(tmp_path)])
     try:
-        records = models_in(normal_models.__name__, normal_models.__path__)
+        records = discover("normal model", normal_models.__name__, normal_models.__path__, NormalModel)
     finally:
         sys.modules.pop(f"{normal_models.__name__}.made_up", None)
         vars(normal_models).pop("made_up", None)

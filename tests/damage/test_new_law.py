@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from law_settings import wear_settings
 
+from wearsim.contact.registry import Registry, discover
 from wearsim.damage import wear
 from wearsim.damage.coefficients import COEFFICIENT_SETS, read_set
-from wearsim.damage.registry import Registry, discover
 from wearsim.damage.wear import WEAR_LAWS, passage_depth
 from wearsim.damage.wear.law import WearLaw
 from wearsim.errors import SceneError

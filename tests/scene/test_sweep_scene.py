@@ -99,9 +99,9 @@ def test_faults_of_a_sweep_file(folder, faults_of, rest, message):
     ("table", "message"),
     [
         ("radius\n1\n", "cases.csv:1: column"),
-        ("a.b,c.d\n1\n", "cases.csv:2: 1 cells where the first line has 2 keys"),
+        ("a.b,c.d\n1\n", "cases.csv:2: 1 cells, the header has 2"),
         ("a.b\n", "no cases"),
-        ("a.b,a.b\n1,2\n", "two columns have the same key"),
+        ("a.b,a.b\n1,2\n", 'column "a.b" stands twice'),
     ],
 )
 def test_faults_of_a_table(folder, faults_of, table, message):

@@ -68,13 +68,13 @@ def test_all_faults_of_a_toml_table_with_their_lines(tmp_path):
     [
         (("0.7, 2400, 350e-4\n", ""), ":7: no row for slip_speed_m_s = 0.7 with pressure_MPa = 2400"),
         (("0.2, 2400", "0.7, 2400"), ":12: slip_speed_m_s = 0.7 with pressure_MPa = 2400 is given twice"),
-        (("0.2, 0, 35e-4", "0.2, 0"), ":9: has 2 cells where the header has 3"),
+        (("0.2, 0, 35e-4", "0.2, 0"), ":9: 2 cells, the header has 3"),
         (("35e-4\n", "much\n"), ':9: wear_coefficient[1] = "much" must be a number, at least 0'),
         (("# hardness_GPa = 3.0\n", ""), ":1: hardness_GPa is missing"),
         (("pressure_MPa", "power_density_W_mm2"), ":1: the index is power_density_W_mm2 and slip_speed_m_s"),
         (("wear_coefficient", "mass_rate_ug_m_mm2"), ":6: hardness_GPa acts with wear_coefficient only"),
         (("pressure_MPa", "presure_MPa"), ":7: unknown key presure_MPa in the file; did you mean pressure"),
-        (("wear_coefficient", "slip_speed_m_s"), ":7: column slip_speed_m_s is given twice"),
+        (("wear_coefficient", "slip_speed_m_s"), ':7: column "slip_speed_m_s" stands twice'),
     ],
 )
 def test_faults_of_a_csv_table(tmp_path, change, output):

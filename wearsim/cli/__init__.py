@@ -18,12 +18,14 @@ from wearsim.cli.streams import standard_streams
 __all__ = ["COMMANDS", "build_parser", "main", "print_json"]
 
 
-def print_json(value: Any, **options: Any) -> None:
-    """Print JSON for people and programs; options are those of `json.dumps`."""
+def print_json(value: Any) -> None:
+    """Print JSON for people and programs."""
     import json
 
+    from wearsim.whole_files import json_value
+
     plain = not (sys.stdout.encoding or "utf-8").lower().startswith("utf")
-    print(json.dumps(value, indent=2, ensure_ascii=plain, **options))
+    print(json.dumps(json_value(value), indent=2, ensure_ascii=plain, allow_nan=False))
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -32,9 +32,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.report:
         write_whole(Path(arguments.report), render_chart(table, shown))
     if arguments.json:
-        print_json(
-            {"models": table.astype(object).where(table.notna(), None).to_dict("records")}, allow_nan=False
-        )
+        print_json({"models": table.to_dict("records")})
         return 0
     print("largest difference of wear depth along both profiles and the distance, over the largest depth")
     print(shown.to_string(index=False, na_rep="-", float_format=lambda value: f"{value:.3g}"))

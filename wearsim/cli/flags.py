@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 
-from wearsim.errors import Fault, SceneError, raise_any
+from wearsim.errors import Fault, SceneError, raise_any, say
 from wearsim.scene import Scene, SweepScene, load_scene
 from wearsim.scene.overrides import Override, value_of
 
@@ -19,8 +19,7 @@ def overrides_of(texts: Sequence[str]) -> list[Override]:
         key, equals, value = (part.strip() for part in text.partition("="))
         removes_table = not value and key not in ("rig", "field")
         if not (equals and all(key.split(".")) and ("." in key or removes_table)):
-            message = "write KEY=VALUE with a dotted key, such as campaign.max_step_km=10"
-            faults.append(Fault(message, f"--set {text}"))
+            faults.append(Fault(say("flags.set"), f"--set {text}"))
         overrides.append(Override(key, value_of(value), f"--set {text}"))
     raise_any(faults)
     return overrides

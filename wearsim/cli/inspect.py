@@ -22,7 +22,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.json:
         if figures:
             summary = {**summary, "figures": [str(figure) for figure in figures]}
-        print_json(summary, allow_nan=False)
+        print_json(summary)
         return 0
     print(summary_text(summary))
     for figure in figures:

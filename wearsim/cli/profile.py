@@ -128,7 +128,7 @@ def measure_one(arguments: Namespace) -> int:
         value = tables.as_json(result) | ({"files": written} if written else {})
         if template and wheels:
             value["reprofiled"] = tables.reprofiled_json(template, wheels)
-        print_json(value, allow_nan=False)
+        print_json(value)
         return 0
     if request.csv == "-":
         sys.stdout.write(tables.points_csv(result))
@@ -189,7 +189,7 @@ def measure_fleet(arguments: Namespace) -> int:
         write_whole(Path(request.csv), table)
         print(f"wrote {request.csv}", file=sys.stderr)
     if request.json:
-        print_json({"wheels": list(map(tables.fleet_json, rows))}, allow_nan=False)
+        print_json({"wheels": list(map(tables.fleet_json, rows))})
     elif request.csv == "-":
         sys.stdout.write(table)
     else:

@@ -6,8 +6,7 @@ import argparse
 import json
 import sys
 
-from wearsim.scene import scene_schema
-from wearsim.scene.reference import scene_reference
+from wearsim.scene.reference import scene_reference, scene_schema
 
 
 def execute(arguments: argparse.Namespace) -> int:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
-from dataclasses import asdict
 from pathlib import Path
 
 from wearsim.cli import print_json
@@ -54,7 +53,7 @@ def _run_one(sweep: Sweep, out: Path, arguments: argparse.Namespace) -> int:
     with observer() as observe:
         outcome = study.run_one(sweep, case, out, command=arguments.command_line, observer=observe)
     if arguments.json:
-        print_json(asdict(outcome))
+        print_json(outcome)
     elif not outcome.fault:
         print(f"case {case.number}: {outcome.state}, {out / case.name}")
     if outcome.fault:

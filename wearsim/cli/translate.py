@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 import sys
 from collections.abc import Mapping
 from pathlib import Path
@@ -42,14 +41,7 @@ def execute(arguments: argparse.Namespace) -> int:
         tables = {"factors": rows, "points": points, "causes": causes.reset_index(), "power_causes": power}
         tables |= {"bands": sure, "materials": steels}
         tables |= {f"{of}_distance": answer for of, answer in found.items()}
-        plain = {  # JSON has neither NaN nor infinity
-            name: [
-                {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in row.items()}
-                for row in part.to_dict(orient="records")
-            ]
-            for name, part in tables.items()
-        }
-        print_json(plain, allow_nan=False)
+        print_json({name: part.to_dict(orient="records") for name, part in tables.items()})
     else:
         states = {state: points[points["state"] == state] for state in dict.fromkeys(points["state"])}
         shown = {
@@ -87,8 +79,7 @@ def _answered(row: Mapping[Any, Any], of: str, other: str) -> str:
 
 def _text(rows: pd.DataFrame) -> str:
     index = bool(rows.index.names[0] is not None)  # that of factors by shift, and of causes
-    text: str = rows.to_string(index=index, na_rep="undefined", float_format=lambda value: f"{value:.4g}")
-    return text
+    return rows.to_string(index=index, na_rep="undefined", float_format=lambda value: f"{value:.4g}")
 
 
 def _by_shift(points: pd.DataFrame) -> pd.DataFrame:

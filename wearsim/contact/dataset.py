@@ -13,7 +13,7 @@ from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.problem import ContactConditions, ContactModels, ContactSolution, Counterface, Wheelset
 from wearsim.contact.solve import solve_each
 from wearsim.contact.tangential import TANGENTIAL_MODELS
-from wearsim.errors import ContactError, ProfileError
+from wearsim.errors import ContactError, ProfileError, say
 from wearsim.profile.files import load_profile
 from wearsim.profile.placement import GAUGE, INCLINATION
 from wearsim.profile.shape import Profile
@@ -390,10 +390,7 @@ def _rail(profile: str | Path | Profile, placed: dict[str, float | None]) -> Pro
         where: dict[str, Any] = {"inclination": INCLINATION, "gauge": GAUGE, "back_to_back": 1.360} | given
         return load_profile(profile, "rail", half_span=half_span(where.pop("back_to_back")), **where)
     if given:
-        raise ProfileError(
-            f"profile {profile.name!r} is placed in the track already; give {next(iter(given))} to "
-            "wearsim.standard_profile or wearsim.read_profile"
-        )
+        raise ProfileError(say("contact.placed_already", profile=profile, key=next(iter(given))))
     return _of_kind(profile, "rail")
 
 

@@ -139,9 +139,7 @@ def gap_surface(gap: Gap, plane: ContactPlane, x: FloatArray, s: FloatArray) -> 
         If the gap has no bodies, because it was not made by `geometry.gap`.
     """
     if gap.bodies is None:
-        raise ContactError(
-            "this gap is a curve without bodies; make it with geometry.gap to have its surface"
-        )
+        raise ContactError("this gap is a curve without bodies; its surface needs one of geometry.gap")
     out = np.empty((plane.row.size, x.shape[1], s.shape[1]))
     _fill(plane, gap.bodies, gap.counterface, gap.curvature, x, s, np.empty((2, s.shape[1])), out)
     return out

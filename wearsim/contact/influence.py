@@ -104,8 +104,7 @@ def normal_influence(
         At cell (i, j), |i| cells along and |j| across; even in both [m/Pa].
     """
     along, across, _ = cell_integrals(cell_length, cell_width, shape)
-    table: FloatArray = (along + across) / (np.pi * effective_modulus)
-    return table
+    return (along + across) / (np.pi * effective_modulus)
 
 
 def tangential_influence(

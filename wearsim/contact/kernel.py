@@ -72,7 +72,7 @@ def _compiled(function: _Function, options: dict[str, Any]) -> _Function:
     for name in ("load_overload", "save_overload"):
         if (of_cache := getattr(getattr(compiled, "_cache", None), name, None)) is not None:
             setattr(compiled._cache, name, _forgiving(of_cache))
-    return compiled  # type: ignore[no-any-return]
+    return compiled
 
 
 def _forgiving(of_cache: Callable[..., Any]) -> Callable[..., Any]:

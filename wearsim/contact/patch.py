@@ -116,8 +116,7 @@ class Patch:
     def area(self) -> FloatArray:
         """Area of each patch (m,): of the cells that carry pressure, or of the strips [m2]."""
         if self.grid is None:
-            area: FloatArray = (self.x_lead - self.x_trail).sum(axis=1) * self.width
-            return area
+            return (self.x_lead - self.x_trail).sum(axis=1) * self.width
         cells: IntArray = (self.grid.pressure > 0.0).sum(axis=(1, 2))
         return cells * self.grid.cell_length * self.width
 
@@ -125,24 +124,21 @@ class Patch:
     def length(self) -> FloatArray:
         """Extent of each patch in the rolling direction (m,) [m]."""
         if self.grid is None:
-            longest: FloatArray = (self.x_lead - self.x_trail).max(axis=1, initial=0.0)
-            return longest
+            return (self.x_lead - self.x_trail).max(axis=1, initial=0.0)
         return _extent(self.grid.pressure.max(axis=2) > 0.0) * self.grid.cell_length
 
     @property
     def lateral_extent(self) -> FloatArray:
         """Extent of each patch across the rolling direction (m,) [m]."""
         if self.grid is None:
-            across: FloatArray = self.width * self.strips
-            return across
+            return self.width * self.strips
         return _extent(self.grid.pressure.max(axis=1) > 0.0) * self.width
 
 
 def _extent(loaded: NDArray[np.bool_]) -> IntArray:
     """Count the places (m,) from the first to the last true one of each row."""
     count = loaded.shape[1]
-    extent: IntArray = count - np.argmax(loaded, axis=1) - np.argmax(loaded[:, ::-1], axis=1)
-    return extent
+    return count - np.argmax(loaded, axis=1) - np.argmax(loaded[:, ::-1], axis=1)
 
 
 def from_grid(

@@ -11,7 +11,7 @@ import numpy as np
 from wearsim.contact.equilibrium import RULES
 from wearsim.contact.geometry import CounterfaceProfile, WheelSurface, counterface_profile, wheel_surface
 from wearsim.contact.patch import FloatArray, IntArray, Patch, Resolution, SurfaceFields
-from wearsim.errors import ContactError
+from wearsim.errors import ContactError, say
 from wearsim.profile.shape import Profile
 from wearsim.quantities import QUANTITIES
 
@@ -95,8 +95,7 @@ class ContactConditions:
     def traction(self) -> FloatArray:
         """Friction x mean wheel load (n,): the most that the creep forces of a wheel can be, about [N]."""
         highest = self.friction if self.friction_flange is None else self.friction_flange
-        most: FloatArray = np.maximum(self.friction, highest) * self.loads.mean(axis=1)
-        return most
+        return np.maximum(self.friction, highest) * self.loads.mean(axis=1)
 
     @classmethod
     def of(
@@ -160,13 +159,8 @@ class ContactConditions:
             shape = ()
         wide = all(arrays[name].shape[-1:] == (size,) for name, size in columns.items() if name in arrays)
         if len(shape) != 1 or 0 in shape or not wide:
-            shapes = ", ".join(
-                f"{name} {array.shape}" for name, array in arrays.items() if array.ndim and name != "creepage"
-            )
-            raise ContactError(
-                "contact conditions must be numbers or arrays (n,) of points, creepage (n, 3), nearby (n, 5)"
-                f": {shapes}"
-            )
+            shapes = (f"{name} {array.shape}" for name, array in arrays.items() if array.ndim)
+            raise ContactError(say("contact.shapes", shapes=shapes))
         others = {"rotation": "rotation_speed", "torque": "axle_torque"}
         for name, array in arrays.items():
             if name in ("creepage", "nearby"):

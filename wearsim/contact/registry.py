@@ -1,33 +1,67 @@
-"""Shared by normal and tangential models: the search of a folder for models, and the limits of grids."""
+"""Registries of models and laws: every record at the top of a module of a folder; the limits of grids."""
 
 from __future__ import annotations
 
 import importlib
 import pkgutil
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, TypeVar
 
-from wearsim.errors import ContactError
+from wearsim.errors import ContactError, Fault, SceneError, suggestion
+
+Record = TypeVar("Record")
 
 
-def models_in(package: str, path: Iterable[str]) -> dict[str, Any]:
-    """Collect the ``MODEL`` of every module and folder of a package that defines one.
+class Registry(dict[str, Record]):
+    """Records by name; looking up an unknown name raises a `SceneError` that lists the known ones.
 
     Parameters
     ----------
-    package : str
-        Name of the package.
-    path : iterable of str
-        Its ``__path__``.
-
-    Returns
-    -------
-    dict
-        Records by name, in alphabetical order.
+    kind : str
+        What a record is called in messages, such as "wear law".
+    records : iterable of records
+        Each with its own `name`.
     """
-    modules = [importlib.import_module(f"{package}.{info.name}") for info in pkgutil.iter_modules(path)]
-    records = [module.MODEL for module in modules if hasattr(module, "MODEL")]
-    return {record.name: record for record in sorted(records, key=lambda record: str(record.name))}
+
+    def __init__(self, kind: str, records: Iterable[Any]) -> None:
+        self.kind = kind
+        super().__init__()
+        for record in records:
+            if self.setdefault(record.name, record) is not record:
+                raise ValueError(f'{kind} "{record.name}" is defined twice')
+
+    def __missing__(self, name: str) -> Record:
+        raise SceneError([unknown(self.kind, name, self)])
+
+    def that_take(self, parameter: str) -> str:
+        """Return the names of the records that take a parameter, as messages write them."""
+        takers = (name for name, record in self.items() if parameter in getattr(record, "parameters", ()))
+        return " or ".join(f'"{name}"' for name in takers)
+
+
+def discover(kind: str, package: str, path: Iterable[str], record: type[Record]) -> Registry[Record]:
+    """Collect every `record` at the top of a module of a package, modules in alphabetical order.
+
+    Parameters
+    ----------
+    kind : str
+        What a record is called in messages.
+    package, path : str and iterable of str
+        Name and `__path__` of the package.
+    record : type
+        Class of the records.
+    """
+    names = sorted(module.name for module in pkgutil.iter_modules(path))
+    modules = [importlib.import_module(f"{package}.{name}") for name in names]
+    return Registry(
+        kind, (value for module in modules for value in vars(module).values() if isinstance(value, record))
+    )
+
+
+def unknown(kind: str, name: str, known: Iterable[str]) -> Fault:
+    """Return the fault of an unknown name, with the known ones and the one that is similar."""
+    names = sorted(known)
+    return Fault(f'{kind} "{name}" is unknown; there is {", ".join(names)}{suggestion(name, names)}')
 
 
 def check_grid(

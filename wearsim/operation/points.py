@@ -321,8 +321,7 @@ LARGEST_SHARE = 0.01
 
 def mask_of(failed: Iterable[int], count: int) -> NDArray[np.bool_]:
     """Return which of `count` points are among those that failed."""
-    mask: NDArray[np.bool_] = np.isin(np.arange(count), list(failed))
-    return mask
+    return np.isin(np.arange(count), list(failed))
 
 
 def shared_weight(weight: FloatArray, of_class: IntArray, out: NDArray[np.bool_]) -> FloatArray:
@@ -336,8 +335,7 @@ def shared_weight(weight: FloatArray, of_class: IntArray, out: NDArray[np.bool_]
     kept = np.where(out, 0.0, weight)
     whole, left = (np.bincount(of_class, one) for one in (weight, kept))
     factor = np.divide(whole, left, out=np.zeros_like(whole), where=left > 0.0)
-    shared: FloatArray = kept * factor[of_class]
-    return shared
+    return kept * factor[of_class]
 
 
 def carried_share(weight: FloatArray, of_class: IntArray, rate: FloatArray, out: NDArray[np.bool_]) -> float:

@@ -203,8 +203,7 @@ class Reducer:
         if self.across is not None:
             return self.across
         width = np.concatenate([one.y for one in (self.wheelset.right, self.wheelset.left)])
-        grid: FloatArray = width.min() + _GRID * np.arange(int(np.ceil(np.ptp(width) / _GRID)) + 1)
-        return grid
+        return width.min() + _GRID * np.arange(int(np.ceil(np.ptp(width) / _GRID)) + 1)
 
     def conditions(self, samples: Samples) -> ContactConditions:
         """Contact conditions of samples, free to roll."""
@@ -272,8 +271,7 @@ def _half(wavelength: float) -> FloatArray:
     deviation = np.sqrt(2.0 * np.log(2.0)) * wavelength / (2.0 * np.pi) / _GRID
     reach = int(np.ceil(4.0 * deviation))
     weight = np.exp(-0.5 * (np.arange(-reach, reach + 1) / deviation) ** 2)
-    result: FloatArray = weight / weight.sum()
-    return result
+    return weight / weight.sum()
 
 
 def reduce_samples(samples: Samples, reducer: Reducer, tolerance: float) -> Reduction:
@@ -315,8 +313,7 @@ def reduce_samples(samples: Samples, reducer: Reducer, tolerance: float) -> Redu
 
 def _mean_of(samples: Samples, depth: FloatArray) -> FloatArray:
     """Mean (2, g) of depths (n, 2, g), weighted with the distance of the samples."""
-    mean: FloatArray = np.tensordot(samples.distance / samples.distance.sum(), depth, axes=1)
-    return mean
+    return np.tensordot(samples.distance / samples.distance.sum(), depth, axes=1)
 
 
 def _features(samples: Samples, depth: FloatArray) -> FloatArray:

@@ -69,14 +69,12 @@ class Resultants(NamedTuple):
     @property
     def force(self) -> FloatArray:
         """H_c (n,): lateral force of the contact on the wheelset, to the right [N]."""
-        total: FloatArray = self.lateral.sum(axis=1)
-        return total
+        return self.lateral.sum(axis=1)
 
     @property
     def derailment_quotient(self) -> FloatArray:
         """Y/Q (n, 2) of each wheel, positive where the force pushes its flange off the rail [-]."""
-        towards: FloatArray = np.array([-1.0, 1.0]) * self.lateral / self.vertical
-        return towards
+        return np.array([-1.0, 1.0]) * self.lateral / self.vertical
 
 
 _COLUMNS = 13
@@ -102,8 +100,7 @@ class Differences:
         """Differences (k, _COLUMNS) of points `rows` at shifts and yaw angles (k,)."""
         away = np.stack([shift, yaw], axis=1) - self.place[rows]
         away = np.clip(away, -self.reach[rows], self.reach[rows])
-        found: FloatArray = self.value[rows] + np.einsum("kcx,kx->kc", self.slope[rows], away)
-        return found
+        return self.value[rows] + np.einsum("kcx,kx->kc", self.slope[rows], away)
 
     def of(self, points: NDArray[np.bool_]) -> Differences:
         """Those of some points (n,); the others have none."""
@@ -181,8 +178,7 @@ def resultants(
     place = 2 * point + patches.side
 
     def by_wheel(value: FloatArray) -> FloatArray:
-        total: FloatArray = np.bincount(place, value, 2 * count).astype(float).reshape(-1, 2)
-        return total
+        return np.bincount(place, value, 2 * count).astype(float).reshape(-1, 2)
 
     moment = patches.x * force.lateral - force.y * force.longitudinal
     moment = moment + patches.spin_moment * np.cos(patches.contact_angle)

@@ -73,8 +73,7 @@ class Controlled:
     @property
     def any(self) -> NDArray[np.bool_]:
         """Points (n,) whose shift or wheel loads follow from forces."""
-        found: NDArray[np.bool_] = np.isfinite(self.lateral_force) | np.isfinite(self.axle_load)
-        return found
+        return np.isfinite(self.lateral_force) | np.isfinite(self.axle_load)
 
     def at(self, index: IntArray) -> Controlled:
         """Return forces and loads of the points at `index`; bogies are those of all points."""
@@ -269,9 +268,7 @@ def settle(
         _walked(search, np.sort(rest[forced[rest]]))
         rest = _corrected(search, np.sort(rest), 20)
     if rest.size:
-        raise StateError(
-            {int(k): "shift and wheel loads do not settle; smooth measured profiles" for k in rest}
-        )
+        raise StateError(dict.fromkeys(rest.tolist(), say("state.unsettled")))
     at = np.flatnonzero(np.isfinite(search.beyond[:, 0]))
     past = search.beyond[at]
     beyond = BeyondJump(at, past[:, 0], past[:, 1:3], *past[:, 3:].T) if at.size else None
@@ -294,12 +291,9 @@ def _curved(search: Search, bogies: Bogies, start: Running, stage: bool) -> None
     if left.size and warm and not stage:
         left = left[curved(search, bogies.at(left), False, TOLERANCE)]
     if left.size:
-        radius = 1.0 / search.conditions.track_curvature[bogies.leading[left]]
-        text = (
-            "no equilibrium of the bogie in the curve of {:.4g} m: the flange climbs or a wheel is unloaded"
-        )
-        places = zip(bogies.leading[left].tolist(), radius, strict=True)
-        raise StateError({point: text.format(one) for point, one in places})
+        curvature = search.conditions.track_curvature
+        lost = bogies.leading[left].tolist()
+        raise StateError({point: say("state.no_curving", radius=1.0 / curvature[point]) for point in lost})
     search.stiffness[rows] = 1.0  # found before: the next search starts here
 
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.errors import ProfileError
+from wearsim.errors import ProfileError, say
 from wearsim.profile.shape import FloatArray, Profile, extremum, resample, vertex_lengths
 
 _STEEPEST = math.radians(80.0)  # slope from which a piece of the reference is flange back
@@ -151,9 +151,8 @@ def _best_fit(profile: Profile, reference: Profile, *, rotation: bool) -> Alignm
     total = place - np.array([c * centre[0] - s * centre[1], s * centre[0] + c * centre[1]])
     names = " and ".join(zone.name for zone, members in zip(zones, inside, strict=True) if np.any(members))
     freedom = "shifted and rotated" if rotation else "shifted, not rotated"
-    note = (
-        f"{names} fitted to {reference.name} by least squares over {np.count_nonzero(use)} points, {freedom}"
-    )
+    fit = f"by least squares over {np.count_nonzero(use)} points, {freedom}"
+    note = f"{names} fitted to {reference.name} {fit}"
     return Alignment("best_fit", profile, float(total[0]), float(total[1]), angle, rms, note)
 
 
@@ -258,8 +257,8 @@ def align(profile: Profile, reference: Profile, rule: str, *, rotation: bool = F
     try:
         fit = _best_fit(profile, reference, rotation=rotation)
     except ProfileError as error:
-        fix = f"state --align none if it lies on {reference.name} as measured"
-        raise ProfileError(f"{profile.name}: best fit: {error}; {fix}") from error
+        values = {"profile": profile, "error": error, "reference": reference}
+        raise ProfileError(say("profile.no_fit", **values)) from error
     y, z = fit.moved(profile.y, profile.z)
     source = f"{profile.source}; aligned by {rule}" if profile.source else f"aligned by {rule}"
     return replace(fit, profile=replace(profile, y=y, z=z, source=source))

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from wearsim.errors import say
 from wearsim.profile.shape import FloatArray, Kind
 
 PointFault = tuple[str, int | None]
@@ -50,9 +51,7 @@ def shape_faults(
         return [(f"y and z must be two lists of equal length, not of shapes {y.shape} and {z.shape}", None)]
     faults: list[PointFault] = []
     if len(y) < MIN_POINTS:
-        faults.append(
-            (f"number of points = {len(y)} is too few for a profile; give at least {MIN_POINTS}", None)
-        )
+        faults.append((say("profile.few_points", count=len(y), fewest=MIN_POINTS), None))
     for j in np.flatnonzero(~(np.isfinite(y) & np.isfinite(z))):
         faults.append((f"point {j + 1} is not finite; delete or repeat the measurement of it", int(j)))
     return faults or list(_wild_points(y, z)) or _size(kind, y, z, units) or list(_order(y, z))
@@ -64,8 +63,7 @@ def _wild_points(y: FloatArray, z: FloatArray) -> Iterator[PointFault]:
     both = np.minimum(step[1:], step[:-1])
     wild = (both > np.maximum(3.0 * np.median(step), 2e-3)) & (across < 0.5 * both)
     for j in np.flatnonzero(wild) + 1:
-        off = f"{both[j - 1] * 1e3:.3g} mm off both neighbours"
-        yield f"point {j + 1} lies {off}; correct or delete it, or give all points in one unit", int(j)
+        yield say("profile.wild_point", point=j + 1, off=both[j - 1]), int(j)
 
 
 def _size(kind: Kind, y: FloatArray, z: FloatArray, units: str) -> list[PointFault]:
@@ -76,8 +74,8 @@ def _size(kind: Kind, y: FloatArray, z: FloatArray, units: str) -> list[PointFau
         if not (low <= size or (flat and word == "high")) or size > high:
             fits = " or ".join(words for factor, words in _SCALES.items() if low <= size * factor <= high)
             hint = f"it would fit if the numbers were {fits}: {units}" if fits else "check units and columns"
-            what = f"the {kind} profile is {size * 1e3:.4g} mm {word}, which is not within"
-            return [(f"{what} {low * 1e3:g} .. {high * 1e3:g} mm; {hint}", None)]
+            said = {"kind": kind, "size": size, "word": word, "low": 1e3 * low, "high": high, "hint": hint}
+            return [(say("profile.size", **said), None)]
     return []
 
 
@@ -92,8 +90,7 @@ def _order(y: FloatArray, z: FloatArray) -> Iterator[PointFault]:
     """Points that do not follow each other along the profile, and gaps between them."""
     if len(back := turns(y, z)):
         more = f" (and at {len(back) - 1} more)" if len(back) > 1 else ""
-        place = f"the points turn back at point {back[0] + 1}{more}"
-        yield f"{place}; list them in their order along the profile, once", int(back[0])
+        yield say("profile.turns_back", point=back[0] + 1, more=more), int(back[0])
         return
     step, count = np.hypot(np.diff(y), np.diff(z)), len(y)
     gaps = np.flatnonzero((step > 5e-3) & (step > 10.0 * np.median(step))) + 1
@@ -101,8 +98,7 @@ def _order(y: FloatArray, z: FloatArray) -> Iterator[PointFault]:
     # side of a head or roller: there is no contact
     end = max(_END_POINTS, count // 50)
     for j in gaps[(step[gaps - 1] > _END_PIECE) | ((gaps > end) & (gaps < count - end))]:
-        gap = f"{step[j - 1] * 1e3:.4g} mm without a point before point {j + 1}"
-        yield f"{gap}; add the missing points, or give one profile in one unit", int(j)
+        yield say("profile.wide_gap", gap=step[j - 1], point=j + 1), int(j)
 
 
 def _wheel_faults(y: FloatArray, z: FloatArray) -> list[PointFault]:
@@ -111,26 +107,19 @@ def _wheel_faults(y: FloatArray, z: FloatArray) -> list[PointFault]:
     highest, lowest = int(np.argmax(z)), int(np.argmin(z))
     tip, at_circle = float(y[highest]), float(z[int(np.argmin(np.abs(y)))])
     low, high = _TIP_RANGE
-    message, point = "", highest
     if tread - z[lowest] > z[highest] - tread and edge <= lowest < len(y) - edge:
-        message = "the flange points to negative z: change the sign of z (positive radially outward)"
-        point = lowest
-    elif tip > 0.5 * float(y.min() + y.max()):
-        end = f"the flange is at the end of larger y (tip at y = {tip * 1e3:.4g} mm)"
-        message = f"{end}; mirror the file: change the sign of y"
-    elif not low <= tip <= high:
+        return [(say("profile.flange_inward"), lowest)]
+    if tip > 0.5 * float(y.min() + y.max()):
+        return [(say("profile.flange_outside", tip=tip), highest)]
+    if not low <= tip <= high:
         fits = "; it would fit with y counted from the running circle: subtract 70 mm from y"
         hint = fits if low <= tip - 0.070 <= high else ": y counts from the running circle"
-        range = f"which is not within {low * 1e3:g} .. {high * 1e3:g} mm"
-        message = f"the flange tip is at y = {tip * 1e3:.4g} mm, {range}{hint}"
-    elif y.max() < 0.020:
-        ends = f"the profile ends at y = {y.max() * 1e3:.4g} mm"
-        return [(f"{ends}; the tread is needed up to 20 mm at least", None)]
-    elif abs(at_circle) > _CIRCLE_LIMIT:
-        where = f"z = {at_circle * 1e3:.4g} mm at the running circle (y = 0)"
-        limit = f"which is not within +-{_CIRCLE_LIMIT * 1e3:g} mm"
-        return [(f"{where}, {limit}: z counts from the running circle of the new wheel", None)]
-    return [(message, point)] if message else []
+        return [(say("profile.tip_place", tip=tip, low=1e3 * low, high=high, hint=hint), highest)]
+    if y.max() < 0.020:
+        return [(say("profile.narrow_tread", end=y.max()), None)]
+    if abs(at_circle) > _CIRCLE_LIMIT:
+        return [(say("profile.off_circle", z=at_circle, most=_CIRCLE_LIMIT), None)]
+    return []
 
 
 def head_fall(y: FloatArray, z: FloatArray) -> float:

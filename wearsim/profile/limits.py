@@ -97,9 +97,7 @@ class Limit(Table):
         unit = self._unit
         for key in ("min", "max", "min_mm", "max_mm"):
             if getattr(self, key) is not None and not key.endswith(unit or ("min", "max")):
-                raise cross_check(
-                    f"{key} is no key of a limit of {self.measure}; give min{unit}, max{unit}", key
-                )
+                raise cross_check(say("profile.limit_key", key=key, of=self, unit=unit), key)
         least, most = (getattr(self, f"{bound}{unit}") for bound in _BOUNDS)
         if least is None and most is None:
             raise cross_check(f"gives no min{unit} and no max{unit} of {self.measure}")
@@ -134,8 +132,7 @@ class _LimitsFile(Table):
     def _have_sources(self) -> Self:
         own = [one.measure for one in self.limit if not all(self.about(one).values())]
         if own:
-            what = f"the limits of {', '.join(own)} have no source or certainty"
-            raise cross_check(f"{what}; give it for each limit or for the file", "limit")
+            raise cross_check(say("profile.no_source", names=own), "limit")
         return self
 
     def about(self, limit: Limit) -> dict[str, str]:

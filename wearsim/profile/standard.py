@@ -26,7 +26,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from wearsim.errors import ProfileError, suggestion
+from wearsim.errors import ProfileError, say, suggestion
 from wearsim.profile.placement import GAUGE_DEPTH, placement
 from wearsim.profile.segments import (
     Arc,
@@ -145,9 +145,7 @@ def sample(definition: Definition, spacing: float) -> tuple[FloatArray, FloatArr
     Raises `ProfileError` for a spacing [m] that is not within 0.001 .. 2 mm.
     """
     if not 1e-6 <= spacing <= 2e-3:
-        raise ProfileError(
-            f"{definition.name}: point spacing = {spacing * 1e3:g} mm must be in 0.001 .. 2 mm"
-        )
+        raise ProfileError(say("profile.spacing", of=definition, spacing=spacing))
     y = [definition.segments[0].abscissae(spacing * 1e3)]
     y.extend(piece.abscissae(spacing * 1e3)[1:] for piece in definition.segments[1:])
     y_m = np.concatenate(y) * 1e-3
@@ -243,9 +241,8 @@ def _found(designation: str, kind: Kind | None) -> tuple[Template, list[str]]:
     what = f"neither a file nor a shipped {f'{kind} ' if kind else ''}profile"
     if found is not None:
         what = f"a {found[0].about['kind']} profile, a {kind} is needed"
-    raise ProfileError(
-        f"{designation!r} is {what} ({', '.join(names)}){suggestion(designation.split('/')[0], names)}"
-    )
+    near = suggestion(designation.split("/")[0], names)
+    raise ProfileError(f"{designation!r} is {what} ({', '.join(names)}){near}")
 
 
 def is_designation(text: str) -> bool:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from wearsim.errors import ResultError
+from wearsim.errors import ResultError, say
 from wearsim.quantities import QUANTITIES
 from wearsim.report import tables_damage
 from wearsim.report.html import Campaigns, all_figures
@@ -21,6 +20,7 @@ from wearsim.results import checks, load_results, result_warnings
 from wearsim.results.fatigue import largest_index, quantity_of
 from wearsim.results.limits import limits_met
 from wearsim.results.schema import FAINT
+from wearsim.whole_files import json_value
 
 _ALONG = {
     "comparison": {"max_wear_depth": "comparison_wear_depth"},
@@ -74,7 +74,7 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
         "faint": {name: dataset[name].values.max() for name in FAINT if name in dataset},
         "ended": str(dataset.attrs.get("finished", "")) or None,
         "limits": {one.name: {"limit": one.limit, "met": one.distance} for one in limits_met(dataset)},
-        "reprofilings": [one._asdict() for one in checks.reprofilings(dataset)],
+        "reprofilings": checks.reprofilings(dataset),
         "cracks_left": checks.cracks_left(dataset),
     }
     if "comparison_name" in dataset or "fatigue_name" in dataset:
@@ -90,7 +90,7 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
         count = int(dataset["counterface_redressed_count"].values[-1])
         ends = {name: dataset[name].values[-1] for name in COUNTERFACE_MEASURES}
         content["counterface"] = {"counterface_redressed_count": count, **ends}
-    return dict(_plain(content))
+    return dict(json_value(content))
 
 
 def _damage(dataset: xr.Dataset) -> dict[str, Any]:
@@ -142,8 +142,7 @@ def write_figures(path: str | Path, directory: str | Path) -> list[Path]:
     try:
         directory.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        text = f"{directory}: figures cannot be written: {error.strerror}; choose another folder"
-        raise ResultError(text) from error
+        raise ResultError(say("result.no_figures", directory=directory, error=error)) from error
     return [
         save_svg(plate.figure, directory / f"{Path(path).stem}_{plate.name}.svg")
         for plate in all_figures(Campaigns([dataset]))
@@ -155,17 +154,6 @@ def write_animation(path: str | Path, target: Path) -> Path:
     from wearsim.report.figures.animation import animate_wear
 
     return animate_wear(load_results(path), target)
-
-
-def _plain(value: Any) -> Any:
-    """Value as JSON knows it; None where it is not a number."""
-    if value is None or isinstance(value, str | bool | int):
-        return value
-    if isinstance(value, Mapping):
-        return {str(key): _plain(one) for key, one in value.items()}
-    if np.ndim(value) or isinstance(value, list):
-        return [_plain(one) for one in value]
-    return float(value) if np.isfinite(value) else None
 
 
 def _ends(values: np.ndarray) -> tuple[float, float]:

@@ -176,6 +176,14 @@ def label_axes(ax: Axes, x: str, y: str, floor: float | None = None, width: int 
     return ax
 
 
+def shape_axes(ax: Axes, x: str, y: str, **options: Any) -> Axes:
+    """Label the axes of a profile: equal scales, by `options` of `Axes.set_aspect`, z down."""
+    ax.set_aspect("equal", **options)
+    if not ax.yaxis_inverted():
+        ax.invert_yaxis()
+    return label_axes(ax, x, y)
+
+
 def plain(value: Any, digits: int = 4) -> str:
     """Write a number with some significant digits and without exponent; less than 0.0001 is said to be so."""
     value = float(value)

@@ -1,21 +1,13 @@
 """The scene file: read, checked with all faults at once, and made into the ingredients of a campaign."""
 
+from wearsim.scene.inputs import files_to_copy
 from wearsim.scene.models import CompareScene, FieldScene, RigScene
-from wearsim.scene.read import CampaignScene, Scene, files_to_copy, load_campaign, load_scene, scene_schema
+from wearsim.scene.read import CampaignScene, Scene, load_campaign, load_scene
+from wearsim.scene.reference import scene_schema
 from wearsim.scene.setup import CampaignSetup, build
 from wearsim.scene.sweep import SweepScene
 
 __all__ = [
-    "CampaignScene",
-    "CampaignSetup",
-    "CompareScene",
-    "FieldScene",
-    "RigScene",
-    "Scene",
-    "SweepScene",
-    "build",
-    "files_to_copy",
-    "load_campaign",
-    "load_scene",
-    "scene_schema",
-]
+    "CampaignScene", "CampaignSetup", "CompareScene", "FieldScene", "RigScene", "Scene", "SweepScene",
+    "build", "files_to_copy", "load_campaign", "load_scene", "scene_schema",
+]  # fmt: skip

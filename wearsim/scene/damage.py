@@ -84,14 +84,13 @@ class BrakeBlockSection(Section):
     def depth(self, y: FloatArray) -> FloatArray:
         """Depth per distance at vertices of a wheel [m/m]."""
         below = (y >= 1e-3 * self.from_mm) & (y <= 1e-3 * self.to_mm)
-        worn: FloatArray = np.where(below, 1e-12 * self.um_per_1000_km, 0.0)
-        return worn
+        return np.where(below, 1e-12 * self.um_per_1000_km, 0.0)
 
 
 class WearSection(Section):
     """[wear]: the law of the wear depth by frictional work."""
 
-    laws_that_take = staticmethod(wear.laws_that_take)
+    laws_that_take = staticmethod(WEAR_LAWS.that_take)
 
     law: WearLawName = WearSettings.law
     coefficients: WearSetName | None = None
@@ -133,7 +132,7 @@ class DamageFunctionSection(Section):
 class FatigueSection(Section):
     """[fatigue]: rolling contact fatigue of the wheel."""
 
-    laws_that_take = staticmethod(fatigue.laws_that_take)
+    laws_that_take = staticmethod(FATIGUE_LAWS.that_take)
 
     laws: tuple[FatigueLawName, ...] = ("surface_fatigue_index",)
     coefficients: tuple[FatigueSetName, ...] = ()
@@ -263,13 +262,12 @@ def _wear_faults(section: WearSection) -> _Faults:
         elif not of_table[k]:
             yield from ((path, f"{named}: {message}") for message in _messages(every[k]))
         elif entry.coefficients is not None:
-            what = f'{named} with coefficients = "{entry.coefficients}": a table has its own numbers'
-            yield path, f"{what}; delete coefficients"
+            yield path, say("wear.own_numbers", named=named, entry=entry)
     for key, parameter in _PARAMETERS.items():
         takers = parameters[:1] if parameter == "energy_coefficient" else parameters
         if key in given and not any(parameter in taken for taken in takers):
-            what = f'{key} acts with law = {wear.laws_that_take(parameter)} only, not with "{section.law}"'
-            yield (key,), f"{what}; delete it, or change the law"
+            fitting = WEAR_LAWS.that_take(parameter)
+            yield (key,), say("wear.not_taken", key=key, takers=fitting, section=section)
     if {"table", "table_file"} <= given:
         yield ("table_file",), "table_file and [wear.table] are both given; delete one"
     elif True in of_table and not {"table", "table_file"} & given:
@@ -322,8 +320,7 @@ def _fatigue_key_faults(section: FatigueSection) -> _Faults:
     for key in ("damage_function", "branch", "crack_depth_mm", "wear_number", "shear_yield_MPa"):
         parameter = key.removesuffix("_mm").removesuffix("_MPa")
         if key in changed and not any(parameter in FATIGUE_LAWS[law].parameters for law in laws):
-            takers = fatigue.laws_that_take(parameter)
+            takers = FATIGUE_LAWS.that_take(parameter)
             yield (key,), f"{key} acts with {takers} among the laws only; delete it"
     if "wear_limit_mm" in changed and section.crack_depth_mm is None:
-        message = "wear_limit_mm acts with crack_depth_mm only; give that too, or delete it"
-        yield ("wear_limit_mm",), message
+        yield ("wear_limit_mm",), say("wear.limit_alone")

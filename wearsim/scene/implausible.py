@@ -92,6 +92,6 @@ def side_warnings(
         name, header = headers.get(key, ("", {}))
         side, where = side_of(name, header)
         if side not in ("", wheel):
-            text = f"{key} = {shown(name)} acts on the {wheel} wheel, and its {where} says {side}"
-            warnings.append(scene.fault(("wheelset", key), f"{text}: exchange profile and profile_left"))
+            values = {"key": key, "name": name, "wheel": wheel, "where": where, "side": side}
+            warnings.append(scene.fault(("wheelset", key), say("scene.exchanged", **values)))
     return warnings

@@ -16,10 +16,11 @@ from wearsim.errors import ContactError, Fault, NumericalError, SceneError, say
 from wearsim.operation.points import LARGEST_SHARE, carried_share, mask_of
 from wearsim.profile.shape import Profile, arc_length
 from wearsim.profile.smoothing import ROUGH_BELOW, change, longest_wavelength, roughness, smoothed
+from wearsim.scene.inputs import inputs_of
 from wearsim.scene.messages import by_line, key_of, shift_ranges
 from wearsim.scene.models import FieldScene, RigScene
 from wearsim.scene.overrides import at_its_source
-from wearsim.scene.read import CampaignScene, inputs_of
+from wearsim.scene.read import CampaignScene
 from wearsim.scene.setup import CampaignSetup, build, warnings_of
 from wearsim.toml_faults import KeyPath
 
@@ -123,12 +124,11 @@ def _faults(
                 solve_each(conditions.at(np.array([row])), *problem, lambda _: None)
             except ContactError as own:
                 error = own
-        shift, yaw = 1e3 * conditions.shift[row], 1e3 * conditions.yaw[row]
         who = "wheelset" if error.side is None else "left wheel" if error.side else "right wheel"
         reach = f"check the shift, gauge_mm = {scene.counterface.gauge_mm:g} and how far both profiles reach"
         text = str(error).rpartition(" mrad: ")[2].replace("check shift, gauge and profiles", reach)
-        where = f"{key_of(place)}: at a shift of {shift:.4g} mm and a yaw of {yaw:.4g} mrad"
-        faults[place] = scene.fault(place, f"{where} the {who} cannot carry its load: {text}")
+        values = {"key": key_of(place), "shift": conditions.shift[row], "yaw": conditions.yaw[row]}
+        faults[place] = scene.fault(place, say("scene.no_contact", **values, who=who, text=text))
     return by_line(list(faults.values()))
 
 
@@ -159,15 +159,11 @@ def _roll_warnings(
     for row in sorted(tilt, key=lambda row: -tilt[row]):
         if tilt[row] > LARGEST_TILT:
             worst.setdefault(places[row], row)
-    return [
-        scene.fault(
-            (*place[:3], "roll_mrad"),
-            f"roll_mrad = {1e3 * conditions.roll[row]:.4g}: at a shift of {1e3 * shift[row]:.3g} mm the "
-            f"wheelset rests on both wheels at a roll of {1e3 * resting[row]:.2g} mrad; give that roll, or "
-            'roll = "free" in [contact], or smaller shifts',
-        )
-        for place, row in worst.items()
-    ]
+    warnings = []
+    for place, row in worst.items():
+        values = {"roll": 1e3 * conditions.roll[row], "shift": shift[row], "resting": resting[row]}
+        warnings.append(scene.fault((*place[:3], "roll_mrad"), say("scene.resting", **values)))
+    return warnings
 
 
 DECIDES = 0.8

@@ -281,8 +281,7 @@ def _reprofiling_faults(scene: Campaign) -> _Messages:
         elif limits is None or getattr(limits, key) is None:
             yield path, f"{start} has no value; give it in [campaign.limits]"
     if any(b <= a for a, b in zip((0.0, *rules.at_km), rules.at_km, strict=False)):
-        text = f"at_km = {shown(list(rules.at_km))} must rise from one to the next"
-        yield (*_REPROFILING, "at_km"), text
+        yield (*_REPROFILING, "at_km"), say("scene.not_rising", places=list(rules.at_km))
     if scene.contact.rotation == "nominal":
         yield ("contact", "rotation"), say("scene.reprofiled_nominal")
     if scene.origin.role != "scene":

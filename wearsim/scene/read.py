@@ -2,29 +2,24 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import BaseModel, ValidationError
-from pydantic.json_schema import JsonSchemaMode, models_json_schema
+from pydantic import ValidationError
 
 from wearsim.damage.wear.table import WearTable
 from wearsim.errors import Fault, ProfileError, SceneError, raise_any, say, shown
 from wearsim.profile import placement, standard
 from wearsim.profile.conicity import flange_clearance
-from wearsim.profile.files import ProfileReading, read_profile
 from wearsim.profile.shape import Profile, resample
-from wearsim.profile.smoothing import smoothed
-from wearsim.profile.standard import shipped_path
 from wearsim.scene import messages
 from wearsim.scene.implausible import side_warnings
+from wearsim.scene.inputs import Files, Inputs, kept_files, read_profile_of
 from wearsim.scene.messages import by_line
 from wearsim.scene.models import AnyScene, CompareScene, FieldScene, Origin, RigScene, find_file
 from wearsim.scene.overrides import Override, at_its_source, merge, overridden_text, toml_text
@@ -34,7 +29,6 @@ from wearsim.scene.sweep import SweepScene, read_sweep
 from wearsim.scene.vehicle import Rails, rails_of, read_vehicle
 from wearsim.scene.wear_table import read_wear_table
 from wearsim.toml_faults import (
-    LARGEST_FILE,
     LARGEST_TABLE,
     KeyPath,
     Lines,
@@ -50,66 +44,13 @@ from wearsim.toml_faults import (
 CampaignScene = RigScene | FieldScene | CompareScene
 Scene = CampaignScene | SweepScene
 
-_MODELS: dict[str, type[Scene]] = {
-    "rig": RigScene,
-    "field": FieldScene,
-    "compare": CompareScene,
-    "sweep": SweepScene,
-}
+MODELS: dict[str, type[Scene]] = {
+    "rig": RigScene, "field": FieldScene, "compare": CompareScene, "sweep": SweepScene,
+}  # fmt: skip
+"""Model of each kind of scene."""
 _DICT = Path("scene.toml")  # name of a scene from a dict in results and run directories
-_INPUTS = "inputs.json"
-_RESERVED = (_INPUTS, "manifest.json")
 _RIGHT, _LEFT = ("wheelset", "profile"), ("wheelset", "profile_left")
 _TEMPLATE = ("campaign", "reprofiling", "profile")
-
-
-@dataclass(frozen=True)
-class InputFile:
-    """A file behind a campaign, as it was read.
-
-    Its role is what names it: "scene", "rig", "field", or a key such as "wheelset.profile"; its name is as
-    the scene writes it; a shipped one is a definition that comes with wearsim.
-    """
-
-    role: str
-    name: str
-    path: Path
-    content: bytes
-    shipped: bool = False
-
-    @property
-    def label(self) -> str:
-        """Name in results, without its folder."""
-        return self.path.name if self.role == "scene" else f"{self.role} {self.name}"
-
-    @property
-    def sha256(self) -> str:
-        """Hash of the content."""
-        return hashlib.sha256(self.content).hexdigest()
-
-
-@dataclass(frozen=True)
-class Inputs:
-    """Profiles of a campaign and the files they come from.
-
-    The wheels have points at the scene's spacing, equally many; their flange clearances and templates, the
-    profiles they are reprofiled to, are right and left.
-    """
-
-    right: Profile
-    left: Profile
-    rails: tuple[tuple[Profile, Profile | None], ...]  # placed; the left one if it differs
-    half_span: float  # from the track centre to the origin of the wheel profile [m]
-    clearances: tuple[tuple[float | None, float | None], ...]  # on each pair of rails [m]
-    files: tuple[InputFile, ...]  # the scene file first
-    wear_table: WearTable | None = None  # of the file that `table_file` names
-    templates: tuple[Profile, Profile] | None = None
-    warnings: tuple[Fault, ...] = ()  # of what the files say
-
-    @property
-    def counterface(self) -> Profile:
-        """The right one of the first pair of rails."""
-        return self.rails[0][0]
 
 
 def load_scene(
@@ -149,7 +90,7 @@ def load_scene(
     """
     content = toml_text(path).encode() if isinstance(path, Mapping) else None
     file = _DICT if isinstance(path, Mapping) else _scene_file(path)
-    kept = _kept_files(file) if copied else {}
+    kept = kept_files(file) if copied else {}
     try:
         scene = _read(file, "scene", overrides, content)
         if isinstance(scene, CompareScene):
@@ -198,56 +139,8 @@ def load_campaign(
     """
     scene = load_scene(path, copied=copied, overrides=overrides)
     if isinstance(scene, SweepScene):
-        text = f"kind = {scene.scene.kind!r} is no campaign; run it with `wearsim run`"
-        raise SceneError([scene.fault(("scene", "kind"), text)])
+        raise SceneError([scene.fault(("scene", "kind"), say("scene.no_campaign", scene=scene))])
     return scene
-
-
-def files_to_copy(scene: CampaignScene) -> dict[str, bytes]:
-    """Files with which a scene can be loaded again elsewhere, by `load_scene(..., copied=True)`.
-
-    Contents, as they were read, by plain file name; the scene file comes first. Shapes that wearsim ships are
-    not among them.
-    """
-    named: dict[str, Origin | InputFile] = {"scene": scene.origin}
-    for part in scene.parts:
-        named[part.origin.role] = part.origin
-        named |= {f"{part.origin.role}/{f.role}": f for f in inputs_of(part).files[1:] if not f.shipped}
-    files: dict[str, bytes] = {}
-    roles: dict[str, str] = {}
-    for role, file in named.items():
-        name, number = file.path.name, 1
-        while name in _RESERVED or files.get(name, file.content) != file.content:
-            number += 1
-            name = f"{file.path.stem}-{number}{file.path.suffix}"
-        files[name], roles[role] = file.content, name
-    files[_INPUTS] = json.dumps(roles, indent=2).encode()
-    return files
-
-
-def scene_schema() -> dict[str, Any]:
-    """JSON schema of the scene file, draft 2020-12, for editors.
-
-    The kind in [scene] selects the model by if and then: an editor shows the faults of that kind only.
-    """
-    mode: JsonSchemaMode = "validation"
-    models: list[tuple[type[BaseModel], JsonSchemaMode]] = [(model, mode) for model in _MODELS.values()]
-    definitions = models_json_schema(models, by_alias=True)[1]["$defs"]
-
-    def of_kind(kind: dict[str, Any]) -> dict[str, Any]:
-        scene = {"type": "object", "properties": {"kind": kind}, "required": ["kind"]}
-        return {"type": "object", "properties": {"scene": scene}, "required": ["scene"]}
-
-    return {
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "title": "wearsim scene file",
-        **of_kind({"enum": list(_MODELS)}),
-        "allOf": [
-            {"if": of_kind({"const": kind}), "then": {"$ref": f"#/$defs/{model.__name__}"}}
-            for kind, model in _MODELS.items()
-        ],
-        "$defs": definitions,
-    }
 
 
 def _read(path: Path, role: str, overrides: Sequence[Override] = (), content: bytes | None = None) -> Scene:
@@ -263,7 +156,7 @@ def _read(path: Path, role: str, overrides: Sequence[Override] = (), content: by
     if own:
         data = merge(data, own, lines)
         content = overridden_text(data, own).encode()
-    model: type[Scene | AnyScene] = _MODELS.get(named, AnyScene)
+    model: type[Scene | AnyScene] = MODELS.get(named, AnyScene)
     try:
         scene = model.model_validate(data)
     except ValidationError as error:
@@ -306,7 +199,7 @@ def _read_compared(scene: CompareScene, kept: Mapping[str, Path], overrides: Seq
             if isinstance(part, RigScene | FieldScene) and part.scene.kind == role:
                 setattr(scene, f"_{role}", _with_inputs(part, kept))
             else:
-                text = f"{given} is a {part.scene.kind} scene; name a {role} scene"
+                text = say("scene.other_kind", given=given, part=part, role=role)
                 faults.append(scene.fault(("compare", role), text))
     raise_any(faults)
 
@@ -320,46 +213,12 @@ def _gathered(faults: list[Fault]) -> Iterator[None]:
         faults += error.faults
 
 
-def inputs_of(scene: RigScene | FieldScene) -> Inputs:
-    """Contents of the files of a scene that `load_scene` has read."""
-    inputs = scene._inputs
-    if not isinstance(inputs, Inputs):
-        raise ValueError("a scene is built after load_scene has read its files")
-    return inputs
-
-
-class _Files:
-    """Files that a scene names, the scene file first; in a run directory the copies of them."""
-
-    def __init__(self, scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> None:
-        self.scene, self.origin, self.kept = scene, scene.origin, kept
-        self.read = [InputFile("scene", self.origin.path.name, self.origin.path, self.origin.content)]
-
-    def place(self, role: str, name: str) -> Path | None:
-        """File of a role, if it exists."""
-        kept = self.kept.get(f"{self.origin.role}/{role}")
-        return kept or find_file(name, (self.origin.path.parent,), "profiles")
-
-    def found(self, key: tuple[str, ...], name: str, what: str, path: Path | None = None) -> Path:
-        """File that a key names, or `path` in place of it; a SceneError asks for `what`."""
-        path = self.place(".".join(key), name) or path
-        if path is None:
-            text = f"{key[-1]} = {shown(name)} does not exist as given or next to the scene file; give {what}"
-            raise SceneError([self.scene.fault(key, text)])
-        return path
-
-    def note(self, role: str, name: str, path: Path, most: int = LARGEST_FILE) -> None:
-        """Read a file and keep its content; definitions of wearsim itself count as shipped."""
-        shipped = path.suffix == ".toml" and path.is_relative_to(shipped_path("profiles"))
-        self.read.append(InputFile(role, name, path, content_of(path, "another file", most), shipped))
-
-
 def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigScene | FieldScene:
     """Read the files of a scene and cross-check its values; raise a SceneError with all faults.
 
     The scene returned has the contents of the files, and the wheel radius of their headers if it gave none.
     """
-    files, faults, leaning = _Files(scene, kept), list[Fault](), list[Fault]()
+    files, faults, leaning = Files(scene, kept), list[Fault](), list[Fault]()
     if isinstance(scene, RigScene):
         scene = _with_rig(scene, files)
     wheelset, section, rules = scene.wheelset, scene.counterface, scene.campaign.reprofiling
@@ -380,7 +239,7 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
         if name is None:
             continue
         try:
-            shape, reading = _read_profile(scene, key, name, half_span, files, placed.get(key))
+            shape, reading = read_profile_of(scene, key, name, half_span, files, placed.get(key))
             if key[0] == "wheelset":
                 headers[str(key[-1])] = name, {} if reading is None else reading.header
             if key not in placed or section.wear is not None:
@@ -461,7 +320,7 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
     return scene
 
 
-def _operated(scene: FieldScene, clearance: tuple[float | None, float | None], files: _Files) -> list[Fault]:
+def _operated(scene: FieldScene, clearance: tuple[float | None, float | None], files: Files) -> list[Fault]:
     """Read the record or the vehicle of a scene, if it has one; warnings."""
     given = {name: f"[{name}]" for name in ("vehicle", "recorded") if getattr(scene, name) is not None}
     given |= {"operation": "[[operation.class]]"} if scene.operation.classes else {}
@@ -484,7 +343,7 @@ def _operated(scene: FieldScene, clearance: tuple[float | None, float | None], f
     return notes
 
 
-def _with_rig(scene: RigScene, files: _Files) -> RigScene:
+def _with_rig(scene: RigScene, files: Files) -> RigScene:
     """Scene with its programme and its rig."""
     faults: list[Fault] = []
     for table, key, step in (("operation", "programme", with_programme), ("counterface", "rig", with_rig)):
@@ -496,7 +355,7 @@ def _with_rig(scene: RigScene, files: _Files) -> RigScene:
     return scene
 
 
-def _wear_table(scene: RigScene | FieldScene, files: _Files) -> WearTable | None:
+def _wear_table(scene: RigScene | FieldScene, files: Files) -> WearTable | None:
     """Read the table that `table_file` names."""
     name = scene.wear.table_file
     if name is None:
@@ -505,49 +364,3 @@ def _wear_table(scene: RigScene | FieldScene, files: _Files) -> WearTable | None
     table = replace(read_wear_table(path), name=Path(name).name)
     files.note("wear.table_file", name, path)
     return table
-
-
-def _read_profile(
-    scene: RigScene | FieldScene,
-    key: KeyPath,
-    name: str,
-    half_span: float,
-    files: _Files,
-    pair: Rails | None,
-) -> tuple[Profile, ProfileReading | None]:
-    """Profile of a key, smoothed and, of a pair of rails, placed, and what its file says besides."""
-    section, role, is_rail = scene.counterface, ".".join(map(str, key)), pair is not None
-    track = pair or section
-    slope, depth = placement.slope_of(track.inclination), 1e-3 * section.gauge_height_mm
-    placing, path = (1e-3 * track.gauge_mm, half_span), files.place(role, name)
-    if path is None or path.suffix == ".toml":
-        looks_like_file = any(mark in name for mark in "/\\") or Path(name).suffix not in ("", ".toml")
-        if looks_like_file and not standard.is_designation(name):
-            raise ProfileError(
-                "there is no such file as given, next to the scene file or among the shipped profiles"
-            )
-        short, reading = name.removesuffix(".toml"), None
-        shape = (
-            standard.rail(short, slope, *placing, gauge_height=depth) if is_rail else standard.wheel(short)
-        )
-        path = standard.find_shipped(short)
-    else:
-        reading = read_profile(path, "rail" if is_rail else "wheel")
-        smooth = {_RIGHT[0]: scene.wheelset.smooth_mm, _TEMPLATE[0]: None}.get(str(key[0]), section.smooth_mm)
-        shape = smoothed(reading.profile, 1e-3 * (smooth or 0.0))
-        shape = (
-            placement.place_rail(shape, placement.tilt_to_add(reading.lean, slope), *placing, depth)
-            if is_rail
-            else shape
-        )
-    files.note(role, name, path, LARGEST_TABLE)
-    return shape, reading
-
-
-def _kept_files(path: Path) -> dict[str, Path]:
-    try:
-        roles = json.loads((path.parent / _INPUTS).read_text(encoding="utf-8"))
-        return {str(role): path.parent / str(name) for role, name in roles.items()}
-    except (OSError, ValueError, AttributeError) as error:
-        message = f"cannot be read ({error}); start the scene again with `wearsim run` and another --out"
-        raise SceneError([Fault(message, str(path.parent / _INPUTS))]) from error

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from pathlib import Path
 
 import numpy as np
 
 from wearsim.contact.patch import FloatArray
+from wearsim.csv_tables import csv_table
 from wearsim.errors import Fault, SceneError, raise_any, say, shown
 from wearsim.operation.recorded import Samples, samples_of
 from wearsim.quantities import QUANTITIES
@@ -64,9 +63,7 @@ def read_record(
     named = {_UNITS[key][0]: key for key in columns_of}
     for key in columns_of:
         if (other := named[_UNITS[key][0]]) != key:
-            faults.append(
-                scene.fault((*where, key), f"{key} and {other} are one quantity; delete one of them")
-            )
+            faults.append(scene.fault((*where, key), say("recorded.twice", key=key, other=other)))
     for quantity, sign in _SIGNS.items():
         if quantity in named and getattr(section, sign) is None:
             text = say("recorded.sign", key=named[quantity], sign=sign)
@@ -123,9 +120,7 @@ def read_record(
     raise_any(faults)
     notes = list(samples.notes)
     if beyond.any():
-        notes.append(
-            f"{100.0 * beyond.mean():.3g} % of the samples lie beyond the flange clearance; moved to it"
-        )
+        notes.append(say("recorded.beyond", share=beyond.mean()))
     file = ("recorded", "file")
     return samples, [scene.fault(file, f"file = {shown(section.file)}: {note}") for note in notes]
 
@@ -145,22 +140,14 @@ def _columns(path: Path) -> dict[str, FloatArray]:
                     raise ValueError("its variables have unlike lengths")
                 return {str(name): data[name].values.astype(float) for name in flat}
         except UNREADABLE as error:
-            raise SceneError(
-                [Fault(f"cannot be read as netCDF ({error}); give a CSV file", str(path))]
-            ) from None
-    rows = [
-        row
-        for row in csv.reader(io.StringIO(text_of(content_of(path, "a CSV file", LARGEST_TABLE), str(path))))
-        if any(row)
-    ]
-    if len(rows) < 3:
+            text = f"cannot be read as netCDF ({error}); give a CSV file"
+            raise SceneError([Fault(text, str(path))]) from None
+    text = text_of(content_of(path, "a CSV file", LARGEST_TABLE), str(path))
+    table = csv_table(text, str(path))
+    raise_any(table.faults)
+    if len(table.rows) < 2:
         raise SceneError([Fault("holds no samples; give a header and a row for each", str(path))])
-    header = [name.strip() for name in rows[0]]
-    short = next((k for k, row in enumerate(rows[1:], 2) if len(row) != len(header)), None)
-    if short is not None:
-        text = f"{len(rows[short - 1])} cells, the header has {len(header)}; separate them by commas"
-        raise SceneError([Fault(text, str(path), short)])
-    return {name: np.array([_number(row[k]) for row in rows[1:]]) for k, name in enumerate(header)}
+    return {name: np.array([_number(row[k]) for _, row in table.rows]) for k, name in enumerate(table.header)}
 
 
 def _number(text: str) -> float:

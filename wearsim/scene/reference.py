@@ -1,4 +1,4 @@
-"""The reference of scene files: every key with unit, range, default and meaning, from the JSON schema."""
+"""The JSON schema of scene files, and the reference of every key with unit, range, default and meaning."""
 
 from __future__ import annotations
 
@@ -8,19 +8,41 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-from wearsim.scene.read import scene_schema
+from pydantic import BaseModel
+from pydantic.json_schema import JsonSchemaMode, models_json_schema
 
-_START = """\
-# Scene files: every key
+from wearsim.scene.read import MODELS
+from wearsim.texts import written
 
-`wearsim schema --markdown` writes this file from the models that read scenes. `wearsim new rig` writes a
-scene to start from, `wearsim check SCENE` lists its faults. A table or key is required, has a default, or (–)
-may be left out. Tables in double brackets can be repeated.
-"""
 _PLAIN = {
     "string": "text", "boolean": "true or false", "object": "table", "null": "", "number": "number",
     "integer": "whole number",
 }  # fmt: skip
+
+
+def scene_schema() -> dict[str, Any]:
+    """JSON schema of the scene file, draft 2020-12, for editors.
+
+    The kind in [scene] selects the model by if and then: an editor shows the faults of that kind only.
+    """
+    mode: JsonSchemaMode = "validation"
+    models: list[tuple[type[BaseModel], JsonSchemaMode]] = [(model, mode) for model in MODELS.values()]
+    definitions = models_json_schema(models, by_alias=True)[1]["$defs"]
+
+    def of_kind(kind: dict[str, Any]) -> dict[str, Any]:
+        scene = {"type": "object", "properties": {"kind": kind}, "required": ["kind"]}
+        return {"type": "object", "properties": {"scene": scene}, "required": ["scene"]}
+
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "wearsim scene file",
+        **of_kind({"enum": list(MODELS)}),
+        "allOf": [
+            {"if": of_kind({"const": kind}), "then": {"$ref": f"#/$defs/{model.__name__}"}}
+            for kind, model in MODELS.items()
+        ],
+        "$defs": definitions,
+    }
 
 
 @dataclass
@@ -38,19 +60,16 @@ def scene_reference() -> str:
     schema = scene_schema()
     parts, tables = schema["$defs"], dict[str, _Table]()
     for each in schema["allOf"]:
-        kind, scene = (
-            each["if"]["properties"]["scene"]["properties"]["kind"]["const"],
-            _of(parts, each["then"]),
-        )
+        kind = each["if"]["properties"]["scene"]["properties"]["kind"]["const"]
+        scene = _of(parts, each["then"])
         for key, value in scene["properties"].items():
             for part in _tables(parts, value):
                 _collect(parts, part, key, key in scene["required"], kind, tables)
-    return "\n".join([_START, *(line for name, table in tables.items() for line in _lines(name, table))])
+    return written("wearsim.scene", "reference.md.j2", tables=tables) + "\n"
 
 
 def _of(parts: dict[str, Any], schema: dict[str, Any]) -> dict[str, Any]:
-    found: dict[str, Any] = parts[schema["$ref"].rsplit("/", 1)[1]]
-    return found
+    return parts[schema["$ref"].rsplit("/", 1)[1]]
 
 
 def _tables(parts: dict[str, Any], schema: dict[str, Any]) -> Iterator[dict[str, Any]]:
@@ -105,21 +124,3 @@ def _values(schema: dict[str, Any]) -> str:
     start = f"above {schema['exclusiveMinimum']:.10g}" if "exclusiveMinimum" in schema else start
     span = f"{start} to {high:.10g}" if high is not None else start
     return f"whole, {span}" if span and kind == "integer" else span or _PLAIN[kind]
-
-
-def _lines(name: str, table: _Table) -> list[str]:
-    """Lines of a table of scene files."""
-
-    def only(kinds: list[str]) -> str:
-        return "" if kinds == table.kinds else f" ({', '.join(kinds)} only)"
-
-    needed = "; required" if table.required else ""
-    lines = [f"## {name}", "", f"Scenes: {', '.join(table.kinds)}{needed}.", ""]
-    if len(table.texts) == 1:
-        lines += [text[:1].upper() + text[1:] for text in table.texts]
-    else:
-        lines += [f"- {', '.join(kinds)}: {text}" for text, kinds in table.texts.items()]
-    lines += ["", "| key | unit | values | default | meaning |", "|---|---|---|---|---|"]
-    for (*cells, meaning), kinds in table.rows.items():
-        lines.append("| " + " | ".join([*cells, f"{meaning}{only(kinds)}".replace("|", "\\|")]) + " |")
-    return [*lines, ""]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 import re
 import tomllib
@@ -16,7 +14,8 @@ from pydantic import AfterValidator, Field, GetCoreSchemaHandler, PrivateAttr, V
 from pydantic.annotated_handlers import GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from wearsim.errors import Fault, raise_any, shown
+from wearsim.csv_tables import csv_table
+from wearsim.errors import Fault, raise_any, say, shown
 from wearsim.quantities import QUANTITIES
 from wearsim.toml_faults import Table, content_of, decimal, suggestion, text_of, validation_faults
 
@@ -148,38 +147,23 @@ def read_rows(
     SceneError
         With all faults of the file, each with its line; also if it has no rows.
     """
-    rows = list(csv.reader(io.StringIO(text_of(content_of(path, f"a table of {what}s"), str(path)))))
-    header = [cell.strip() for cell in rows[0]] if rows else []
+    file = str(path)
+    table = csv_table(text_of(content_of(path, f"a table of {what}s"), file), file, short=True)
     known = list(model.model_fields)
-    unknown = [name for name in header if name not in known]
-    faults = [
-        Fault(f"column {shown(name)} is no key of a {what}; {suggestion(name, known)}", str(path), 1)
-        for name in unknown
-    ]
-    twice = [name for name in dict.fromkeys(header) if header.count(name) > 1]
-    faults += [
-        Fault(f"column {shown(name)} stands twice; delete one of them", str(path), 1) for name in twice
-    ]
-    long = [line for line, cells in enumerate(rows[1:], 2) if len(cells) > len(header)]
-    text = f"more cells than the header has, {len(header)}; write decimals with a point"
-    faults += [Fault(text, str(path), line) for line in long]
+    unknown = [name for name in table.header if name not in known]
+    texts = [f"column {shown(name)} is no key of a {what}; {suggestion(name, known)}" for name in unknown]
+    faults = [*(Fault(text, file, table.line) for text in texts), *table.faults]
     found = []
-    for line, cells in enumerate(rows[1:], 2) if not unknown else ():
-        if not any(cell.strip() for cell in cells):
-            continue
-        values = {
-            name: _cell(name, cell.strip()) for name, cell in zip(header, cells, strict=False) if cell.strip()
-        }
+    for line, cells in table.rows if not unknown else ():
+        named = zip(table.header, cells, strict=False)
+        values = {name: _cell(name, cell) for name, cell in named if cell}
         try:
             found.append(model.model_validate({**(defaults or {}), **values}))
-            found[-1]._place = str(path), line
+            found[-1]._place = file, line
         except ValidationError as error:
-            faults += [
-                Fault(one.message, str(path), line) for one in validation_faults(error, model, {}, str(path))
-            ]
+            faults += [Fault(one.message, file, line) for one in validation_faults(error, model, {}, file)]
     if not faults and not found:
-        text = f"holds no {what}s; give a header with keys of {what}s and one row for each"
-        faults.append(Fault(text, str(path)))
+        faults.append(Fault(say("table.empty", what=what), file))
     raise_any(faults)
     return tuple(found)
 

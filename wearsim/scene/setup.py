@@ -47,9 +47,9 @@ from wearsim.scene.campaign import (
     ReprofilingRules,
 )
 from wearsim.scene.damage import BrakeBlockSection, fatigue_settings, wear_settings
+from wearsim.scene.inputs import inputs_of
 from wearsim.scene.messages import by_line, scene_warnings, shift_ranges
 from wearsim.scene.models import CHAINS, ContactSection, FieldScene, RecordedSection, RigScene, RollerSection
-from wearsim.scene.read import inputs_of
 from wearsim.scene.section import Section
 from wearsim.scene.vehicle import VehicleSection
 
@@ -150,7 +150,7 @@ def warnings_of(scene: RigScene | FieldScene) -> tuple[Fault, ...]:
         reduced_to.append(("vehicle", scene.vehicle, f"{len(scene._track)} classes", scene._error))
     for table, section, count, error in reduced_to:
         if error > section.binning_tolerance:
-            text = f"binning_tolerance = {section.binning_tolerance:g}: {count} leave an error of {error:.2g}"
+            text = say("scene.binning", section=section, count=count, error=error)
             own.append(scene.fault((table, "binning_tolerance"), text))
     if isinstance(scene, RigScene) and (text := _cut_loop(scene)):
         own.append(scene.fault(("campaign", "distance_km"), text))
@@ -359,12 +359,6 @@ def _settled(scene: RigScene | FieldScene, points: OperatingPoints, bodies: _Bod
             first = {places[k]: k for k in sorted(error.messages, reverse=True)}
             fix = "lower lateral_force_kN, or raise the load"
             fix = fix if points.controlled.bogies is None else OF_BOGIES
-            raise SceneError(
-                by_line(
-                    [
-                        scene.fault(path, f"{points.label[k]}: {error.messages[k]}; {fix}")
-                        for path, k in first.items()
-                    ]
-                )
-            ) from None
+            texts = {path: f"{points.label[k]}: {error.messages[k]}; {fix}" for path, k in first.items()}
+            raise SceneError(by_line([scene.fault(*text) for text in texts.items()])) from None
     return scene._running

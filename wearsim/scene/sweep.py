@@ -12,7 +12,8 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from wearsim.errors import Fault, SceneError, brief, shown
+from wearsim.csv_tables import csv_table
+from wearsim.errors import Fault, SceneError, brief, say, shown
 from wearsim.quantities import QUANTITIES
 from wearsim.scene.models import Header, SceneModel, find_file
 from wearsim.scene.overrides import Override, value_of
@@ -137,11 +138,9 @@ def sweep_of_flags(scene: str, vary: Sequence[str], table: str | None) -> Sweep:
             texts = next(csv.reader([values]))
             varied.append([Override(key, value_of(text), f"--vary {flag}") for text in texts])
         else:
-            message = "must be KEY=VALUE,VALUE,... such as wear.form=local,patch_mean"
-            faults.append(Fault(message, f"--vary {flag}"))
+            faults.append(Fault(say("sweep.vary"), f"--vary {flag}"))
     if bool(vary) == (table is not None):
-        message = "say what to vary, by --vary KEY=VALUE,VALUE or by --table CSV, or give a sweep file"
-        faults.append(Fault(message, scene))
+        faults.append(Fault(say("sweep.nothing_varied"), scene))
     else:
         rows = _every_row(varied, faults) if table is None else _table_rows(Path(table), faults)
     if faults or base is None:
@@ -158,11 +157,11 @@ def _every_row(varied: Sequence[Sequence[Override]], faults: list[Fault]) -> lis
     before = len(faults)
     for index, item in enumerate(varied):
         if keys[index] in keys[index + 1 :]:
-            message = f"{keys[index]} is varied twice; give all its values in one place"
-            faults.append(Fault(message, item[0].source, item[0].line))
+            text = say("sweep.varied_twice", key=keys[index])
+            faults.append(Fault(text, item[0].source, item[0].line))
     if math.prod(map(len, varied)) > MOST_CASES:
-        message = f"more than {MOST_CASES} cases; give fewer values"
-        faults.append(Fault(message, varied[0][0].source, varied[0][0].line))
+        text = f"more than {MOST_CASES} cases; give fewer values"
+        faults.append(Fault(text, varied[0][0].source, varied[0][0].line))
     return list(itertools.product(*varied)) if len(faults) == before else []
 
 
@@ -178,34 +177,16 @@ def _table_rows(path: Path, faults: list[Fault]) -> list[Row]:
     except SceneError as error:
         faults += error.faults
         return []
-    rows = [
-        (place, next(csv.reader([line])))
-        for place, line in enumerate(text.splitlines(), 1)
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
-    if len(rows) < 2:
-        message = "no cases; give a line of keys such as wheelset.radius_mm, and a line per case"
-        faults.append(Fault(message, file))
-        return []
-    (top, header), *body = rows
-    keys = [key.strip() for key in header]
-    messages = [
-        (top, f"column {shown(key)} must be named section.key, such as wheelset.radius_mm")
-        for key in keys
-        if "." not in key
-    ]
-    if len(set(keys)) < len(keys):
-        messages.append((top, "two columns have the same key; delete one"))
-    short = [(place, len(cells)) for place, cells in body if len(cells) != len(keys)]
-    messages += [(place, f"{n} cells where the first line has {len(keys)} keys") for place, n in short]
-    faults += [Fault(message, file, place) for place, message in messages]
+    table = csv_table(text, file, comments=True)
+    faults += table.faults
+    if not table.rows and not table.faults:
+        faults.append(Fault(say("sweep.no_cases"), file))
+    unlike = [key for key in table.header if "." not in key]
+    faults += [Fault(say("sweep.column", key=key), file, table.line) for key in unlike]
+    rows = [(line, zip(table.header, cells, strict=True)) for line, cells in table.rows]
     return [
-        tuple(
-            Override(key, value_of(cell), file, place)
-            for key, cell in zip(keys, cells, strict=False)
-            if cell.strip()
-        )
-        for place, cells in body
+        tuple(Override(key, value_of(cell), file, line) for key, cell in pairs if cell)
+        for line, pairs in rows
     ]
 
 

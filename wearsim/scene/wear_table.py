@@ -6,7 +6,6 @@ such as ``# source = twin disc, our laboratory``, a line with the names of the c
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -15,6 +14,7 @@ import numpy as np
 from pydantic import AfterValidator, Field, Strict, ValidationError
 
 from wearsim.contact.patch import FloatArray
+from wearsim.csv_tables import csv_table
 from wearsim.damage.wear.table import INDEX_COLUMNS, RATE_COLUMNS, WearTable
 from wearsim.errors import Fault, SceneError, raise_any, say
 from wearsim.scene.section import Section, Text
@@ -195,34 +195,15 @@ def _parsed_csv(file: str, text: str) -> tuple[dict[str, Any], Lines]:
     """Keys of the comment lines and columns of a CSV file, as TOML has them, with their lines."""
     data: dict[str, Any] = {}
     lines: Lines = {}
-    faults: list[Fault] = []
-    header: list[str] = []
     for line, row in enumerate(text.split("\n"), start=1):
-        if row.startswith("#"):
-            key, equals, value = (part.strip() for part in row[1:].partition("="))
-            if equals and key in WearTableSection.model_fields:
-                data[key], lines[key,] = _number_or_text(value.strip('"')), line
-            continue
-        try:
-            cells = [cell.strip() for cell in next(csv.reader([row]), [])]
-        except csv.Error as error:
-            faults.append(Fault(f"is not CSV: {error}", file, line))
-            continue
-        if not any(cells):
-            continue
-        if header and len(cells) != len(header):
-            faults.append(Fault(f"has {len(cells)} cells where the header has {len(header)}", file, line))
-        elif header:
-            for name, cell in zip(header, cells, strict=True):
-                lines[name, len(data[name])] = line
-                data[name].append(_number_or_text(cell))
-        else:
-            header = cells
-            twice = sorted({each for each in header if header.count(each) > 1})
-            faults += [Fault(f"column {name} is given twice; delete one", file, line) for name in twice]
-            data |= {name: [] for name in header}
-            lines |= {(name,): line for name in header}
-    raise_any(faults)
+        key, equals, value = (part.strip() for part in row.removeprefix("#").partition("="))
+        if row.startswith("#") and equals and key in WearTableSection.model_fields:
+            data[key], lines[key,] = _number_or_text(value.strip('"')), line
+    table = csv_table(text, file, comments=True)
+    raise_any(table.faults)
+    for k, name in enumerate(table.header):
+        data[name], lines[name,] = [_number_or_text(cells[k]) for _, cells in table.rows], table.line
+        lines |= {(name, row): line for row, (line, _) in enumerate(table.rows)}
     return data, lines
 
 

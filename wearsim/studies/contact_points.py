@@ -158,9 +158,8 @@ def _value(flag: Flag, text: str) -> Any:
         what += " of magnitude" if flag.column == "curve_radius_m" else " above 0 and" if above else ""
         unit = "" if quantity.shown_unit == "1" else f" {quantity.shown_unit}"
         comma = "; the decimal mark is a point" if "," in text else ""
-        raise ValueError(
-            f"must be {what} from {low:g} to {high:g}{unit} ({flag.meaning.partition(' (')[0]}){comma}"
-        )
+        meaning = flag.meaning.partition(" (")[0]
+        raise ValueError(f"must be {what} from {low:g} to {high:g}{unit} ({meaning}){comma}")
     if whole:
         return int(number)
     shown = quantity.shown_factor

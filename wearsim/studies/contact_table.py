@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import csv
 import difflib
-import io
 import math
 import re
 import sys
@@ -15,6 +13,7 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
+from wearsim.csv_tables import CsvTable, csv_table
 from wearsim.errors import LONGEST_ECHO, Fault, SceneError, raise_any, say
 from wearsim.profile.conicity import flange_clearance
 from wearsim.profile.files import is_file
@@ -87,16 +86,13 @@ def read_table(source: str, flags: Mapping[str, str]) -> Table:
     all faults, each with its line.
     """
     name = "stdin" if source == "-" else source
-    records = _records(name, source)
-    columns = _header(name, *next(records, (1, [])))
+    table = csv_table(_text(name, source), name)
+    columns = _checked(name, table)
     carried = [column for column in columns if column not in (*COLUMNS, *RESULT_COLUMNS)]
-    rows, faults, seen = list[Row](), list[Fault](), set[tuple[str, str]]()
-    for line, cells in records:
-        values = dict(zip(columns, cells, strict=False))
-        if len(cells) < len(columns) or any(cells[len(columns) :]):
-            text = f"{len(cells)} cells, the header has {len(columns)}; quote cells that hold commas"
-            faults.append(Fault(text, name, line))
-        elif "table_line" not in values or values.get("patch", "1") in ("", "1"):  # else a further patch
+    rows, faults, seen = list[Row](), list(table.faults), set[tuple[str, str]]()
+    for line, cells in table.rows:
+        values = dict(zip(columns, cells, strict=True))
+        if "table_line" not in values or values.get("patch", "1") in ("", "1"):  # else a further patch
             given = {column: cell for column, cell in values.items() if column in COLUMNS and cell}
             request, wrong = request_of(flags, given)
             rows.append(Row(line, {column: values[column] for column in carried}, request))
@@ -109,12 +105,12 @@ def read_table(source: str, flags: Mapping[str, str]) -> Table:
     if not faults and not rows:
         missing = "only a header" if columns else "nothing"
         faults = [Fault(f"holds {missing}; give a header with flags and a row per point", name)]
-    raise_any(faults)
+    raise_any(sorted(faults, key=lambda fault: fault.line or 0))
     return Table(name, columns, rows, list(_warnings(columns)))
 
 
-def _records(name: str, source: str) -> Iterator[tuple[int, list[str]]]:
-    """Line and cells of each record that holds anything."""
+def _text(name: str, source: str) -> str:
+    """Text of a file, or of standard input."""
     try:
         if source == "-":
             content = of_at_most(sys.stdin.buffer.read(LARGEST_TABLE + 1), LARGEST_TABLE, "fewer rows", name)
@@ -122,25 +118,14 @@ def _records(name: str, source: str) -> Iterator[tuple[int, list[str]]]:
             content = content_of(Path(source), "a CSV file, or - for stdin", LARGEST_TABLE)
     except OSError as error:
         raise SceneError([Fault(f"cannot be read ({error.strerror}); give a CSV file", name)]) from None
-    reader, line = csv.reader(io.StringIO(text_of(content, name)), strict=True, skipinitialspace=True), 1
-    try:
-        for cells in reader:
-            if any(cell.strip() for cell in cells):
-                yield line, [cell.strip() for cell in cells]
-            line = reader.line_num + 1
-    except csv.Error as error:
-        message = f"is not well-formed CSV ({error}); quotes within a quoted cell are doubled"
-        raise SceneError([Fault(message, name, line)]) from None
+    return text_of(content, name)
 
 
-def _header(name: str, line: int, cells: list[str]) -> tuple[str, ...]:
-    """Names of the columns; empty ones at the end, as spreadsheets leave them, do not count."""
-    columns = [" ".join(cell.split()) for cell in cells]
-    while columns and not columns[-1]:
-        columns.pop()
-    faults = [f"column {k} has no name" for k, column in enumerate(columns, 1) if not column]
-    twice = sorted({column for column in columns if column and columns.count(column) > 1})
-    faults += [f"column {column[:LONGEST_ECHO]} stands there more than once; keep one" for column in twice]
+def _checked(name: str, table: CsvTable) -> tuple[str, ...]:
+    """Names of the columns; raises their faults."""
+    columns = table.header
+    faults = [fault.message for fault in table.faults if fault.line == table.line]
+    faults += [f"column {k} has no name" for k, column in enumerate(columns, 1) if not column]
     if "flange_back_mm" in columns:
         faults.append("column flange_back_mm has a new name; write back_to_back_mm")
     elif columns and not any(column in COLUMNS for column in columns):
@@ -148,7 +133,7 @@ def _header(name: str, line: int, cells: list[str]) -> tuple[str, ...]:
         hint = f"did you mean {', '.join(near[:5])}?" if near else "separate columns by commas"
         faults.append(f"no column has the name of a flag, such as shift_mm or wheel_load_kN; {hint}")
     if faults:
-        raise SceneError([Fault(fault, name, line) for fault in faults])
+        raise SceneError([Fault(fault, name, table.line) for fault in faults])
     return tuple(columns)
 
 
@@ -236,9 +221,7 @@ def notes(request: Request, result: Result) -> dict[str, str]:
     if highest > _PLASTIC:
         lines["pressure"] = say("contact.plastic", highest=highest, plastic=_PLASTIC)
     if request.track_curvature != 0.0 and request.counterface_curvature > 0.0:
-        lines["curve"] = (
-            "a curve radius on a roller stands for rollers of both sides that rotate at different speeds"
-        )
+        lines["curve"] = say("contact.curve_on_roller")
     return lines
 
 

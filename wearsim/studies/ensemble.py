@@ -36,7 +36,7 @@ from wearsim.campaign.directory import (
 from wearsim.campaign.record import readable_errors
 from wearsim.campaign.run import Event, Observer, run_scene, scene_files
 from wearsim.contact.solve import available_cores
-from wearsim.errors import Fault, ResultError, SceneError, WearsimError
+from wearsim.errors import Fault, ResultError, SceneError, WearsimError, say
 from wearsim.scene import load_campaign
 from wearsim.scene.initial_contact import check_contact
 from wearsim.scene.overrides import at_its_source
@@ -192,9 +192,8 @@ def run_case(
     except KeyboardInterrupt:
         return Outcome(case.number, "interrupted", exit_code=130)
     except Exception as error:
-        return Outcome(
-            case.number, "failed", f"internal error, {_text(error)}; this is a fault of wearsim", 3
-        )
+        text = f"internal error, {_text(error)}; this is a fault of wearsim"
+        return Outcome(case.number, "failed", text, 3)
     return Outcome(case.number, "finished")
 
 
@@ -386,8 +385,7 @@ def cluster(address: str) -> Iterator[Executor]:
     try:
         from distributed import Client
     except ImportError as error:
-        message = f"a cluster needs Dask, and {error.name} is not installed: pip install 'wearsim[cluster]'"
-        raise ResultError(message) from error
+        raise ResultError(say("flags.no_dask", error=error)) from error
     try:
         # not the default client, or xarray would ask it for its locks
         client = Client(**{"scheduler_file" if by_file else "address": address}, set_as_default=False)

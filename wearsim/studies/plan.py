@@ -24,7 +24,7 @@ from wearsim.contact.solve import ContactSolution, available_cores, solve_each
 from wearsim.contact.wheels import TREAD_ANGLE, joined
 from wearsim.damage import fatigue, wear
 from wearsim.damage.fatigue import FATIGUE_LAWS, FatigueSettings
-from wearsim.errors import ContactError, Fault, WearsimError
+from wearsim.errors import ContactError, Fault, WearsimError, say
 from wearsim.operation.points import OperatingPoints
 from wearsim.operation.resultants import resultants
 from wearsim.quantities import QUANTITIES, duration
@@ -33,7 +33,7 @@ from wearsim.results.limits import LIMITED, ending_limits, worst_of
 from wearsim.results.schema import FILL_FLOAT
 from wearsim.scene import CampaignSetup, FieldScene, RigScene, build
 from wearsim.scene.models import CHAINS
-from wearsim.texts import written
+from wearsim.texts import text_table, written
 
 _EFFORT = 6.0
 """Time for the steps that are tried [s]; each block has at least one within twice that."""
@@ -76,8 +76,7 @@ class _Leg:
     def slope(self) -> FloatArray:
         """Return the change of the margins per metre over the second half of the steps tried."""
         late = self.changes[len(self.changes) // 2 :]
-        change: FloatArray = np.sum([each for _, each in late], axis=0) / sum(length for length, _ in late)
-        return change
+        return np.sum([each for _, each in late], axis=0) / sum(length for length, _ in late)
 
     def time(self) -> float:
         """Return that of all its steps [s], without the first one tried, which may have compiled."""
@@ -290,8 +289,7 @@ def states(setup: CampaignSetup) -> list[dict[str, Any]]:
         marks += [f"{side} wheel unloaded" for side, unloaded in few if unloaded]
         force = 0.5 * float(np.ptp(forces.longitudinal[k]))
         if force > _HELD * load.mean() and not on_bogie:
-            text = f"held against +-{1e-3 * force:.0f} kN along the track, which no free axle would have"
-            marks.append(text)
+            marks.append(say("state.held", force=force))
         of_wheels = {"load": load, "angle": angle, "quotient": forces.derailment_quotient[k]}
         found.append({
             "name": points.label[k],
@@ -310,15 +308,13 @@ def states(setup: CampaignSetup) -> list[dict[str, Any]]:
 
 def states_text(rows: Sequence[dict[str, Any]]) -> list[str]:
     """Lines of a table of what `states` returns."""
-    table = [["state", *(title for _, title, _, _ in _COLUMNS), ""]]
+    table = [["  state", *(title for _, title, _, _ in _COLUMNS)]]
     for row in rows:
         cells = [format(row[key] * factor + 0.0, style) for key, _, factor, style in _COLUMNS]
         name = row["name"] if row["points"] == 1 else f"{row['name']} of {row['points']}"
-        table.append([name, *cells, "; ".join(row["marks"])])
-    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
-    style = "  ".join(["  {:{}}", *("{:>{}}" for _ in _COLUMNS), "{:{}}"])
-    lines = [style.format(*(each for pair in zip(line, widths, strict=True) for each in pair)).rstrip()
-             for line in table]  # fmt: skip
+        table.append([f"  {name}", *cells])
+    marks = ["", *("; ".join(row["marks"]) for row in rows)]
+    lines = [f"{line}  {mark}".rstrip() for line, mark in zip(text_table(table), marks, strict=True)]
     return lines if rows else []
 
 

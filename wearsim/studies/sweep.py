@@ -18,7 +18,7 @@ from wearsim.campaign.directory import acquired, is_claimed
 from wearsim.campaign.record import readable_errors, write_atomically
 from wearsim.campaign.run import Observer
 from wearsim.contact.solve import available_cores
-from wearsim.errors import Fault, ResultError, SceneError, WearsimError, brief, printable
+from wearsim.errors import Fault, ResultError, SceneError, WearsimError, brief, printable, say
 from wearsim.quantities import QUANTITIES
 from wearsim.results import LAYOUT, open_results
 from wearsim.results.checks import last_worn_row
@@ -26,7 +26,7 @@ from wearsim.scene import load_campaign
 from wearsim.scene.sweep import Case, Sweep, SweepScene
 from wearsim.studies.ensemble import Outcome, campaigns_of, check_cases, outcome_in, run_case, run_cases
 from wearsim.studies.plan import plan, steps_text
-from wearsim.whole_files import NO_FILL, read_json, signals_wait, utf8, write_netcdf
+from wearsim.whole_files import NO_FILL, json_value, read_json, signals_wait, utf8, write_netcdf
 
 SWEEP_FILE = "sweep.json"
 _LOCK = ".sweep.lock"
@@ -134,10 +134,7 @@ def read_plan(out: Path) -> dict[str, Any]:
     except FileNotFoundError:
         return {}
     except (OSError, ValueError) as error:
-        raise ResultError(
-            f"{out / SWEEP_FILE} cannot be read ({error}); delete it and run the same sweep again: "
-            f"its finished cases stay"
-        ) from error
+        raise ResultError(say("sweep.unreadable", path=out / SWEEP_FILE, error=error)) from error
     if not isinstance(content, dict) or not isinstance(content.get("cases"), list):
         raise ResultError(f"{out / SWEEP_FILE} is not that of a wearsim sweep; choose another --out")
     return content
@@ -237,7 +234,9 @@ def sweep_rows(dataset: xr.Dataset) -> list[dict[str, Any]]:
     state = {name: varied.pop(name) for name in ("state", "fault")}  # behind what is varied
     rows = []
     for at, number in enumerate(dataset["case"].values):
-        cells = {"case": int(number)} | {key: _plain(values[at]) for key, values in (varied | state).items()}
+        cells = {"case": int(number)} | {
+            key: json_value(values[at]) for key, values in (varied | state).items()
+        }
         ended = [k for k in range(len(campaigns)) if np.isfinite(measures["distance"][at, k])]
         for k in ended or [0]:
             row = cells | {"campaign": campaigns[k] if ended else ""}
@@ -275,12 +274,6 @@ def _varied(key: str, values: list[Any]) -> tuple[str, np.ndarray, dict[str, str
 
 def _texts(dimension: str, values: list[str], meaning: str) -> tuple[str, np.ndarray, dict[str, str]]:
     return dimension, np.array(values, dtype=object), {"long_name": meaning}
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, float):
-        return None if np.isnan(value) else float(value)
-    return str(value)
 
 
 def _measures(name: str, values: np.ndarray) -> dict[str, float | None]:

@@ -76,11 +76,8 @@ def translate(
     """
     rig, field = (one if isinstance(one, xr.Dataset) else load_results(one) for one in (rig, field))
     for role, data in zip(CAMPAIGN, (rig, field), strict=True):
-        missing = [name for name in _NEEDED if name not in data]
-        if missing:
-            raise ResultError(
-                f"{role} result: variable {missing[0]} is missing; give a file of `wearsim run`"
-            )
+        if missing := [name for name in _NEEDED if name not in data]:
+            raise ResultError(say("translation.incomplete", role=role, missing=missing[0]))
         if "last_reprofiling" in data and (data["last_reprofiling"].values > 0).any():
             raise ResultError(say("translation.reprofiled", role=role))
     comparison = compare.Comparison(rig, field, count, reach)
@@ -290,9 +287,7 @@ def differences(rig: xr.Dataset, field: xr.Dataset) -> list[str]:
     if names[0] == names[1]:
         if rail[0].shape != rail[1].shape:
             if "counterface_name" not in rig and "counterface_name" not in field:
-                notes.append(
-                    "the counterface profiles are sampled differently: they may differ in shape or place"
-                )
+                notes.append(say("translation.sampled_differently"))
         elif (offset := float(np.abs(rail[0] - rail[1]).max())) > _SAME_PLACE:
             notes.append(f"the counterface profiles differ in shape or place, by up to {1e3 * offset:.4g} mm")
     if "counterface_name" in rig or "counterface_name" in field:

@@ -4,8 +4,8 @@ The contract of a model stands in `contact.normal.model`.
 """
 
 from wearsim.contact.normal.model import NormalModel, NormalSolution
-from wearsim.contact.registry import models_in
+from wearsim.contact.registry import Registry, discover
 
-NORMAL_MODELS: dict[str, NormalModel] = models_in(__name__, __path__)
+NORMAL_MODELS: Registry[NormalModel] = discover("normal model", __name__, __path__, NormalModel)
 
 __all__ = ["NORMAL_MODELS", "NormalModel", "NormalSolution"]

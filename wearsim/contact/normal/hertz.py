@@ -42,7 +42,7 @@ from wearsim.contact.normal.model import (
     fault_of,
 )
 from wearsim.contact.patch import FloatArray, IntArray, Patch, Resolution, cells_of
-from wearsim.errors import ContactError
+from wearsim.errors import ContactError, say
 
 # Half width [m] of the window of the lateral curvature: a narrower one shows the interpolation of the gap, a
 # wider one includes the next arc of the profile; measured in reports/contact_models.md.
@@ -102,8 +102,7 @@ def axis_ratio(curvature_ratio: FloatArray) -> FloatArray:
         square = np.exp(2.0 * log_minor)
         along, across = elliprd(0.0, square, 1.0), elliprd(0.0, 1.0, square)
         log_minor = log_minor - (np.log(across / along) - target) / _slope(square, along, across)
-    ratio: FloatArray = np.exp(np.sign(np.log(curvature_ratio)) * log_minor)
-    return ratio
+    return np.exp(np.sign(np.log(curvature_ratio)) * log_minor)
 
 
 def _slope(square: FloatArray, along: FloatArray, across: FloatArray) -> FloatArray:
@@ -188,9 +187,8 @@ def solve(
     """
     window = {**DEFAULTS, **parameters}["curvature_window"]
     if not _NARROWEST <= window <= _WIDEST:
-        raise ContactError(
-            f"curvature_window = {1e3 * window:g} mm must be in {1e3 * _NARROWEST:g} .. {1e3 * _WIDEST:g} mm"
-        )
+        values = {"window": 1e3 * window, "narrowest": 1e3 * _NARROWEST, "widest": 1e3 * _WIDEST}
+        raise ContactError(say("contact.curvature_window", **values))
     loaded = [np.zeros(0, _CONTACT)]
     for here, weight in zip(row.tolist(), load.tolist(), strict=True):
         contacts = _contacts(gap, here, weight, vertical, effective_modulus, window)
@@ -223,8 +221,7 @@ def _contacts(
         other = np.array(_contact(gap, row, int(index), window, effective_modulus), _CONTACT)
         if np.abs(other["y"] - contacts["y"]).min() > window:
             contacts = np.append(contacts, other)
-    closing: _Contacts = contacts[contacts["height"] < deepest]
-    return closing
+    return contacts[contacts["height"] < deepest]
 
 
 def _contact(gap: Gap, row: int, index: int, window: float, effective_modulus: float) -> tuple[float, ...]:
@@ -267,16 +264,14 @@ def _contact(gap: Gap, row: int, index: int, window: float, effective_modulus: f
 def _forces(contacts: _Contacts, displacement: ArrayLike) -> FloatArray:
     """Return the normal forces [N] of contacts of a wheel pushed down by a displacement [m]."""
     approach = np.maximum((displacement - contacts["height"]) * np.cos(contacts["angle"]), 0.0)
-    force: FloatArray = contacts["stiffness"] * approach**1.5
-    return force
+    return contacts["stiffness"] * approach**1.5
 
 
 def _displacement_alone(contacts: _Contacts, load: float, vertical: bool) -> FloatArray:
     """Vertical displacements [m] at which each contact carries all the load."""
     cosine = np.cos(contacts["angle"])
     force = load / cosine if vertical else load
-    displacement: FloatArray = contacts["height"] + (force / contacts["stiffness"]) ** (2.0 / 3.0) / cosine
-    return displacement
+    return contacts["height"] + (force / contacts["stiffness"]) ** (2.0 / 3.0) / cosine
 
 
 def _balance(contacts: _Contacts, load: float, vertical: bool) -> float:
@@ -356,11 +351,8 @@ def _check_overlap(row: IntArray, left: FloatArray, right: FloatArray) -> None:
     order = np.lexsort((left, row))
     left, right, row = left[order], right[order], row[order]
     for k in np.flatnonzero((row[1:] == row[:-1]) & (left[1:] < right[:-1]))[:1]:
-        raise ContactError(
-            f"no contact ellipse: the ellipses of two contacts overlap at y = {1e3 * left[k + 1]:.2f} .. "
-            f"{1e3 * right[k]:.2f} mm of the counterface's profile; take the normal model kik_piotrowski",
-            row=int(row[k]),
-        )
+        text = say("contact.ellipses_overlap", start=1e3 * left[k + 1], end=1e3 * right[k])
+        raise ContactError(text, row=int(row[k]))
 
 
 # The wear of a small bump is that of the smooth profile around it, and what a step adds to the bump stays.

@@ -4,9 +4,11 @@ The contract of a model stands in `contact.tangential.model`. Candidates that we
 `reports/contact_models.md`.
 """
 
-from wearsim.contact.registry import models_in
+from wearsim.contact.registry import Registry, discover
 from wearsim.contact.tangential.model import TangentialModel, TangentialSolution, Wanted
 
-TANGENTIAL_MODELS: dict[str, TangentialModel] = models_in(__name__, __path__)
+TANGENTIAL_MODELS: Registry[TangentialModel] = discover(
+    "tangential model", __name__, __path__, TangentialModel
+)
 
 __all__ = ["TANGENTIAL_MODELS", "TangentialModel", "TangentialSolution", "Wanted"]

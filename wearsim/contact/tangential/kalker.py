@@ -52,8 +52,7 @@ def logarithms(poisson_ratio: float) -> FloatArray:
     nu = 4.0 * poisson_ratio
     first = inverse[..., 1] - inverse[..., 0]
     second = inverse[..., 2] - 2.0 * inverse[..., 1] + inverse[..., 0]
-    table: FloatArray = -np.log(inverse[..., 0] + nu * first + 0.5 * nu * (nu - 1.0) * second)
-    return table
+    return -np.log(inverse[..., 0] + nu * first + 0.5 * nu * (nu - 1.0) * second)
 
 
 def coefficients(axis_ratio: FloatArray, poisson_ratio: float) -> FloatArray:

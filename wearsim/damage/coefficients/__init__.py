@@ -9,8 +9,8 @@ import tomllib
 from collections.abc import Iterable
 from pathlib import Path
 
+from wearsim.contact.registry import Registry, unknown
 from wearsim.damage.coefficients.record import Coefficient, CoefficientSet
-from wearsim.damage.registry import Registry, unknown
 from wearsim.errors import Fault, SceneError
 
 

@@ -10,14 +10,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wearsim.contact.registry import Registry, discover
 from wearsim.contact.wheels import joined
 from wearsim.damage.batches import batches, require_usable
 from wearsim.damage.coefficients import coefficient_set
 from wearsim.damage.coefficients.record import CoefficientSet
 from wearsim.damage.fatigue.law import Branch, FatigueDamage, FatigueLaw
 from wearsim.damage.fatigue.loads import WEAR_NUMBERS, PatchLoads, WearNumber, patch_loads
-from wearsim.damage.registry import Registry, discover
-from wearsim.errors import Fault
+from wearsim.errors import Fault, say
 from wearsim.quantities import QUANTITIES
 
 FATIGUE_LAWS: Registry[FatigueLaw] = discover("fatigue law", __name__, __path__, FatigueLaw)
@@ -82,27 +82,18 @@ def counts_cycles(name: str) -> bool:
     return name in FATIGUE_LAWS and FATIGUE_LAWS[name].counts_cycles
 
 
-def laws_that_take(parameter: str) -> str:
-    """Return the names of the laws that take a parameter, as messages write them."""
-    return " or ".join(f'"{name}"' for name, law in FATIGUE_LAWS.items() if parameter in law.parameters)
-
-
 def _removal_faults(law: FatigueLaw, settings: FatigueSettings) -> Iterator[Fault]:
     depth, branch = settings.crack_depth, settings.branch
-    named = f'law = "{law.name}"'
     if law.contains_removal:
         if branch == "net" and depth is not None:
-            both = f"{named} contains the removal of cracks by wear in its falling branch"
-            yield Fault(f'{both}; delete crack_depth or write branch = "rising": both would count wear twice')
+            yield Fault(say("damage.removed_twice", law=law))
         if branch == "rising" and depth is None:
-            lacks = f'{named} with branch = "rising" needs the removal of cracks by wear'
-            yield Fault(f'{lacks}; give crack_depth, or write branch = "net"')
+            yield Fault(say("damage.not_removed", law=law))
         return
     if branch != "net":
-        yield Fault(f'branch = "{branch}" acts with law = {laws_that_take("branch")} only; delete it')
+        yield Fault(f'branch = "{branch}" acts with law = {FATIGUE_LAWS.that_take("branch")} only; delete it')
     if depth is not None and not law.counts_cycles:
-        why = f"the damage of {named} orders passages and is no share of a crack"
-        yield Fault(f"crack_depth: {why}; delete it")
+        yield Fault(say("damage.no_crack", law=law))
 
 
 def passage_damage(loads: PatchLoads, settings: FatigueSettings) -> FatigueDamage:
@@ -131,6 +122,6 @@ def passage_damage(loads: PatchLoads, settings: FatigueSettings) -> FatigueDamag
 
 __all__ = [
     "BRANCHES", "FATIGUE_LAWS", "WEAR_NUMBERS", "Branch", "FatigueDamage", "FatigueLaw", "FatigueSettings",
-    "PatchLoads", "WearNumber", "coefficients_of", "counts_cycles", "laws_that_take",
+    "PatchLoads", "WearNumber", "coefficients_of", "counts_cycles",
     "passage_damage", "patch_loads",
 ]  # fmt: skip

@@ -51,8 +51,7 @@ def patch_loads(solution: ContactSolution) -> PatchLoads:
 
 def wear_number_without_spin(loads: Any) -> FloatArray:
     r"""Classical wear number :math:`T\gamma = |F_x \xi_x| + |F_y \xi_y|` [N] of patches or of a result."""
-    number: FloatArray = np.abs(loads.force_x * loads.creepage_x) + np.abs(loads.force_y * loads.creepage_y)
-    return number
+    return np.abs(loads.force_x * loads.creepage_x) + np.abs(loads.force_y * loads.creepage_y)
 
 
 def wear_number_with_spin(loads: Any) -> FloatArray:
@@ -60,8 +59,7 @@ def wear_number_with_spin(loads: Any) -> FloatArray:
     work = (
         loads.force_x * loads.creepage_x + loads.force_y * loads.creepage_y + loads.spin_moment * loads.spin
     )
-    number: FloatArray = np.maximum(-work, 0.0)
-    return number
+    return np.maximum(-work, 0.0)
 
 
 WEAR_NUMBERS: dict[WearNumber, Callable[[Any], FloatArray]] = {

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from wearsim.contact.patch import FloatArray, IntArray, SurfaceFields
+from wearsim.contact.registry import Registry, discover
 from wearsim.damage.batches import batches, require_usable
 from wearsim.damage.coefficients import coefficient_set
 from wearsim.damage.coefficients.record import CoefficientSet
-from wearsim.damage.registry import Registry, discover
 from wearsim.damage.wear.archard import SEIZURE_CAPS, SeizureCap
 from wearsim.damage.wear.law import Form, WearLaw
 from wearsim.errors import Fault
@@ -74,9 +74,8 @@ def coefficients_of(settings: WearSettings) -> CoefficientSet:
             faults.append(Fault(f'{name} = "{value}" is not of law = "{law.name}"; write {name} = {fix}'))
     for name, default in (("seizure_cap", "none"), ("hardness", None), ("seizure_blend", None)):
         if getattr(settings, name) != default and name not in law.parameters:
-            faults.append(
-                Fault(f'{name} acts with law = {laws_that_take(name)} only, not "{law.name}"; delete it')
-            )
+            takers = WEAR_LAWS.that_take(name)
+            faults.append(Fault(f'{name} acts with law = {takers} only, not "{law.name}"; delete it'))
     # a law that removes nothing takes any set
     coefficients = coefficient_set(settings.coefficients, law.name if law.wears else None, faults)
     if settings.hardness is not None:
@@ -85,11 +84,6 @@ def coefficients_of(settings: WearSettings) -> CoefficientSet:
     if settings.seizure_blend is not None:
         coefficients = coefficients.with_value("seizure_blend", settings.seizure_blend, "as given")
     return coefficients
-
-
-def laws_that_take(parameter: str) -> str:
-    """Return the names of the laws that take a parameter, as messages write them."""
-    return " or ".join(f'"{name}"' for name, law in WEAR_LAWS.items() if parameter in law.parameters)
 
 
 def passage_depth(fields: SurfaceFields, area: FloatArray, settings: WearSettings) -> FloatArray:
@@ -153,5 +147,4 @@ def highest_regime(depth: FloatArray) -> IntArray:
         Depth per passage by regime [m].
     """
     wears = (depth > 0.0).any(axis=2)
-    highest: IntArray = np.where(wears, np.arange(depth.shape[0])[:, None], -1).max(axis=0).astype(np.int64)
-    return highest
+    return np.where(wears, np.arange(depth.shape[0])[:, None], -1).max(axis=0).astype(np.int64)

@@ -29,14 +29,12 @@ def relative_slip(fields: SurfaceFields) -> FloatArray:
 
 def along_strips(density: FloatArray, fields: SurfaceFields) -> FloatArray:
     """Integrate cells along the rolling direction, (..., m, nx, ny) to (..., m, ny)."""
-    total: FloatArray = density.sum(axis=-2) * fields.cell_length
-    return total
+    return density.sum(axis=-2) * fields.cell_length
 
 
 def patch_total(strips: FloatArray, fields: SurfaceFields) -> FloatArray:
     """Integrate strips across the patch, (..., m, ny) to (..., m)."""
-    total: FloatArray = strips.sum(axis=-1) * fields.strip_width
-    return total
+    return strips.sum(axis=-1) * fields.strip_width
 
 
 def mean_of(total: FloatArray, measure: FloatArray) -> FloatArray:

@@ -12,7 +12,7 @@ from typing import NamedTuple, Unpack
 
 import numpy as np
 
-from wearsim.errors import ProfileError, suggestion
+from wearsim.errors import ProfileError, say, suggestion
 from wearsim.profile import placement, standard
 from wearsim.profile.files import miniprof, simpack
 from wearsim.profile.files.axes import ORIGINS, UNITS, Conversion, Statements
@@ -231,9 +231,7 @@ def write_profile(
         raise ProfileError(f"{path}: profile {name!r} holds points that are not finite; nothing was written")
     stands_for = {**miniprof.SUFFIXES, **simpack.SUFFIXES}.get(path.suffix.lower(), kind)
     if stands_for != kind:
-        raise ProfileError(
-            f"{path}: {path.suffix} is the extension of a {stands_for}, {name!r} a {kind}; rename it"
-        )
+        raise ProfileError(say("profile.other_extension", path=path, kind=stands_for, profile=profile))
     if path.exists() and not overwrite:
         raise ProfileError(f"{path}: exists already; choose another name or allow overwriting")
     write_whole(path, "\n".join(_lines(profile, path, format)) + "\n")
@@ -253,13 +251,10 @@ def _lines(profile: Profile, path: Path, format: str) -> list[str]:
     about = one_line(f"{name}; {profile.source}" if profile.source else name)
     about = about.replace('"', "'").replace("!", "")
     if format == "simpack":
-        title, comment = (
-            f"{profile.kind} profile written by wearsim: {one_line(path.name)}",
-            about.replace("'", ""),
-        )
+        title = f"{profile.kind} profile written by wearsim: {one_line(path.name)}"
         rows = [f"    {y:f} {z:f}" for y, z in points]
         # SIMPACK lists wheels from the field side to the flange
-        return simpack.framed(rows[::-1] if wheel else rows, title, comment, profile.kind)
+        return simpack.framed(rows[::-1] if wheel else rows, title, about.replace("'", ""), profile.kind)
     head = [f"Filename={one_line(path.name)}", "ProgramName=wearsim", f"XYPoints={len(points)}"]
     head += ["ColumnDef=X,Y", f"UOF1={about}", f"{miniprof.AXIS_KEY}={miniprof.AXIS_FIELD}"]
     if wheel:

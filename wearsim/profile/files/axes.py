@@ -105,8 +105,8 @@ class Conversion:
         width, height = (float(max(each) - min(each)) for each in (self.points.y, self.points.z))
         fits = [name for name in _DETECTED if _plausible(self.kind, width, height, name)]
         if len(fits) > 1:
-            size = f"{width:.4g} wide and {height:.4g} high"
-            self.faults.stop(f"the profile is {size}, which fits {' and '.join(fits)}: {_STATE_UNITS}")
+            values = {"width": width, "height": height, "fits": fits, "fix": _STATE_UNITS}
+            self.faults.stop(say("profile.several_units", **values))
         if fits == ["mm"] or not fits:
             return UNITS["mm"]  # where no unit fits, the checks tell why
         self.notes.append(f"units {fits[0]} by the size")
@@ -142,11 +142,9 @@ class Conversion:
             return up
         up = _wheel_points_up(z) if self.wheel else _rail_points_up(y, z)
         if up is None and self.wheel:
-            what = "a flange tip stands out on neither side, so the sign of z is not known"
-            self.faults.stop(f"{what}: state --z-up or --z-down")
+            self.faults.stop(say("profile.no_tip"))
         if up is None:
-            rule = f"z taken as {self.points.z_axis}, the rule of the format"
-            self.notes.append(f"the head is as flat as its ends: {rule}")
+            self.notes.append(say("profile.flat_head", points=self.points))
             return self.points.z_axis == "up"
         self.notes += ["z up, sign changed"] if up else []
         return up

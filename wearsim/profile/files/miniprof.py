@@ -62,9 +62,8 @@ def read(text: Text, kind: Kind, faults: Faults) -> Points:
         elif taken > int(promised):
             notes.append(f"XYPoints = {promised}, but {taken} points are there: all are taken")
     if kind == "wheel" and (circle := _other_circle(header)):
-        notes.append(
-            f"{CIRCLE_KEY} = {circle[:40]} of the header is not used: it is {RUNNING_CIRCLE} mm here"
-        )
+        unused = f"{CIRCLE_KEY} = {circle[:40]} of the header is not used"
+        notes.append(f"{unused}: it is {RUNNING_CIRCLE} mm here")
     return Points(
         **columns,
         y_axis="field" if value_of(header, AXIS_KEY) == AXIS_FIELD else "unknown",

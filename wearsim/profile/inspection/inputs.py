@@ -114,9 +114,7 @@ def _kind_of(path: Path) -> Kind:
     if not kinds and (match := _WRITTEN.match(read_text(path).lines[0])):
         kinds = {match[1]}
     if not kinds:
-        raise ProfileError(
-            f"{path}: neither extension nor first line says what it is: state --kind wheel or rail"
-        )
+        raise ProfileError(say("profile.unknown_kind", path=path))
     return "wheel" if kinds == {"wheel"} else "rail"
 
 

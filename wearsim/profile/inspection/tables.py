@@ -6,12 +6,12 @@ import csv
 import io
 import textwrap
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields, is_dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from wearsim.errors import ProfileError, WearsimError
+from wearsim.errors import ProfileError, WearsimError, say
 from wearsim.profile.conicity import Running
 from wearsim.profile.files import FORMATS
 from wearsim.profile.files.points import one_line, value_of
@@ -22,8 +22,8 @@ from wearsim.profile.measures import BELOW_TIP, LEVEL, Measures
 from wearsim.profile.placement import BACK_TO_BACK, RUNNING_CIRCLE
 from wearsim.profile.shape import Kind, Profile, arc_length
 from wearsim.quantities import QUANTITIES
-from wearsim.texts import written
-from wearsim.whole_files import utf8
+from wearsim.texts import text_table, written
+from wearsim.whole_files import json_value, utf8
 
 # extensions of text files that are tried as well as those of the known formats
 _PLAIN_SUFFIXES = (".csv", ".txt", ".dat", ".asc", ".tsv", ".xy", ".prf")
@@ -54,9 +54,7 @@ def profile_files(folder: Path, every: bool = False) -> tuple[list[Path], list[s
     try:
         paths = sorted(path for path in folder.iterdir() if not path.name.startswith("."))
     except OSError as error:
-        raise ProfileError(
-            f"{folder} cannot be read ({error.strerror}); give a folder of profiles"
-        ) from error
+        raise ProfileError(say("profile.no_folder", folder=folder, error=error)) from error
     folders = [path for path in paths if path.is_dir()]
     taken = [path for path in paths if path not in folders and (every or path.suffix.lower() in known)]
     others = [path.name for path in paths if path not in folders and path not in taken]
@@ -162,14 +160,6 @@ def _wrapped(word: str, text: str) -> str:
     return "\n".join(lines or [first])
 
 
-def _table(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Lines of a table, its first column to the left and the others to the right."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return [
-        "  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]).rstrip() for row in rows
-    ]
-
-
 def _number(value: float | None, form: str = ".3f", factor: float = 1e3) -> str:
     """Length in mm, - for none; what rounds to nothing has no sign."""
     return "-" if value is None else f"{round(factor * value, 3) + 0.0:{form}}"
@@ -192,7 +182,7 @@ def _measures(result: Inspection) -> list[str]:
         if any(name in values for _, values, _ in columns):
             cells = (_number(values.get(name), form) for _, values, form in columns)
             rows.append([f"  {_named(name)}", *cells])
-    return _table(rows)
+    return text_table(rows)
 
 
 def _named(name: str) -> str:
@@ -209,7 +199,7 @@ def _limits(result: Inspection) -> list[str]:
         limit = "-" if each.limit is None else f"{each.limit * factor:g}"
         value = _number(each.value, factor=factor)
         rows.append([f"  {whose}{_named(each.measure)}", value, f"{each.bound} {limit}"])
-    return _table(rows)
+    return text_table(rows)
 
 
 def _margin(judgement: Judgement) -> str:
@@ -244,7 +234,7 @@ def _running(result: Inspection, run: Running) -> dict[str, Any]:
         values = [_number(at.value, factor=1.0) for at in each.equivalent_conicity]
         conicities.append([f"  equivalent conicity, EN 15302{title}", *values])
     whys = [at.reason for each in runs.values() for at in each.equivalent_conicity if at.reason]
-    return {"running": _table(differences) + _table(conicities), "undefined": dict.fromkeys(whys)}
+    return {"running": text_table(differences) + text_table(conicities), "undefined": dict.fromkeys(whys)}
 
 
 def points_csv(result: Inspection) -> str:
@@ -268,38 +258,27 @@ def as_json(result: Inspection) -> dict[str, Any]:
     value |= {f"{body}_measures": _measures_json(result.measures[body]) for body in list(result.measures)[1:]}
     if result.limits is not None:
         value |= {"limits": {"name": result.limits.name, "title": result.limits.title},
-                  "judgements": plain(result.judgements), "exceeded": result.beyond(),
+                  "judgements": json_value(result.judgements), "exceeded": result.beyond(),
                   "not_judged": result.not_judged}  # fmt: skip
     value["track"] = {"gauge": at.gauge, "half_span": at.half_span,
                       "back_to_back": at.back_to_back or BACK_TO_BACK,
                       "back_to_back_stated": at.back_to_back is not None}  # fmt: skip
-    value |= {"running": plain(result.running), "trouble": result.trouble}
+    value |= {"running": json_value(result.running), "trouble": result.trouble}
     if comparison is not None:
         value["against"] = {
             "profile": _profile_json(comparison.reference),
-            "alignment": plain(comparison.alignment),
-            **plain(comparison.wear),
+            "alignment": json_value(comparison.alignment),
+            **json_value(comparison.wear),
             "warnings": list(comparison.warnings),
             "measures": _measures_json(comparison.measures),
-            "running": plain(comparison.running),
+            "running": json_value(comparison.running),
         }
     return value
 
 
 def reprofiled_json(template: ProfileInput, wheels: Sequence[ReprofiledWheel]) -> dict[str, Any]:
     """Return the JSON value of wheels on the lathe, SI units."""
-    return {"template": _profile_json(template), "wheels": plain(wheels)}
-
-
-def plain(value: Any) -> Any:
-    """Return records as dicts by the fields that their repr shows, which leaves out arrays."""
-    if is_dataclass(value):
-        return {each.name: plain(getattr(value, each.name)) for each in fields(value) if each.repr}
-    if isinstance(value, Mapping):
-        return {key: plain(each) for key, each in value.items()}
-    if hasattr(value, "_asdict"):
-        return value._asdict()
-    return [plain(each) for each in value] if isinstance(value, list | tuple) else value
+    return {"template": _profile_json(template), "wheels": json_value(wheels)}
 
 
 def _profile_json(given: ProfileInput) -> dict[str, Any]:
@@ -363,7 +342,7 @@ def fleet_text(rows: Sequence[FleetRow]) -> str:
         words += ["wear uncertain"] if doubtful else []
         words += [f"FAULT {cell['fault']}"] if cell["fault"] else []
         remarks.append("; ".join(words))
-    lines = [f"{line}  {remark}".rstrip() for line, remark in zip(_table(table), remarks, strict=True)]
+    lines = [f"{line}  {remark}".rstrip() for line, remark in zip(text_table(table), remarks, strict=True)]
     if any(row.values["not_judged"] and "wheel_diameter" not in row.values for row in rows):
         lines.append("not checked: some limits need the wheel diameter, which is not given (--diameter-mm)")
     lines += ["wear uncertain: the reasons are in the notes of --csv and --json"] if any(uncertain) else []

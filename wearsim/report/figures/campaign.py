@@ -24,6 +24,7 @@ from wearsim.report.style import (
     label_axes,
     own_axes,
     role_of,
+    shape_axes,
     shown,
     values_of,
 )
@@ -50,8 +51,7 @@ def along(dataset: xr.Dataset, name: str, distance: float | None) -> np.ndarray:
     values: np.ndarray = dataset[name].values
     if distance is not None:
         values = at_distances(dataset["distance"].values, values, np.array([distance]))
-    rows: np.ndarray = values[last_worn_row(dataset) if distance is None else 0]
-    return rows
+    return values[last_worn_row(dataset) if distance is None else 0]
 
 
 def _row(dataset: xr.Dataset, distance: float | None) -> int:
@@ -126,11 +126,9 @@ def plot_profile(
         )  # fmt: skip
     y, z = worn_shape(dataset, wheel, distance, factor)
     ax.plot(shown("profile_y", y), shown("profile_z", z), color=COLOURS[role], label=f"worn, {role}")
-    ax.set_aspect("equal", adjustable="datalim")
-    if not ax.yaxis_inverted():
-        ax.invert_yaxis()
     drawn = f"\nwear drawn {factor:g} times" if factor > 1.0 else ""
-    return label_axes(ax, label(dataset, "profile_y"), f"Height, down is out [mm]{drawn}")
+    height = f"Height, down is out [mm]{drawn}"
+    return shape_axes(ax, label(dataset, "profile_y"), height, adjustable="datalim")
 
 
 def plot_wear_depth(

@@ -18,7 +18,18 @@ from matplotlib.patches import Patch as Swatch
 
 from wearsim.quantities import QUANTITIES
 from wearsim.report.figures.campaign import WHEELS
-from wearsim.report.style import COLOURS, label, label_axes, own_axes, plain, shown, style, values_of, wrapped
+from wearsim.report.style import (
+    COLOURS,
+    label,
+    label_axes,
+    own_axes,
+    plain,
+    shape_axes,
+    shown,
+    style,
+    values_of,
+    wrapped,
+)
 
 STICK, SLIP = "#cfe3ee", "#f6dca6"
 """Areas of stick and slip."""
@@ -183,10 +194,8 @@ def plot_section(dataset: xr.Dataset, ax: Axes | None = None, *, side: int = 0) 
         if place.size > 1:
             ax.annotate(str(number), at, (0, 6), textcoords="offset points", ha="center", fontsize=8,
                         color=_CONTACT)  # fmt: skip
-    ax.set_aspect("equal", adjustable="datalim")
-    if not ax.yaxis_inverted():
-        ax.invert_yaxis()
-    return label_axes(ax, "Lateral in the track, to the right [mm]", "Height, down [mm]")
+    place = "Lateral in the track, to the right [mm]"
+    return shape_axes(ax, place, "Height, down [mm]", adjustable="datalim")
 
 
 def title_of(dataset: xr.Dataset) -> str:

@@ -24,6 +24,7 @@ from wearsim.report.style import (
     label_axes,
     own_axes,
     plain,
+    shape_axes,
     style,
     wrapped,
 )
@@ -39,6 +40,7 @@ _BEHIND = 9.0  # material drawn behind the surface [mm]
 _TREAD_SHIFT = 6e-3  # shifts whose radius differences set the scale [m]
 _WIDTH, _PANEL = 10.0, 2.9  # of a figure, height of its lower rows [inch]
 _LINE = 125  # characters of a title's line
+_LEFT = {"adjustable": "box", "anchor": "W"}  # where axes of equal scales stand
 _GAUGED = {"Sh": "flange_height", "Sd": "flange_thickness", "qR": "flange_gradient"}
 _MOST_NAMES = 12  # profiles beyond a limit that a legend names
 
@@ -63,15 +65,7 @@ def plot_shape(result: Inspection, ax: Axes | None = None) -> Axes:
         _dimensions(result, ax)
     place = "from the running circle" if wheel else _origin(result.given, result.comparison)
     height = "Height, outward\nis down [mm]" if wheel else "Height, down [mm]"
-    return _shape_axes(ax, f"Lateral position {place}, to the field side [mm]", height)
-
-
-def _shape_axes(ax: Axes, x: str, y: str) -> Axes:
-    """Set equal scales, z down."""
-    ax.set_aspect("equal", adjustable="box", anchor="W")
-    if not ax.yaxis_inverted():
-        ax.invert_yaxis()
-    return label_axes(ax, x, y)
+    return shape_axes(ax, f"Lateral position {place}, to the field side [mm]", height, **_LEFT)
 
 
 def _mm(profile: Profile) -> np.ndarray:
@@ -263,6 +257,6 @@ def fleet_figure(rows: Sequence[FleetRow], reference: Profile | None) -> Figure:
                     texts.add(text)
                     colour, width = (EXCEEDED, 1.2) if beyond else (_BODY, 0.6)
                     ax.plot(*_mm(profile), color=colour, lw=width, label=text if named else None)
-            _shape_axes(ax, f"Lateral position of {kind}s [mm]", "Height, down [mm]")
+            shape_axes(ax, f"Lateral position of {kind}s [mm]", "Height, down [mm]", **_LEFT)
             ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.18), ncols=3)
     return figure

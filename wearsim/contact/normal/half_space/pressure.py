@@ -191,8 +191,7 @@ def _first_guess(cells: _Cells, load: float, modulus: float) -> FloatArray:
             low = level
         else:
             high = level
-    pressure: FloatArray = np.sqrt(np.maximum(high * cells.cosine - cells.height, 0.0))
-    return pressure
+    return np.sqrt(np.maximum(high * cells.cosine - cells.height, 0.0))
 
 
 @kernel

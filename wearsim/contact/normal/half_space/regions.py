@@ -182,8 +182,7 @@ def curvature_along(gap: Gap, row: int, y: FloatArray) -> FloatArray:
     """Curvature along x of wheel and counterface as a sum, vertically [1/m]."""
     z = np.interp(y, gap.counterface.y, gap.counterface.z)
     ring = np.interp(y, gap.counterface.y, gap.wheel_radius[row])
-    value: FloatArray = 1.0 / ring + gap.curvature / (1.0 - gap.curvature * z)
-    return value
+    return 1.0 / ring + gap.curvature / (1.0 - gap.curvature * z)
 
 
 def overlaps(gap: Gap, row: int, level: float) -> list[Region]:

@@ -196,8 +196,7 @@ def displacement_integral(half_squared: float, distance_squared: float) -> float
     x = (c / a) ** 2
     weighted += 16.0 * c * c * (1.0 + x * (0.125 + x * 0.0625))
     mean = 1.0 + x * (0.25 + x * (9.0 / 64.0 + x * (25.0 / 256.0)))
-    integral: float = np.pi * np.sqrt(total) * weighted * mean / a
-    return integral
+    return np.pi * np.sqrt(total) * weighted * mean / a
 
 
 @bare_kernel
@@ -212,8 +211,7 @@ def share_at(grid: FloatArray, place: float, first: int, last: int) -> tuple[int
 @bare_kernel
 def between(values: FloatArray, k: int, share: float) -> float:
     """Value in a grid cell, linear."""
-    value: float = values[k] + share * (values[k + 1] - values[k])
-    return value
+    return values[k] + share * (values[k + 1] - values[k])
 
 
 @bare_kernel
@@ -225,8 +223,7 @@ def _half_logarithm(value: float) -> float:
     # 64 areatanh(z)
     series = 1 / 11 + t * (1 / 13 + t * (1 / 15 + t * (1 / 17 + t * (1 / 19))))
     series = 1.0 + t * (1 / 3 + t * (1 / 5 + t * (1 / 7 + t * (1 / 9 + t * series))))
-    half: float = 64.0 * z * series
-    return half
+    return 64.0 * z * series
 
 
 @bare_kernel

@@ -168,8 +168,7 @@ def _partner(patch: Record, basins: Records) -> int:
     k = basins[patch.basin].parent
     while k >= 0 and basins[k].patch < 0:
         k = basins[k].parent
-    other: int = basins[k].patch if k >= 0 else -1
-    return other
+    return basins[k].patch if k >= 0 else -1
 
 
 @bare_kernel

@@ -31,7 +31,7 @@ from wearsim.contact.tangential.half_space import steady_rolling
 from wearsim.contact.tangential.half_space.steady_rolling import RollingSolution, SlipOperator
 from wearsim.contact.tangential.kalker import coefficients
 from wearsim.contact.tangential.model import TangentialModel, TangentialSolution, Wanted
-from wearsim.errors import ContactError, NumericalError
+from wearsim.errors import ContactError, NumericalError, say
 
 PLACE = 1.0 / 6.0  # of the rigid slip, ahead of the cell's centre, in cells
 _APPROACH = (0.1, 0.3, 0.6, 1.0)  # shares of the creepage where the direct way fails
@@ -58,9 +58,8 @@ def solve(
     count, nx, ny = grid.pressure.shape
     fault = ~(np.isfinite(creepage).all(axis=1) & np.isfinite(friction))
     if fault.any():
-        raise ContactError(
-            "creepage and friction coefficient must be finite", row=int(patch.row[np.argmax(fault)])
-        )
+        row = int(patch.row[np.argmax(fault)])
+        raise ContactError("creepage and friction coefficient must be finite", row=row)
     force, slip_area = np.zeros((count, 3)), np.zeros(count)
     out = np.zeros((5, count, nx, ny))
     known = None if start is None else start.cells
@@ -141,8 +140,7 @@ def _carried_over(cells: FloatArray, pressure: FloatArray) -> FloatArray:
     """Tractions of a neighbouring state, in proportion to the pressure."""
     old = cells[0]
     share = np.divide(pressure, old, out=np.zeros_like(pressure), where=old > 0.0)
-    traction: FloatArray = cells[1:] * share
-    return traction
+    return cells[1:] * share
 
 
 def _rolled(
@@ -167,11 +165,8 @@ def _rolled(
         done = share
     if rolling.residual <= tolerance:
         return rolling
-    raise NumericalError(
-        f"steady rolling on the half-space did not converge: residual {min(best, rolling.residual):.1e} of "
-        f"the tractions, allowed {tolerance:.0e}; try another number of cells, or fastsim",
-        row=row,
-    )
+    left = min(best, rolling.residual)
+    raise NumericalError(say("contact.rolling_unconverged", left=left, tolerance=tolerance), row=row)
 
 
 @kernel

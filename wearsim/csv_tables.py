@@ -1,0 +1,55 @@
+"""CSV tables of users: header and rows with their lines, and the faults of their form."""
+
+from __future__ import annotations
+
+import csv
+import io
+from typing import NamedTuple
+
+from wearsim.errors import Fault, say
+
+
+class CsvTable(NamedTuple):
+    """A CSV text; cells are without blanks around them."""
+
+    line: int  # of the header
+    header: list[str]  # names of the columns; empty ones at the end, as spreadsheets leave them, do not count
+    rows: list[tuple[int, list[str]]]  # line and cells of each row that holds anything and is as wide
+    faults: list[Fault]  # of its form
+
+
+def csv_table(text: str, file: str, *, comments: bool = False, short: bool = False) -> CsvTable:
+    """Read a CSV text.
+
+    Parameters
+    ----------
+    text, file : str
+        The text, and the file it is from.
+    comments : bool
+        Whether lines that begin with # do not count.
+    short : bool
+        Whether rows may end before the header does.
+    """
+    lines = ("\n" if comments and line.lstrip().startswith("#") else line for line in io.StringIO(text))
+    reader, line = csv.reader(lines, strict=True, skipinitialspace=True), 1
+    records, faults = list[tuple[int, list[str]]](), list[Fault]()
+    try:
+        for cells in reader:
+            if any(stripped := [cell.strip() for cell in cells]):
+                records.append((line, stripped))
+            line = reader.line_num + 1
+    except csv.Error as error:
+        faults.append(Fault(say("table.malformed", error=error), file, line))
+    (top, names), *rest = records or [(1, [])]
+    header = [" ".join(name.split()) for name in names]
+    while header and not header[-1]:
+        header.pop()
+    twice = sorted({name for name in header if name and header.count(name) > 1})
+    faults += [Fault(say("table.twice", name=name), file, top) for name in twice]
+    wide, rows = len(header), list[tuple[int, list[str]]]()
+    for at, cells in rest:
+        if any(cells[wide:]) or (len(cells) < wide and not short):
+            faults.append(Fault(say("table.cells", count=len(cells), wide=wide), file, at))
+        else:
+            rows.append((at, cells[:wide]))
+    return CsvTable(top, header, rows, faults)

@@ -1,0 +1,172 @@
+"""The files that scenes name, as they are read, and their copies in run directories."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from wearsim.damage.wear.table import WearTable
+from wearsim.errors import Fault, ProfileError, SceneError, say
+from wearsim.profile import placement, standard
+from wearsim.profile.files import ProfileReading, read_profile
+from wearsim.profile.shape import Profile
+from wearsim.profile.smoothing import smoothed
+from wearsim.profile.standard import shipped_path
+from wearsim.scene.models import CompareScene, FieldScene, Origin, RigScene, find_file
+from wearsim.scene.vehicle import Rails
+from wearsim.toml_faults import LARGEST_FILE, LARGEST_TABLE, KeyPath, content_of
+
+_INPUTS = "inputs.json"
+_RESERVED = (_INPUTS, "manifest.json")
+
+
+@dataclass(frozen=True)
+class InputFile:
+    """A file behind a campaign, as it was read.
+
+    Its role is what names it: "scene", "rig", "field", or a key such as "wheelset.profile"; its name is as
+    the scene writes it; a shipped one is a definition that comes with wearsim.
+    """
+
+    role: str
+    name: str
+    path: Path
+    content: bytes
+    shipped: bool = False
+
+    @property
+    def label(self) -> str:
+        """Name in results, without its folder."""
+        return self.path.name if self.role == "scene" else f"{self.role} {self.name}"
+
+    @property
+    def sha256(self) -> str:
+        """Hash of the content."""
+        return hashlib.sha256(self.content).hexdigest()
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """Profiles of a campaign and the files they come from.
+
+    The wheels have points at the scene's spacing, equally many; their flange clearances and templates, the
+    profiles they are reprofiled to, are right and left.
+    """
+
+    right: Profile
+    left: Profile
+    rails: tuple[tuple[Profile, Profile | None], ...]  # placed; the left one if it differs
+    half_span: float  # from the track centre to the origin of the wheel profile [m]
+    clearances: tuple[tuple[float | None, float | None], ...]  # on each pair of rails [m]
+    files: tuple[InputFile, ...]  # the scene file first
+    wear_table: WearTable | None = None  # of the file that `table_file` names
+    templates: tuple[Profile, Profile] | None = None
+    warnings: tuple[Fault, ...] = ()  # of what the files say
+
+    @property
+    def counterface(self) -> Profile:
+        """The right one of the first pair of rails."""
+        return self.rails[0][0]
+
+
+def inputs_of(scene: RigScene | FieldScene) -> Inputs:
+    """Contents of the files of a scene that `load_scene` has read."""
+    inputs = scene._inputs
+    if not isinstance(inputs, Inputs):
+        raise ValueError("a scene is built after load_scene has read its files")
+    return inputs
+
+
+def files_to_copy(scene: RigScene | FieldScene | CompareScene) -> dict[str, bytes]:
+    """Files with which a scene can be loaded again elsewhere, by `load_scene(..., copied=True)`.
+
+    Contents, as they were read, by plain file name; the scene file comes first. Shapes that wearsim ships are
+    not among them.
+    """
+    named: dict[str, Origin | InputFile] = {"scene": scene.origin}
+    for part in scene.parts:
+        named[part.origin.role] = part.origin
+        named |= {f"{part.origin.role}/{f.role}": f for f in inputs_of(part).files[1:] if not f.shipped}
+    files: dict[str, bytes] = {}
+    roles: dict[str, str] = {}
+    for role, file in named.items():
+        name, number = file.path.name, 1
+        while name in _RESERVED or files.get(name, file.content) != file.content:
+            number += 1
+            name = f"{file.path.stem}-{number}{file.path.suffix}"
+        files[name], roles[role] = file.content, name
+    files[_INPUTS] = json.dumps(roles, indent=2).encode()
+    return files
+
+
+class Files:
+    """Files that a scene names, the scene file first; in a run directory the copies of them."""
+
+    def __init__(self, scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> None:
+        self.scene, self.origin, self.kept = scene, scene.origin, kept
+        self.read = [InputFile("scene", self.origin.path.name, self.origin.path, self.origin.content)]
+
+    def place(self, role: str, name: str) -> Path | None:
+        """File of a role, if it exists."""
+        kept = self.kept.get(f"{self.origin.role}/{role}")
+        return kept or find_file(name, (self.origin.path.parent,), "profiles")
+
+    def found(self, key: tuple[str, ...], name: str, what: str, path: Path | None = None) -> Path:
+        """File that a key names, or `path` in place of it; a SceneError asks for `what`."""
+        path = self.place(".".join(key), name) or path
+        if path is None:
+            raise SceneError([self.scene.fault(key, say("scene.no_file", key=key[-1], name=name, what=what))])
+        return path
+
+    def note(self, role: str, name: str, path: Path, most: int = LARGEST_FILE) -> None:
+        """Read a file and keep its content; definitions of wearsim itself count as shipped."""
+        shipped = path.suffix == ".toml" and path.is_relative_to(shipped_path("profiles"))
+        self.read.append(InputFile(role, name, path, content_of(path, "another file", most), shipped))
+
+
+def read_profile_of(
+    scene: RigScene | FieldScene,
+    key: KeyPath,
+    name: str,
+    half_span: float,
+    files: Files,
+    pair: Rails | None,
+) -> tuple[Profile, ProfileReading | None]:
+    """Profile of a key, smoothed and, of a pair of rails, placed, and what its file says besides."""
+    section, role, is_rail = scene.counterface, ".".join(map(str, key)), pair is not None
+    track = pair or section
+    slope, depth = placement.slope_of(track.inclination), 1e-3 * section.gauge_height_mm
+    placing, path = (1e-3 * track.gauge_mm, half_span), files.place(role, name)
+    if path is None or path.suffix == ".toml":
+        looks_like_file = any(mark in name for mark in "/\\") or Path(name).suffix not in ("", ".toml")
+        if looks_like_file and not standard.is_designation(name):
+            raise ProfileError(say("scene.no_profile"))
+        short, reading = name.removesuffix(".toml"), None
+        shape = (
+            standard.rail(short, slope, *placing, gauge_height=depth) if is_rail else standard.wheel(short)
+        )
+        path = standard.find_shipped(short)
+    else:
+        reading = read_profile(path, "rail" if is_rail else "wheel")
+        smooth = {"wheelset": scene.wheelset.smooth_mm, "campaign": None}.get(str(key[0]), section.smooth_mm)
+        shape = smoothed(reading.profile, 1e-3 * (smooth or 0.0))
+        shape = (
+            placement.place_rail(shape, placement.tilt_to_add(reading.lean, slope), *placing, depth)
+            if is_rail
+            else shape
+        )
+    files.note(role, name, path, LARGEST_TABLE)
+    return shape, reading
+
+
+def kept_files(path: Path) -> dict[str, Path]:
+    """Return the copies of the files of a scene in its folder, by their roles."""
+    try:
+        roles = json.loads((path.parent / _INPUTS).read_text(encoding="utf-8"))
+        return {str(role): path.parent / str(name) for role, name in roles.items()}
+    except (OSError, ValueError, AttributeError) as error:
+        text = say("scene.unreadable_copy", error=error)
+        raise SceneError([Fault(text, str(path.parent / _INPUTS))]) from error
