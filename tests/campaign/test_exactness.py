@@ -8,7 +8,7 @@ import pytest
 from wearsim.campaign.control import choose, error_limit, reached
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.state import WearRate
-from wearsim.campaign.step import StepRule, advance, error_of
+from wearsim.campaign.step import StepRule, advance, error_of, smoothed, smoothed_at_end
 from wearsim.profile.shape import polygon_area_between, vertex_lengths, vertex_normals
 from wearsim.scene import build, load_scene
 from wearsim.scene.campaign import ControlSettings
@@ -89,7 +89,9 @@ def controlled(state, points, rate_at, settings):
         rate = rate_at(state)
         choice = choose(state, points, lambda weight: rate, settings, length_limit=(limit, "error"))  # noqa: B023
         after = advance(state, rate, choice.limit.step_length, rule, rate_at).state
-        error = error_of(state, after, rate, rate_at(after), 0.0)
+        error = error_of(
+            state, after, smoothed(state, rate, 0.0), smoothed_at_end(state, after, rate_at(after), 0.0)
+        )
         limit = error_limit(choice.limit.step_length, error, settings)
         if error <= settings.error_tolerance:
             state = after

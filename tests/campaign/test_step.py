@@ -6,7 +6,16 @@ from numpy.polynomial import Chebyshev
 
 from wearsim.campaign.evaluate import Setup, accumulate, passage_of
 from wearsim.campaign.state import WearRate
-from wearsim.campaign.step import INTEGRATORS, StepRule, chebyshev_tableau, error_of, remove, stiffness_of
+from wearsim.campaign.step import (
+    INTEGRATORS,
+    StepRule,
+    chebyshev_tableau,
+    error_of,
+    remove,
+    smoothed,
+    smoothed_at_end,
+    stiffness_of,
+)
 from wearsim.campaign.step import advance as step_of
 from wearsim.damage.wear import WearSettings, passage_depth
 from wearsim.errors import NumericalError
@@ -192,7 +201,7 @@ def test_stages_show_how_fast_waves_decay(state, solution, stages):
     tableau = chebyshev_tableau(stages)
     tried = step_of(state, now, 0.9 * tableau.stable / stiffness, rule, rate_at, 0.9 * tableau.stable)
     assert tried.stages == stages
-    shown = stiffness_of(state, tried, rate_at(tried.state), 0.0)
+    shown = stiffness_of(tried, smoothed_at_end(state, tried.state, rate_at(tried.state), 0.0))
     assert shown == pytest.approx(stiffness, rel=5e-3)
 
 
@@ -265,7 +274,9 @@ def test_error_estimate(state, solution, stability):
         c = a.sum(axis=1)
         e = 1.0 / 3.0 - 0.5 * b @ c**2 - b @ a @ c
         ratio = 0.8 * (e + 1.0 / 6.0) / e
-    estimate = error_of(state, after, now, rate_at(after), 0.0)
+    estimate = error_of(
+        state, after, smoothed(state, now, 0.0), smoothed_at_end(state, after, rate_at(after), 0.0)
+    )
     pattern = now.depth[0] / now.depth.max()
     lost = 100e-6 * np.log1p(1e-9 * pattern * distance / 100e-6) - after.wear_depth[0]
     band = after.wear_depth[0] > 0.02 * after.wear_depth[0].max()

@@ -351,5 +351,6 @@ class WheelsetEvolution:
         tried = tried._replace(state=self._settled(replace(after, running=running)))
         # with the history that is stored: a resumed campaign solves the same batches, to the last bit
         end = self._solved(tried.state, self._where(tried.state).points, weight)
-        error = step.error_of(state, tried.state, now, end.collective, wave)
-        return tried, error, step.stiffness_of(state, tried, end.collective, wave), end
+        last = step.smoothed_at_end(state, tried.state, end.collective, wave)
+        error = step.error_of(state, tried.state, tried.start, last)
+        return tried, error, step.stiffness_of(tried, last), end

@@ -130,6 +130,7 @@ class Step(NamedTuple):
     state: State  # at its end
     clipped: float  # largest share of the area of a body that was negative and set to 0 [-]
     increment: Increment  # before that
+    start: Increment  # rates at the beginning, after smoothing
     depths: tuple[FloatArray, ...]  # (2, n) of each stage [m]
     rates: tuple[FloatArray, ...]  # (2, n) in each stage per stretch at the beginning, after smoothing [-]
 
@@ -182,7 +183,8 @@ def advance(
         rates.append(_scaled(state, ahead, smoothed(ahead, rate_at(ahead), wave)))
     increment = _sum(rates, tableau.shares[-1] * step_length)
     worn, clipped = worn_by(state, increment, step_length, rule)
-    return Step(worn, clipped, increment, tuple(depths), tuple(one.regime_depth.sum(axis=1) for one in rates))
+    each = tuple(one.regime_depth.sum(axis=1) for one in rates)
+    return Step(worn, clipped, increment, rates[0], tuple(depths), each)
 
 
 def worn_by(state: State, increment: Increment, step_length: float, rule: StepRule) -> tuple[State, float]:
@@ -195,49 +197,49 @@ def worn_by(state: State, increment: Increment, step_length: float, rule: StepRu
     return _with_comparison_laws(state, worn, increment, rule), clipped
 
 
-def stiffness_of(before: State, step: Step, end: WearRate, wavelength: float) -> float:
+def smoothed_at_end(before: State, after: State, rate: WearRate, wavelength: float) -> Increment:
+    """Smoothed rate in the state after a step, per stretches of the vertices before."""
+    return _scaled(before, after, smoothed(after, rate, wavelength))
+
+
+def stiffness_of(step: Step, end: Increment) -> float:
     """Fastest decay of a wave of the profile that a step shows [1/m].
 
     Parameters
     ----------
-    before : State
-        At the beginning of the step.
-    end : WearRate
-        Of the acting points at its end.
-    wavelength : float
-        Of the smoothing [m].
+    step : Step
+        With the rates of its stages.
+    end : Increment
+        Rates at its end, as of `smoothed_at_end`.
 
     Notes
     -----
     Largest ratio of the change of the rate to that of the depth from stage to stage, as Euclidean norms over
     the vertices: the differences of stages are what is left of the stiff waves, as in the power method.
     """
-    last = _scaled(before, step.state, smoothed(step.state, end, wavelength)).regime_depth.sum(axis=1)
+    last = end.regime_depth.sum(axis=1)
     changes = np.diff([*step.depths, step.state.wear_depth], axis=0), np.diff([*step.rates, last], axis=0)
     depth, rate = (np.sqrt((change**2).sum(axis=(1, 2))) for change in changes)
     return float((rate / (depth + _NOISE)).max())
 
 
-def error_of(before: State, after: State, start: WearRate, end: WearRate, wavelength: float) -> float:
+def error_of(before: State, after: State, start: Increment, end: Increment) -> float:
     r"""Estimated error of the depth of a step as RMS over its worn band, of the body where it is largest [m].
 
     Parameters
     ----------
     before, after : State
         At the beginning and the end of the step.
-    start, end : WearRate
-        Of the acting points in these states.
-    wavelength : float
-        Of the smoothing [m].
+    start, end : Increment
+        Smoothed rates in these states, per stretches of the vertices before.
 
     Notes
     -----
-    :math:`0.8 (y_n - y_{n+1}) + 0.4 h (f_n + f_{n+1})` ([1]_ of the module), after smoothing. The band is
-    where the depth is above 2 % of the largest one of the body.
+    :math:`0.8 (y_n - y_{n+1}) + 0.4 h (f_n + f_{n+1})` ([1]_ of the module). The band is where the depth is
+    above 2 % of the largest one of the body.
     """
     length = after.distance - before.distance
-    ends = [smoothed(before, start, wavelength), _scaled(before, after, smoothed(after, end, wavelength))]
-    mean = _sum(ends, np.array([0.5, 0.5]) * length)
+    mean = _sum([start, end], np.array([0.5, 0.5]) * length)
 
     def of_body(body: State | CounterfaceState, worn: FloatArray, expected: FloatArray) -> float:
         deepest = worn.max(axis=1, keepdims=True)
