@@ -8,7 +8,6 @@ file can be read at any time between steps.  Variables, units and long names com
 from __future__ import annotations
 
 import errno
-import itertools
 import math
 import os
 import shutil
@@ -46,7 +45,8 @@ if TYPE_CHECKING:
 RETRY_SECONDS = 1.5
 """Reader and writer of one file wait for each other for this time [s]."""
 
-_BATCH = 8
+_BATCH, _BATCH_BYTES = 64, 2**22
+"""Rows that are written or read together, at most: their number, and bytes from which on they are enough."""
 
 _RESERVE = 1_000_000
 """Left on the disk besides the rows themselves, for what HDF5 writes about them [B]."""
@@ -409,10 +409,16 @@ def _write_rows(file: netCDF4.Dataset, first: int, rows: Sequence[Row]) -> None:
 
 def _batched(rows: Iterable[Row]) -> Iterator[tuple[int, list[Row]]]:
     """Index of the first, and rows in handfuls: few calls of netCDF, yet never a whole campaign in memory."""
-    iterator, first = iter(rows), 0
-    while batch := list(itertools.islice(iterator, _BATCH)):
+    batch: list[Row] = []
+    first = size = 0
+    for row in rows:
+        batch.append(row)
+        size += sum(value.nbytes for value in row.values())
+        if len(batch) == _BATCH or size >= _BATCH_BYTES:
+            yield first, batch
+            first, size, batch = first + len(batch), 0, []
+    if batch:
         yield first, batch
-        first += len(batch)
 
 
 def _with_retries(action: Callable[[], _T], patience: float | None = None) -> _T:
