@@ -376,19 +376,12 @@ def _lifted(wheels: Wheels, row: int, side: int, reason: str, rows: Sequence[int
     )
 
 
-def _torque_scale(task: Task, chunk: ContactConditions) -> FloatArray:
-    """Friction coefficient x wheel load x radius (n,), above 0 without friction, too [N m]."""
-    least = 1e-3 * chunk.loads.mean(axis=1)
-    scale: FloatArray = np.maximum(chunk.traction, least) * task.wheelset.radius
-    return scale
-
-
 def _residual(task: Task, chunk: ContactConditions, forces: Forces, columns: list[int]) -> FloatArray:
     """Torque over what friction can carry, and logarithm of vertical forces over the wheel load, (n, k)."""
     vertical: FloatArray = np.log(np.maximum(forces.vertical / chunk.loads, 1e-9))
     if 0 not in columns:
         return vertical[:, [column - 1 for column in columns]]
-    torque = (forces.torque.sum(axis=1) - chunk.torque) / _torque_scale(task, chunk)
+    torque = (forces.torque.sum(axis=1) - chunk.torque) / (chunk.traction_scale * task.wheelset.radius)
     both: FloatArray = np.concatenate([torque[:, None], vertical], axis=1)
     return both[:, columns]
 
@@ -416,7 +409,8 @@ def _slopes(
         more = np.exp(grow) * _loads(wheels, speed.size)
         forces = forces_of(task, stretched(wheels, more), speed, model)
         after = _residual(task, chunk, forces, every)
-        slope[:, 0, 1:] = (forces.torque - before.torque) / (grow * _torque_scale(task, chunk)[:, None])
+        scale = chunk.traction_scale * task.wheelset.radius
+        slope[:, 0, 1:] = (forces.torque - before.torque) / (grow * scale[:, None])
         slope[:, [1, 2], [1, 2]] = (after - still)[:, 1:] / grow
     return slope[:, columns][:, :, columns]
 

@@ -97,6 +97,11 @@ class ContactConditions:
         highest = self.friction if self.friction_flange is None else self.friction_flange
         return np.maximum(self.friction, highest) * self.loads.mean(axis=1)
 
+    @cached_property
+    def traction_scale(self) -> FloatArray:
+        """`traction`, but above 0 without friction, too (n,) [N]."""
+        return np.maximum(self.traction, 1e-3 * self.loads.mean(axis=1))
+
     @classmethod
     def of(
         cls,
