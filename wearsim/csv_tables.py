@@ -14,11 +14,13 @@ class CsvTable(NamedTuple):
 
     line: int  # of the header
     header: list[str]  # names of the columns; empty ones at the end, as spreadsheets leave them, do not count
-    rows: list[tuple[int, list[str]]]  # line and cells of each row that holds anything and is as wide
+    rows: list[tuple[int, list[str]]]  # line and cells of each row that counts and is as wide
     faults: list[Fault]  # of its form
 
 
-def csv_table(text: str, file: str, *, comments: bool = False, short: bool = False) -> CsvTable:
+def csv_table(
+    text: str, file: str, *, comments: bool = False, short: bool = False, empty: bool = False
+) -> CsvTable:
     """Read a CSV text.
 
     Parameters
@@ -29,19 +31,21 @@ def csv_table(text: str, file: str, *, comments: bool = False, short: bool = Fal
         Whether lines that begin with # do not count.
     short : bool
         Whether rows may end before the header does.
+    empty : bool
+        Whether rows of empty cells count; blank lines do not.
     """
     lines = ("\n" if comments and line.lstrip().startswith("#") else line for line in io.StringIO(text))
     reader, line = csv.reader(lines, strict=True, skipinitialspace=True), 1
     records, faults = list[tuple[int, list[str]]](), list[Fault]()
     try:
         for cells in reader:
-            if any(stripped := [cell.strip() for cell in cells]):
+            if any(stripped := [cell.strip() for cell in cells]) or (empty and len(cells) > 1):
                 records.append((line, stripped))
             line = reader.line_num + 1
     except csv.Error as error:
         faults.append(Fault(say("table.malformed", error=error), file, line))
     (top, names), *rest = records or [(1, [])]
-    header = [" ".join(name.split()) for name in names]
+    header = list(names)
     while header and not header[-1]:
         header.pop()
     twice = sorted({name for name in header if name and header.count(name) > 1})

@@ -178,8 +178,27 @@ def test_roll_is_found_and_its_fall_kept_although_solutions_scatter(jump):
         both = -0.94 * 1.5 * (roll - 2e-6) + off[min(len(rolls), off.size) - 1]
         return both, np.zeros(1)
 
-    roll, solved = resting_roll(displacements, np.zeros(1), 0.75, fall=fall)
+    roll, solved = resting_roll(displacements, np.zeros(1), 0.75, fall=fall, scatter=1e-7)
     assert solved.all()
     assert len(rolls) <= FIRST_ROLLS + 2
     assert abs(fall[0] / 0.94 - 1.0) < 0.01
     np.testing.assert_allclose(roll, 2e-6 + off[-1] / (0.94 * 1.5), atol=1e-9 / 1.41)
+
+
+@pytest.mark.parametrize("fall", [0.08, 0.12, 0.3, 0.94, 3.0, 6.0, 10.0])
+@pytest.mark.parametrize("known", [1.0, 0.93, 0.12])
+@pytest.mark.parametrize("begin", [5e-8, 1e-6, 1e-4])
+@pytest.mark.parametrize("scatter", [0.0, 1e-7])
+def test_a_roll_is_at_rest_whatever_the_fall_and_what_is_known_of_it(fall, known, begin, scatter):
+    """Flanges fall slowly, and what is known may be of another contact; 1e-9 m, in 16 rolls."""
+    rolls, off = [], []
+
+    def displacements(roll, moving):
+        rolls.append(roll[0])
+        off.append(begin - fall * 1.5 * roll[0])
+        return np.array(off[-1:]), np.zeros(1)
+
+    _, solved = resting_roll(displacements, np.zeros(1), 0.75, fall=np.array([known]), scatter=scatter)
+    assert solved.all()
+    assert abs(off[-1]) <= 1e-9
+    assert len(rolls) <= 16

@@ -10,9 +10,10 @@ point are the rotation speed, and for each wheel the load L its normal forces wo
 are bracketed with coarse patches and FASTSIM, whatever the models, or they are those of a like point; from
 there Broyden's method [1]_, with the zeros of the slopes kept [2]_, takes two or three evaluations of the
 true ones. Between evaluations patches are stretched by similarity (lengths and pressures with the cube root
-of the load, exact for a quadratic gap) as long as the load changes by at most `SIMILAR`, with several patches
-by a fiftieth of that; beyond they are solved anew. Where a model's load jumps past the balance, patches of
-one side of the jump are stretched by up to a tenth of the load, which `load_scale` states.
+of the load, exact for a quadratic gap) as long as the load changes by at most `SIMILAR` (at the first roll of
+a wheelset that is near its rest, a trial, by more), with several patches by a fiftieth of that; beyond they
+are solved anew. Where a model's load jumps past the balance, patches of one side of the jump are stretched by
+up to a tenth of the load, which `load_scale` states.
 
 References
 ----------

@@ -18,8 +18,8 @@ FIRST_ROLLS, QUICK_ROLLS = 2, 5
 the roll before, up to the second from one and the same, then from none. Brackets are forgotten there."""
 _LARGEST_CHANGE = 1e-4  # rad, of the roll in the end: where loads jump with the roll it does not come to rest
 _LEAST_FALL, _LARGEST_FALL = 0.1, 5.0  # of the difference with the roll, over the distance of the wheels
-# Tolerances from which a change of the difference says how it falls: from one start, and from another one.
-_SEEN, _SEEN_ANEW = 5.0, 200.0
+# Changes of the difference that say how it falls, in tolerances, and for later, over the scatter.
+_SEEN, _KEPT = 1.0, 2.0
 _NEARER = 0.5  # of the difference before, below which its fall is worth keeping
 
 
@@ -93,6 +93,7 @@ def resting_roll(
     half_span: float,
     tolerance: float = 1e-9,
     fall: FloatArray | None = None,
+    scatter: float = 0.0,
     trials: int = 0,
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
     """Roll at which both loads push the axle down by the same height, by the secant method, bracketed.
@@ -112,6 +113,8 @@ def resting_roll(
     fall : (n,) array, optional
         How fast the difference falls, over the distance of the wheels, to begin with; the last one clearly
         seen is left in it. 1 if not given [-].
+    scatter : float
+        Of the difference, by which displacements from another start may differ [m].
     trials : int
         First rolls at which nothing rests, as displacements there are less precise.
 
@@ -136,11 +139,14 @@ def resting_roll(
         low, high = np.where(off > 0.0, roll, low), np.where(moving & (off <= 0.0), roll, high)
         if trial > 0:
             anew = trial <= FIRST_ROLLS or trial == QUICK_ROLLS
-            clear = moving & (np.abs(before - off) > tolerance * (_SEEN_ANEW if anew else _SEEN))
+            change = np.abs(before - off)
+            clear = moving & (change > max(_SEEN * tolerance, scatter if anew else 0.0))
+            if trial in (FIRST_ROLLS, QUICK_ROLLS):  # what is missed more than before is a jump
+                clear &= np.abs(off) < np.abs(before)
             seen = (before - off) / (np.where(clear, step, 1.0) * span)
-            clear &= (seen > _LEAST_FALL) & (seen < _LARGEST_FALL)  # beyond it is a jump
-            slope[clear] = seen[clear]
-            clear &= np.abs(off) < _NEARER * np.abs(before)
+            likely = np.where(seen > 0.0, np.clip(seen, _LEAST_FALL, _LARGEST_FALL), 1.0)
+            slope[clear] = likely[clear]
+            clear &= (likely == seen) & (change > _KEPT * scatter) & (np.abs(off) < _NEARER * np.abs(before))
             fall[clear] = seen[clear]
         aim = roll + off / (span * slope)
         outside = moving & ~((low < aim) & (aim < high)) & (off != 0.0)

@@ -251,6 +251,7 @@ def _rotation_speed(task: Task, chunk: ContactConditions, index: IntArray) -> Fl
 
 
 _FIRST_STRETCH = 20.0 * SIMILAR  # at the first roll, which is a trial
+_SCATTER = 1e-7  # m, of changes that displacements from different starts hide: strips on worn profiles
 _NEAR_REST = 1e-6  # m, between the wheels' displacements with coarse patches and without creep forces
 
 
@@ -326,7 +327,9 @@ def _at_rest(
         near, fall, still = _near_rest(task, chunk)
     else:
         (near, fall), still = chunk.nearby[:, :2].T.copy(), []
-    roll, solved = resting_roll(displacements, near, task.wheelset.half_span, fall=fall, trials=trials)
+    roll, solved = resting_roll(
+        displacements, near, task.wheelset.half_span, fall=fall, scatter=_SCATTER, trials=trials
+    )
     if not solved.all():
         raise NumericalError(
             "no roll of the wheelset lets normal and creep forces of both wheels carry their loads; lower "

@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from numpy.typing import NDArray
 
 from wearsim.errors import ProfileError, say
 from wearsim.profile.measures import flange_height
@@ -18,12 +17,10 @@ from wearsim.profile.shape import FloatArray, Profile, extremum
 from wearsim.quantities import QUANTITIES
 
 _GRID = 0.05e-3  # lateral step of the contact search and of the shifts [m]
-_CURVED = 1e-6  # above what a wheel departs from a straight line within a step [m]
 _CLOSE = np.linspace(-1.0, 1.0, 41)  # steps at which the smallest gap is evaluated closely
 _JUMP = 2e-6  # change of the radius difference within a step, beyond its trend, that is a jump [m]
 _CENTRE_RANGE = 4e-3  # how far the centre of the wheelset's motion is looked for off the track centre [m]
-_CENTRE_NEARBY = 1e-3  # where it is looked for first: nearly always found there [m]
-_BATCH = 512  # shifts that are evaluated together: their gaps stay in the cache of the processor
+_BATCH = 64  # shifts that are evaluated together: their gaps stay in the cache of the processor
 _PHASES = 400  # midpoints of the integral over half a wavelength
 _WIDEST = 30e-3  # shift up to which climbing is looked for [m]
 
@@ -64,48 +61,44 @@ def _rail_heights(of_y: bytes, of_z: bytes) -> tuple[FloatArray, FloatArray, Flo
 
 def _touching_heights(wheel: Profile, rail: Profile) -> Callable[[FloatArray], FloatArray]:
     """Wheel z at the smallest gap to a right rail [m] over shifts (n,) [m]; NaN beyond the profiles."""
+    # shifts that differ by whole grid steps share one evaluation of the wheel, all calls share the splines
     from scipy.interpolate import CubicSpline  # 0.5 s to import, only spent where it is needed
 
     grid, rail_height, rail_close = _rail_heights(rail.y.tobytes(), rail.z.tobytes())
     wheel_y, wheel_z = _facing(wheel)
-    spline = CubicSpline(wheel_y, wheel_z)
+    wheel_height = CubicSpline(wheel_y, wheel_z)
 
-    def wheel_height(y: FloatArray) -> FloatArray:
-        inside = (y >= wheel_y[0]) & (y <= wheel_y[-1])
-        return np.where(inside, spline(y), -np.inf)
-
-    def nearest(shift: FloatArray) -> NDArray[np.intp]:
-        """Grid point of the smallest gap at each shift."""
-        k, which = np.unique(np.floor(shift / _GRID + 1e-6).astype(np.int64), return_inverse=True)
-        # shifts that differ by whole grid steps share one evaluation of the wheel
-        table = wheel_height(grid[0] + _GRID * np.arange(-k[-1] - 1, len(grid) - k[0]))
-        window = sliding_window_view(table, len(grid))
-        here, further = window[k[-1] + 1 - k], window[k[-1] - k]
-        if np.all(np.abs(shift - k[which] * _GRID) < 1e-12):
-            on_grid: NDArray[np.intp] = np.argmin(rail_height - here, axis=1)[which]
-            return on_grid
-        # between two steps the gap is below neither of those there, but for the curvature of the wheel
-        highest = (rail_height - np.minimum(here, further)).min(axis=1)
-        row, column = np.nonzero(rail_height - np.maximum(here, further) <= highest[:, None] + _CURVED)
-        start = np.searchsorted(row, np.arange(len(k) + 1))
-        columns = np.repeat(column[start[:-1], None], np.diff(start).max(), axis=1)
-        columns[row, np.arange(len(row)) - start[row]] = column
-        columns = columns[which]
-        gap = rail_height[columns] - wheel_height(grid[columns] - shift[:, None])
-        least: NDArray[np.intp] = columns[np.arange(len(shift)), np.argmin(gap, axis=1)]
-        return least
+    def gaps(shift: FloatArray) -> FloatArray:
+        """Gap over the grid (n, k) at each shift; infinite where there is no wheel."""
+        steps = np.floor(shift / _GRID + 1e-6)
+        rest = np.round(shift - steps * _GRID, 12)
+        alike = bool(np.all(rest == rest[0]))
+        k = steps.astype(np.int64)
+        if alike:
+            place = grid[0] - rest[0] + _GRID * np.arange(-k.max(), len(grid) - k.min())
+        else:
+            place = grid - shift[:, None]
+        inside = (place >= wheel_y[0]) & (place <= wheel_y[-1])
+        table = np.where(inside, wheel_height(place), -np.inf)
+        gap: FloatArray = rail_height - (
+            sliding_window_view(table, len(grid))[k.max() - k] if alike else table
+        )
+        return gap
 
     def heights(shift: FloatArray) -> FloatArray:
         if len(shift) > _BATCH:
             return np.concatenate([heights(shift[i : i + _BATCH]) for i in range(0, len(shift), _BATCH)])
-        least = nearest(shift)
-        result, place = np.full(len(shift), np.nan), grid[least] - shift
-        inside = (place - _GRID >= wheel_y[0]) & (place + _GRID <= wheel_y[-1])
-        good = np.flatnonzero((least > 0) & (least < len(grid) - 1) & inside)
+        result = np.full(len(shift), np.nan)
+        gap = gaps(shift)
+        least = np.argmin(gap, axis=1)
+        safe = np.clip(least, 1, len(grid) - 2)
+        each = np.arange(len(shift))
+        ends = gap[each, safe - 1], gap[each, safe + 1]
+        good = np.flatnonzero((safe == least) & np.isfinite(ends[0]) & np.isfinite(ends[1]))
         # edges and jumps of curvature hold the contact, where a parabola over whole steps would miss it
         near = grid[least[good], None] + _GRID * _CLOSE
-        close = rail_close[least[good]] - spline(near - shift[good, None])
-        result[good] = spline(_least(near, close) - shift[good])
+        close = rail_close[least[good]] - wheel_height(near - shift[good, None])
+        result[good] = wheel_height(_least(near, close) - shift[good])
         return result
 
     return heights
@@ -134,15 +127,14 @@ def _with_jumps(
     steps = np.flatnonzero(change > 3.0 * trend + _JUMP)
     if len(steps) == 0:
         return shift, difference
-    ends, values = shift[[steps, steps + 1]].T, difference[[steps, steps + 1]].T
-    each = np.arange(len(steps))[:, None]
-    for _ in range(3):  # each pass keeps that of eight parts with the largest change
-        parts = ends[:, :1] + np.linspace(0.0, 1.0, 9) * (ends[:, 1:] - ends[:, :1])
-        inner = fine(parts[:, 1:-1].ravel()).reshape(len(steps), -1)
-        of_parts = np.column_stack((values[:, 0], inner, values[:, 1]))
-        pair = np.argmax(np.abs(np.diff(of_parts)), axis=1)[:, None] + [0, 1]
-        ends, values = parts[each, pair], of_parts[each, pair]
-    (low, high), (below, above) = ends.T, values.T
+    low, high = shift[steps], shift[steps + 1]
+    below, above = difference[steps], difference[steps + 1]
+    for _ in range(9):
+        middle = 0.5 * (low + high)
+        value = fine(middle)
+        upper = np.abs(value - below) > np.abs(value - above)
+        high, above = np.where(upper, middle, high), np.where(upper, value, above)
+        low, below = np.where(upper, low, middle), np.where(upper, below, value)
     all_shift = np.concatenate((shift, low, high))
     order = np.argsort(all_shift, kind="stable")
     order = order[np.concatenate(([True], np.diff(all_shift[order]) > 0.0))]
@@ -227,14 +219,26 @@ def equivalent_conicity(
     """
     if fault := QUANTITIES["amplitude"].fault(amplitude):
         raise ProfileError(fault)
+    reach = math.ceil((amplitude + _CENTRE_RANGE) / _GRID)
+    shift: FloatArray = _GRID * np.arange(-reach, reach + 1, dtype=np.float64)
     difference_at = rolling_radius_difference(wheel_right, wheel_left, rail)
-    for aside in (_CENTRE_NEARBY, _CENTRE_RANGE):
-        motion = _motion(difference_at, amplitude, aside)
-        if motion is not None and motion[1] is not None:
-            break
-    if motion is None:
+    difference = difference_at(shift)
+    lost = np.isnan(difference)
+    first = int(np.max(np.flatnonzero(lost[:reach]), initial=-1)) + 1
+    last = reach + int(np.min(np.flatnonzero(lost[reach:]), initial=reach + 1)) - 1
+    if last <= reach or shift[last] - shift[first] < 2.0 * amplitude:
         raise ProfileError(say("profile.no_contact", wheel=wheel_right, rail=rail, amplitude=amplitude))
-    at, centre = motion
+    shift, difference = _with_jumps(shift[first : last + 1], difference[first : last + 1], difference_at)
+    step = np.diff(shift)
+    potential = np.concatenate(([0.0], np.cumsum(0.5 * step * (difference[1:] + difference[:-1]))))
+
+    def at(u: FloatArray) -> FloatArray:
+        """Integrate the piecewise linear difference exactly up to u."""
+        k = np.clip(np.searchsorted(shift, u, side="right") - 1, 0, len(shift) - 2)
+        t = u - shift[k]
+        return potential[k] + t * (difference[k] + 0.5 * t / step[k] * (difference[k + 1] - difference[k]))
+
+    centre = _centre(at, float(shift[0]) + amplitude, float(shift[-1]) - amplitude, amplitude)
     if centre is None:
         return None
     theta = (np.arange(_PHASES) + 0.5) * math.pi / _PHASES - 0.5 * math.pi
@@ -247,40 +251,13 @@ def equivalent_conicity(
     return 4.0 * math.pi**2 / length**2
 
 
-def _motion(
-    difference_at: Callable[[FloatArray], FloatArray], amplitude: float, aside: float
-) -> tuple[Callable[[FloatArray], FloatArray], float | None] | None:
-    """Potential of shifts and centre of the motion within `aside` [m]; None where the contact is lost."""
-    reach = math.ceil((amplitude + aside) / _GRID)
-    shift: FloatArray = _GRID * np.arange(-reach, reach + 1, dtype=np.float64)
-    difference = difference_at(shift)
-    lost = np.isnan(difference)
-    first = int(np.max(np.flatnonzero(lost[:reach]), initial=-1)) + 1
-    last = reach + int(np.min(np.flatnonzero(lost[reach:]), initial=reach + 1)) - 1
-    if last <= reach or shift[last] - shift[first] < 2.0 * amplitude:
-        return None
-    shift, difference = _with_jumps(shift[first : last + 1], difference[first : last + 1], difference_at)
-    step = np.diff(shift)
-    potential = np.concatenate(([0.0], np.cumsum(0.5 * step * (difference[1:] + difference[:-1]))))
-
-    def at(u: FloatArray) -> FloatArray:
-        """Integrate the piecewise linear difference exactly up to u."""
-        k = np.clip(np.searchsorted(shift, u, side="right") - 1, 0, len(shift) - 2)
-        t = u - shift[k]
-        return potential[k] + t * (difference[k] + 0.5 * t / step[k] * (difference[k + 1] - difference[k]))
-
-    return at, _centre(at, float(shift[0]) + amplitude, float(shift[-1]) - amplitude, amplitude)
-
-
 def _centre(
     at: Callable[[FloatArray], FloatArray], low: float, high: float, amplitude: float
 ) -> float | None:
     """Centre of the motion nearest to the track centre, whose turning points have equal potential."""
 
     def excess(c: FloatArray) -> FloatArray:
-        ends = at(np.stack((c + amplitude, c - amplitude)))
-        result: FloatArray = ends[0] - ends[1]
-        return result
+        return at(c + amplitude) - at(c - amplitude)
 
     grid = np.linspace(low, high, max(3, round((high - low) / _GRID) | 1))
     value = excess(grid)
@@ -289,8 +266,8 @@ def _centre(
         return None
     k = rising[np.argmin(np.abs(grid[rising] + grid[rising + 1]))]
     a, b = float(grid[k]), float(grid[k + 1])
-    for _ in range(6):  # each pass cuts the bracket into 256 parts: down to 1e-19 m
-        inner = np.linspace(a, b, 257)
+    for _ in range(12):  # each pass cuts the bracket into 16 parts: down to 1e-19 m
+        inner = np.linspace(a, b, 17)
         above = int(np.argmax(excess(inner)[1:] > 0.0)) + 1
         a, b = float(inner[above - 1]), float(inner[above])
     return 0.5 * (a + b)

@@ -177,7 +177,7 @@ def _table_rows(path: Path, faults: list[Fault]) -> list[Row]:
     except SceneError as error:
         faults += error.faults
         return []
-    table = csv_table(text, file, comments=True)
+    table = csv_table(text, file, comments=True, empty=True)
     faults += table.faults
     if not table.rows and not table.faults:
         faults.append(Fault(say("sweep.no_cases"), file))

@@ -87,6 +87,7 @@ def read_table(source: str, flags: Mapping[str, str]) -> Table:
     """
     name = "stdin" if source == "-" else source
     table = csv_table(_text(name, source), name)
+    table = table._replace(header=[" ".join(column.split()) for column in table.header])
     columns = _checked(name, table)
     carried = [column for column in columns if column not in (*COLUMNS, *RESULT_COLUMNS)]
     rows, faults, seen = list[Row](), list(table.faults), set[tuple[str, str]]()

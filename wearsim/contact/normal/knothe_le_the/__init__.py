@@ -18,11 +18,11 @@ fitted to it; a start of this model takes the place of the coarse set. The outer
 0.9 of the neighbour's load on it goes over to its own equations: of two strips that take it from each other
 neither would know its length. No strip is sharper than 20 times two cylinders, and none moves to less than a
 third or more than three times what its pressure asks for: steps common to all do not see the shortest ones.
-The fine set is fitted again until the ends of the patch lie at their place in the outermost strips, to 2 % of
-a width, or between two places as near to each other, and the plane is that of the pressures, to 1e-4 rad: the
-solution depends on the state, not on the way to it, unless ends find no place in 16 sets: then those of the
-last are taken. Strips are at most 0.65 mm wide, because profiles change their radius within wide patches, and
-0.3 mm where the gap of worn profiles is rough: with wider ones its ends find no place and displacements
+The fine set is fitted again until the ends of the patch lie at their place in the outermost strips, to 1.5 %
+of a width, or between two places as near to each other, and the plane is that of the pressures, to 1e-4 rad:
+the solution depends on the state, not on the way to it, unless ends find no place in 16 sets: then those of
+the last are taken. Strips are at most 0.65 mm wide, because profiles change their radius within wide patches,
+and 0.3 mm where the gap of worn profiles is rough: with wider ones its ends find no place and displacements
 scatter by 1e-6 m, a thousand times what the roll of a wheelset is searched to. Parts much narrower than the
 widest have fewer strips.
 

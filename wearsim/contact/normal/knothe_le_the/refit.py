@@ -182,11 +182,12 @@ def refit(
                 )
                 place *= step
             fresh[kept].ends[side] = place
-            known = spans[k].beyond[side]  # no place is without a miss: this one stays
-            fits = abs(move) < _SETTLED or (known != 0.0 and abs(move - known) < _SETTLED)
-            if stage > 0 and settled and not fits:
-                fresh[kept].beyond[side] = move
-            again = again or not (settled or fits)
+            known, beyond = spans[k].beyond[side], 0.0
+            if abs(move) >= _SETTLED:  # no place is without a miss: the one known stays
+                held = known != 0.0 and abs(move - known) < _SETTLED
+                beyond = known if held else move if stage > 0 and settled else 0.0
+                again = again or beyond == 0.0
+            fresh[kept].beyond[side] = beyond
         # Two humps with strips without pressure between them get strips of their own, once.
         while strips[right].load <= 0.0:
             right -= 1

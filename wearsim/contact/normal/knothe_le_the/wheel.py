@@ -42,7 +42,6 @@ _STAGES = 16  # of fitting the strips to the patch
 # Changes of q, over the largest: in the first stage, before it is seen whether the strips fit, in the end.
 _CLOSE, _ROUGH, _DONE = 0.1, 3e-3, 5e-5
 _LEFT = 2e-6  # change that is to be expected next, below which there is none
-_FAR = 2.0  # widths of a strip, by which an end moved, from which lengths and pressures take turns first
 _WIDEST, _NARROW = 0.65e-3, 0.3e-3  # m, of a strip: profiles change their radius within wide patches
 _SMOOTH_GAP, _ROUGH_GAP = 0.02, 0.035  # fourth differences of the gap, over the displacement, of these widths
 _SAMPLES = 20  # of the gap over a part, for them
@@ -122,7 +121,7 @@ def _fit(n: int, row: Row, start: Start, count: int, table: FloatArray, work: Wo
         return NO_BALANCE, 0, 0.0
     displacement = start.displacement[start.first[n]] - row.low
     total = splits = parts - parts  # numba would compile the kernels for a literal 0 once more
-    uncertain = alone = again = cut = False
+    alone = again = cut = False
     may_split = True
     for stage in range(int(start.near), _STAGES):
         together = _joined(spans, parts)
@@ -162,18 +161,12 @@ def _fit(n: int, row: Row, start: Start, count: int, table: FloatArray, work: Wo
                 break
         parts = kept
         splits += more
-        uncertain = more > 0
-        for k in range(parts):
-            for side in range(2):
-                width = fresh[k].ends[1] - fresh[k].ends[0]
-                moved = abs(fresh[k].ends[side] - spans[k].ends[side]) / width
-                uncertain = uncertain or (stage == 0 and moved * count > _FAR)
         _copy(fresh, spans, parts)
         if (stage in (1, 4, 7) or not again) and another_part(displacement, parts, row, work, total, table):
             if parts == spans.size:
                 return NO_ROOM, total, displacement
             parts += 1
-            again = uncertain = True
+            again = True
             for k in range(spans.size):
                 forget_ends(spans[k])
         if not again:
