@@ -251,7 +251,7 @@ def _rotation_speed(task: Task, chunk: ContactConditions, index: IntArray) -> Fl
 
 
 _FIRST_STRETCH = 20.0 * SIMILAR  # at the first roll, which is a trial
-_SCATTER = 1e-7  # m, of changes that displacements from different starts hide: strips on worn profiles
+_SCATTER = 4e-8  # m, of changes that displacements from different starts hide: strips on worn profiles
 _NEAR_REST = 1e-6  # m, between the wheels' displacements with coarse patches and without creep forces
 
 
