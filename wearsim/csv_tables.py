@@ -48,7 +48,8 @@ def csv_table(
     header = list(names)
     while header and not header[-1]:
         header.pop()
-    twice = sorted({name for name in header if name and header.count(name) > 1})
+    alike = [" ".join(name.split()) for name in header]
+    twice = sorted({name for name in alike if name and alike.count(name) > 1})
     faults += [Fault(say("table.twice", name=name), file, top) for name in twice]
     wide, rows = len(header), list[tuple[int, list[str]]]()
     for at, cells in rest:

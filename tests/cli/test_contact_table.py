@@ -201,6 +201,7 @@ def test_the_exit_code_is_that_of_the_worst_row(table, run, monkeypatch):
         ("shift_mm;yaw_mrad\n1,5;2\n", [":1: no column has the name of a flag"]),
         ("one\ttwo\n1\t2\n", ["separate columns by commas"]),
         ("shift_mm,yaw_mrad,shift_mm\n1,2,3\n", [':1: column "shift_mm" stands twice']),
+        ("shift_mm,my  note,my note\n1,a,b\n", [":1: column \"my note\" stands twice"]),
         ("shift_mm,flange_back_mm\n1,1360\n", [":1: column flange_back_mm has a new name"]),
         ("shift_mm,,yaw_mrad\n1,2,3\n", [":1: column 2 has no name"]),
         ("shift_mm,yaw_mrad\n1\n1,2,3\n", [":2: 1 cells, the header has 2", ":3: 3 cells, the header has 2"]),
