@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wearsim.campaign import control, correction, handover, step
+from wearsim.campaign import control, correction, handover, nearby, step
 from wearsim.campaign.comparison import comparison_laws, start_comparison
 from wearsim.campaign.counterface import new_counterface, redressed
 from wearsim.campaign.evaluate import (
@@ -185,10 +185,7 @@ class WheelsetEvolution:
             fresh = self._on_new_profiles(reprofile(state, setup), points.weight, wheels=True)
             return handover.few_handed_over(fresh, setup), NO_STEP
         if begins_nearby(here) and points.controlled is None:  # whose forces are searched for from anew
-            contact, unknown = evaluation.passage.contact, np.full((len(points.label), 5), np.nan)
-            nearby = state.nearby.copy() if state.nearby.size > 0 else unknown
-            nearby[contact.point[::-1]] = contact.nearby[::-1]
-            state = replace(state, nearby=nearby)
+            state = nearby.remembered(state, evaluation.passage.contact, len(points.label))
         ahead_of = to_next_reprofiling(state, setup.control)
         known = {evaluation.weight.tobytes(): evaluation.collective}
         passage: Passage | None = evaluation.passage
@@ -332,15 +329,17 @@ class WheelsetEvolution:
         points, weight, limit = self._where(state).points, choice.weight, choice.limit
         length, wave = limit.step_length, rule.smoothing_wavelength
         failed: Failed = {}
-        running = state.running
+        running, nearby_rate = state.running, state.nearby_rate
 
         def rate_at(ahead: State) -> WearRate:
-            nonlocal running
-            ahead = replace(ahead, running=running)
+            nonlocal running, nearby_rate
+            ahead = nearby.expected(state, replace(ahead, running=running), nearby_rate)
             ahead = settled_state(ahead, self.setup.points, self._contact, stage=weight > 0.0)
             running = ahead.running
             stage = solved(ahead, self._where(ahead).points, weight, self._contact)
             failed.update(stage.passage.failed)
+            if state.nearby.size > 0:
+                nearby_rate = nearby.rate_to(state, ahead, stage.passage.contact)
             return stage.collective
 
         tried = step.advance(state, now, length, rule, rate_at, limit.stiffness * length)
@@ -348,7 +347,8 @@ class WheelsetEvolution:
         if after.points is not None:
             after = replace(after, points=with_failed(after.points, points, failed))
         # where the wheelset runs after the step: what the shift changed in it is part of the error
-        tried = tried._replace(state=self._settled(replace(after, running=running)))
+        after = nearby.expected(state, replace(after, running=running), nearby_rate)
+        tried = tried._replace(state=self._settled(after))
         # with the history that is stored: a resumed campaign solves the same batches, to the last bit
         end = self._solved(tried.state, self._where(tried.state).points, weight)
         last = step.smoothed_at_end(state, tried.state, end.collective, wave)

@@ -10,10 +10,9 @@ point are the rotation speed, and for each wheel the load L its normal forces wo
 are bracketed with coarse patches and FASTSIM, whatever the models, or they are those of a like point; from
 there Broyden's method [1]_, with the zeros of the slopes kept [2]_, takes two or three evaluations of the
 true ones. Between evaluations patches are stretched by similarity (lengths and pressures with the cube root
-of the load, exact for a quadratic gap) as long as the load changes by at most `SIMILAR` (at the first roll of
-a wheelset that is near its rest, a trial, by more), with several patches by a fiftieth of that; beyond they
-are solved anew. Where a model's load jumps past the balance, patches of one side of the jump are stretched by
-up to a tenth of the load, which `load_scale` states.
+of the load, exact for a quadratic gap) as long as the load changes by at most `SIMILAR`, with several patches
+by a fiftieth of that; beyond they are solved anew. Where a model's load jumps past the balance, patches of
+one side of the jump are stretched by up to a tenth of the load, which `load_scale` states.
 
 References
 ----------
@@ -114,7 +113,6 @@ def equilibrium(
     speed: FloatArray | None,
     nearby: Equilibrium | None = None,
     fields: bool = True,
-    stretch: float = SIMILAR,
 ) -> Equilibrium:
     """Balance loads, and torque if the rotation speed is not given, for every point of a chunk.
 
@@ -132,8 +130,6 @@ def equilibrium(
         Of the same points in another pose, to begin with instead of coarse patches.
     fields : bool
         Whether fields of cells are wanted; warm models have them anyway.
-    stretch : float
-        Change of the logarithm of a load up to which a wheel's patch is stretched instead of solved anew.
 
     Returns
     -------
@@ -166,7 +162,7 @@ def equilibrium(
     def refine(wanted: NDArray[np.bool_], hasty: bool) -> None:
         for (group, columns), near, slope in zip(groups, begin, slopes, strict=True):
             parts, fields, turned, carried, steepness = _refined(
-                task, chunk, group, columns, speed, near, wanted, hasty, stretch
+                task, chunk, group, columns, speed, near, wanted, hasty
             )
             slope[wanted] = steepness[wanted]
             wheels.extend(parts)
@@ -432,7 +428,6 @@ def _refined(
     near: _Begin,
     wanted: NDArray[np.bool_],
     hasty: bool,
-    stretch: float,
 ) -> tuple[list[Wheels], list[TangentialSolution], FloatArray, FloatArray, FloatArray]:
     """Wheels in equilibrium in the order they got there, by Broyden's method, of the points `wanted` (n,).
 
@@ -462,7 +457,7 @@ def _refined(
             wheels = _solved(task, chunk, sides, load, here, start=rough)
         here &= open_rows[:, None]
         several = np.bincount(wheels.place, minlength=2 * count).reshape(-1, 2) > 1
-        most = np.where(several, _SEVERAL * stretch, stretch)
+        most = np.where(several, _SEVERAL * SIMILAR, SIMILAR)
         again = here & (np.abs(np.log(load / _loads(wheels, count))) > most)
         if hasty and trial > 0:
             promising = np.abs(before) <= (_PROMISING if 0 in columns else _PROMISING_LOADS)

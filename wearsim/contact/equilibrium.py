@@ -94,7 +94,6 @@ def resting_roll(
     tolerance: float = 1e-9,
     fall: FloatArray | None = None,
     scatter: float = 0.0,
-    trials: int = 0,
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
     """Roll at which both loads push the axle down by the same height, by the secant method, bracketed.
 
@@ -115,8 +114,6 @@ def resting_roll(
         seen is left in it. 1 if not given [-].
     scatter : float
         Of the difference, by which displacements from another start may differ [m].
-    trials : int
-        First rolls at which nothing rests, as displacements there are less precise.
 
     Returns
     -------
@@ -151,7 +148,7 @@ def resting_roll(
         aim = roll + off / (span * slope)
         outside = moving & ~((low < aim) & (aim < high)) & (off != 0.0)
         aim[outside] = 0.5 * (low[outside] + high[outside])
-        moving = moving & (np.abs(off) > tolerance) if trial >= trials else moving
+        moving = moving & (np.abs(off) > tolerance)
         if trial == _MOST_ROLLS - 1:
             moving &= np.abs(aim - roll) > _LARGEST_CHANGE
         if not moving.any():

@@ -11,7 +11,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.contact.balance import SIMILAR, Equilibrium, equilibrium, unknowns
+from wearsim.contact.balance import Equilibrium, equilibrium, unknowns
 from wearsim.contact.equilibrium import FIRST_ROLLS, QUICK_ROLLS, resting_roll, rotation_without_creepage
 from wearsim.contact.kernel import leaf_kernel, plain
 from wearsim.contact.normal import NORMAL_MODELS
@@ -250,8 +250,8 @@ def _rotation_speed(task: Task, chunk: ContactConditions, index: IntArray) -> Fl
     return nominal
 
 
-_FIRST_STRETCH = 20.0 * SIMILAR  # at the first roll, which is a trial
-_SCATTER = 4e-8  # m, of changes that displacements from different starts hide: strips on worn profiles
+_RESTING = 1e-9  # m, between the wheels' displacements of a wheelset at rest
+_OF_SCATTER = 0.5  # or this share of what displacements from unlike starts scatter by
 _NEAR_REST = 1e-6  # m, between the wheels' displacements with coarse patches and without creep forces
 
 
@@ -267,7 +267,7 @@ def _at_rest(
     if count == 0:  # every point of a chunk has failed
         nothing = equilibrium(task, chunk, [side_of(task, number, chunk) for number in (0, 1)], speed)
         return nothing, chunk.roll, chunk.roll
-    turning, load, trials = np.zeros(count), np.zeros((count, 2)), int(chunk.nearby is not None)
+    turning, load = np.zeros(count), np.zeros((count, 2))
     wheels: list[Wheels] = []
     contacts: list[TangentialSolution] = []
     rolls: list[FloatArray] = []
@@ -307,9 +307,8 @@ def _at_rest(
             sides = (
                 still if still and len(rolls) == 1 else [side_of(task, number, tilted) for number in (0, 1)]
             )
-            stretch = _FIRST_STRETCH if len(rolls) <= trials else SIMILAR
             try:
-                balanced = equilibrium(task, tilted, sides, given, nearby, False, stretch)
+                balanced = equilibrium(task, tilted, sides, given, nearby, False)
             except ContactError:
                 if nearby is None or chunk.nearby is not None:  # a point then begins anew
                     raise
@@ -327,9 +326,9 @@ def _at_rest(
         near, fall, still = _near_rest(task, chunk)
     else:
         (near, fall), still = chunk.nearby[:, :2].T.copy(), []
-    roll, solved = resting_roll(
-        displacements, near, task.wheelset.half_span, fall=fall, scatter=_SCATTER, trials=trials
-    )
+    scatter = NORMAL_MODELS[task.models.normal].scatter
+    resting = max(_RESTING, _OF_SCATTER * scatter)
+    roll, solved = resting_roll(displacements, near, task.wheelset.half_span, resting, fall, scatter)
     if not solved.all():
         raise NumericalError(
             "no roll of the wheelset lets normal and creep forces of both wheels carry their loads; lower "

@@ -209,6 +209,8 @@ class NormalModel:
     chunk : int
         Operating points that are solved together, at most: few where one takes milliseconds, so that all
         threads have some.
+    scatter : float
+        By which vertical displacements may differ that are found from unlike starts [m].
     """
 
     name: str
@@ -219,6 +221,7 @@ class NormalModel:
     fewest: int = FEWEST
     most_strips: int | None = None
     chunk: int = 256
+    scatter: float = 0.0
 
     def __call__(self, gap: Gap, row: IntArray, load: FloatArray, **options: Any) -> NormalSolution:
         """Solve with input and solution validated; parameters and errors as of `NormalSolver`.
