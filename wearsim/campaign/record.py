@@ -175,7 +175,7 @@ _PACKED = "words that differ from the one before"
 
 
 def _packed(values: bytes) -> bytes:
-    """Words of 8 bytes that differ from the one before, after a bit for each: zeros and fills take no room."""
+    """Words of 8 bytes that differ from the one before, after a bit for each: zeros take no room."""
     words = np.frombuffer(values + bytes(-len(values) % 8), np.uint64)
     other = np.concatenate((words[:1] == words[:1], words[1:] != words[:-1]))
     return np.packbits(other).tobytes() + words[other].tobytes()
