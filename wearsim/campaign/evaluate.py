@@ -26,7 +26,7 @@ from wearsim.damage.wear import WEAR_LAWS, WearSettings, highest_regime, passage
 from wearsim.errors import ContactError
 from wearsim.operation.points import OperatingPoints, mask_of, shared_weight
 from wearsim.operation.resultants import Resultants, resultants
-from wearsim.profile.shape import arc_length, vertex_lengths
+from wearsim.profile.shape import arc_length
 from wearsim.scene.campaign import CounterfaceWear
 from wearsim.scene.damage import BrakeBlockSection
 
@@ -186,10 +186,10 @@ def _passage_at(
     contact = passage.contact
     point = index[contact.point]
     placed = replace(contact, point=point, patch=replace(contact.patch, row=point))
-    edges = np.empty_like(contact.strip_edges_wheel_y)
+    edges, arc = np.empty_like(contact.strip_edges_wheel_y), arc_length(state.y, state.z)
     for wheel in (0, 1):
         at = np.flatnonzero(contact.side == wheel)
-        edges[at] = _edges(passage, at, wheel, state)[0]
+        edges[at] = _edges(passage, at, wheel, state, arc)
     return replace(
         passage,
         contact=placed,
@@ -264,11 +264,10 @@ def accumulate(
     load_bearing = (gap > rim) & full[:, None]  # a faint patch does not limit the step
     law = scale[0][:, None] * np.sum(passage.depth, axis=0)
     over_gap = np.where(load_bearing, law / np.where(load_bearing, gap, 1.0), 0.0)
-    stability = np.zeros_like(state.y)
+    stability, arc = np.zeros_like(state.y), arc_length(state.y, state.z)
     for wheel in (0, 1):
         at = np.flatnonzero((scale[1] > 0.0) & (solution.side == wheel))
-        edges, arc = _edges(passage, at, wheel, state)
-        sample(edges, arc, over_gap[at], stability[wheel])
+        sample(_edges(passage, at, wheel, state, arc), arc[wheel], over_gap[at], stability[wheel])
     stability /= 2.0 * np.pi * (setup.wheelset.radius + state.z)
     result = WearRate(
         depth.sum(axis=1), depth, work_and_damage[:, 0], stability, solution, full,
@@ -308,26 +307,26 @@ def carried(
     rows = [*laws, passage.strip_work, *passage.comparison.damage]
     solution = passage.contact
     result = np.zeros((count, 2, len(rows), state.y.shape[1]))
+    arc, length = arc_length(state.y, state.z), lengths_of_sides(state.y, state.z)
     for wheel in (0, 1):
         at = np.flatnonzero((scale[1] > 0.0) & (solution.side == wheel))
-        edges, arc = _edges(passage, at, wheel, state)
         of_rows = [scale[0, at, None]] * len(laws) + [scale[1, at, None]] * (len(rows) - len(laws))
         amount = np.stack([row[at] * factor for row, factor in zip(rows, of_rows, strict=True)])
-        area = np.zeros((count, len(rows), arc.size))
-        share_out(edges, stretches(arc), amount * solution.patch.width[at][:, None], group[at], area)
+        amount *= solution.patch.width[at][:, None]
+        area, edges = np.zeros((count, *result.shape[2:])), _edges(passage, at, wheel, state, arc)
+        share_out(edges, stretches(arc[wheel]), amount, group[at], area)
         per_metre = 1.0 / (2.0 * np.pi * (setup.wheelset.radius + state.z[wheel]))
-        result[:, wheel] = area * (per_metre / vertex_lengths(state.y[wheel], state.z[wheel]))
+        result[:, wheel] = area * (per_metre / length[wheel])
     return result
 
 
-def _edges(passage: Passage, at: IntArray, wheel: int, state: State) -> tuple[FloatArray, FloatArray]:
-    """Arc length at the edges of the strips of patches `at`, and at the vertices of their wheel [m]."""
-    arc = arc_length(state.y[wheel], state.z[wheel])
+def _edges(passage: Passage, at: IntArray, wheel: int, state: State, arc: FloatArray) -> FloatArray:
+    """Arc length at the edges of the strips of patches `at` of a wheel, by that of vertices (2, n) [m]."""
     if passage.strip_edges_arc is not None:
-        return passage.strip_edges_arc[at], arc
+        return passage.strip_edges_arc[at]
     # a worn flank may overhang by rounding; interpolation needs a rising y
     rising_y = np.maximum.accumulate(state.y[wheel])
-    return np.interp(passage.contact.strip_edges_wheel_y[at], rising_y, arc), arc
+    return np.interp(passage.contact.strip_edges_wheel_y[at], rising_y, arc[wheel])
 
 
 def _corrected(

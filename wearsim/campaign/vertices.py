@@ -64,10 +64,10 @@ def worn_off(y: FloatArray, z: FloatArray, depth: FloatArray, body: str) -> tupl
         When the depth is too large for the curvature of a profile; it names side and body.
     """
     new_y, new_z = np.empty_like(y), np.empty_like(z)
+    normal_y, normal_z = vertex_normals(y, z)
     for k, side in enumerate(("right", "left")):
         distance = offset_distance(y[k], z[k], depth[k])
-        normal_y, normal_z = vertex_normals(y[k], z[k])
-        new_y[k], new_z[k] = y[k] + distance * normal_y, z[k] + distance * normal_z
+        new_y[k], new_z[k] = y[k] + distance * normal_y[k], z[k] + distance * normal_z[k]
         forward = np.diff(new_y[k]) * np.diff(y[k]) + np.diff(new_z[k]) * np.diff(z[k])
         if not (forward > 0.0).all():
             raise NumericalError(
@@ -80,7 +80,7 @@ def worn_off(y: FloatArray, z: FloatArray, depth: FloatArray, body: str) -> tupl
 
 def lengths_of_sides(y: FloatArray, z: FloatArray) -> FloatArray:
     """Length of profile each vertex of the profiles (2, n) of both sides stands for [m]."""
-    return np.stack([vertex_lengths(y[side], z[side]) for side in (0, 1)])
+    return vertex_lengths(y, z)
 
 
 def strip_heights(contact: ContactPatches, y: FloatArray, z: FloatArray) -> FloatArray:
@@ -99,13 +99,12 @@ def spline_sides(y: FloatArray, z: FloatArray, rows: FloatArray, wavelength: flo
 
     Neither clipped nor scaled to its area, which `smooth_sides` are; no smoothing with a wavelength of 0.
     """
-    result = rows.copy()
-    for side in (0, 1) if wavelength > 0.0 and rows.any() else ():
-        arc, length = arc_length(y[side], z[side]), vertex_lengths(y[side], z[side])
-        flat = rows[..., side, :, :].reshape(-1, rows.shape[-1])
-        smoothed = smoothing_spline(arc, flat, length, wavelength)
-        result[..., side, :, :] = smoothed.reshape(result[..., side, :, :].shape)
-    return result
+    if wavelength == 0.0 or not rows.any():
+        return rows.copy()
+    by_side = np.moveaxis(rows, -3, 0)
+    flat = by_side.reshape(2, -1, rows.shape[-1])
+    smoothed = smoothing_spline(arc_length(y, z), flat, vertex_lengths(y, z), wavelength)
+    return np.ascontiguousarray(np.moveaxis(smoothed.reshape(by_side.shape), 0, -3))
 
 
 def smooth_sides(y: FloatArray, z: FloatArray, depth: FloatArray, wavelength: float) -> FloatArray:

@@ -163,6 +163,8 @@ def _curve(
     middle = int(np.searchsorted(fine, 0.5 * (arc[start] + arc[-1])))
     if not usable[middle]:
         raise ContactError("is steeper than 86 degrees in its middle")
+    if usable.all():
+        return y, z, dz / dy
     step = (arc[-1] - arc[start]) / (count - 1)
     part = _extent(usable, middle, step)
     y, z, dy, dz, usable = y[part], z[part], dy[part], dz[part], usable[part]

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
 
 from wearsim.errors import ProfileError, say
 from wearsim.profile.measures import flange_height
@@ -61,40 +62,44 @@ def _rail_heights(of_y: bytes, of_z: bytes) -> tuple[FloatArray, FloatArray, Flo
 
 def _touching_heights(wheel: Profile, rail: Profile) -> Callable[[FloatArray], FloatArray]:
     """Wheel z at the smallest gap to a right rail [m] over shifts (n,) [m]; NaN beyond the profiles."""
-    # shifts that differ by whole grid steps share one evaluation of the wheel, all calls share the splines
     from scipy.interpolate import CubicSpline  # 0.5 s to import, only spent where it is needed
 
     grid, rail_height, rail_close = _rail_heights(rail.y.tobytes(), rail.z.tobytes())
     wheel_y, wheel_z = _facing(wheel)
     wheel_height = CubicSpline(wheel_y, wheel_z)
 
-    def gaps(shift: FloatArray) -> FloatArray:
-        """Gap over the grid (n, k) at each shift; infinite where there is no wheel."""
-        steps = np.floor(shift / _GRID + 1e-6)
-        rest = np.round(shift - steps * _GRID, 12)
-        alike = bool(np.all(rest == rest[0]))
-        k = steps.astype(np.int64)
-        if alike:
-            place = grid[0] - rest[0] + _GRID * np.arange(-k.max(), len(grid) - k.min())
-        else:
-            place = grid - shift[:, None]
+    def height(place: FloatArray) -> FloatArray:
         inside = (place >= wheel_y[0]) & (place <= wheel_y[-1])
-        table = np.where(inside, wheel_height(place), -np.inf)
-        gap: FloatArray = rail_height - (
-            sliding_window_view(table, len(grid))[k.max() - k] if alike else table
-        )
+        return np.where(inside, wheel_height(place), -np.inf)
+
+    # all shifts share one evaluation of the wheel at whole steps; between them it leaves the chord by `off`
+    first, last = (math.floor((end - grid[0]) / _GRID) for end in (wheel_y[0], wheel_y[-1]))
+    table = np.pad(height(grid[0] + _GRID * np.arange(first, last + 2)), len(grid), constant_values=-np.inf)
+    windows = sliding_window_view(table, len(grid))
+    off = 0.125 * _GRID**2 * float(np.abs(wheel_height(wheel_y, 2)).max()) + 1e-12
+
+    def gaps(step: FloatArray) -> FloatArray:
+        """Gap over the grid (n, k) at shifts of whole steps; infinite where there is no wheel."""
+        row = np.minimum(np.maximum(len(grid) - first - step.astype(np.int64), 0), len(windows) - 1)
+        gap: FloatArray = rail_height - windows[row]
         return gap
 
+    def nearest(shift: FloatArray) -> NDArray[np.intp]:
+        """Place in the grid of the smallest gap at each shift."""
+        steps = shift / _GRID
+        if np.all(np.abs(steps - np.round(steps)) < 1e-8):
+            return np.argmin(gaps(np.round(steps)), axis=1)
+        cell = np.unique(np.floor(steps))
+        one, other = gaps(cell), gaps(cell + 1.0)
+        most = np.min(np.maximum(one, other), axis=1) + 2.0 * off
+        (among,) = np.nonzero(np.any(np.minimum(one, other) <= most[:, None], axis=0))
+        return among[np.argmin(rail_height[among] - height(grid[among] - shift[:, None]), axis=1)]
+
     def heights(shift: FloatArray) -> FloatArray:
-        if len(shift) > _BATCH:
-            return np.concatenate([heights(shift[i : i + _BATCH]) for i in range(0, len(shift), _BATCH)])
         result = np.full(len(shift), np.nan)
-        gap = gaps(shift)
-        least = np.argmin(gap, axis=1)
-        safe = np.clip(least, 1, len(grid) - 2)
-        each = np.arange(len(shift))
-        ends = gap[each, safe - 1], gap[each, safe + 1]
-        good = np.flatnonzero((safe == least) & np.isfinite(ends[0]) & np.isfinite(ends[1]))
+        least = np.concatenate([nearest(shift[i : i + _BATCH]) for i in range(0, len(shift), _BATCH)])
+        low, high = (grid[(least + side) % len(grid)] - shift for side in (-1, 1))
+        good = (least > 0) & (least < len(grid) - 1) & (low >= wheel_y[0]) & (high <= wheel_y[-1])
         # edges and jumps of curvature hold the contact, where a parabola over whole steps would miss it
         near = grid[least[good], None] + _GRID * _CLOSE
         close = rail_close[least[good]] - wheel_height(near - shift[good, None])
@@ -127,14 +132,20 @@ def _with_jumps(
     steps = np.flatnonzero(change > 3.0 * trend + _JUMP)
     if len(steps) == 0:
         return shift, difference
-    low, high = shift[steps], shift[steps + 1]
-    below, above = difference[steps], difference[steps + 1]
-    for _ in range(9):
-        middle = 0.5 * (low + high)
-        value = fine(middle)
-        upper = np.abs(value - below) > np.abs(value - above)
-        high, above = np.where(upper, middle, high), np.where(upper, value, above)
-        low, below = np.where(upper, low, middle), np.where(upper, below, value)
+    each = np.arange(len(steps))
+    at, value = (np.stack((one[steps], one[steps + 1]), axis=1) for one in (shift, difference))
+    for _ in range(3):  # at all places of three halvings at a time
+        for _ in range(3):
+            halves = np.repeat(at, 2, axis=1)[:, :-1]
+            halves[:, 1::2] = 0.5 * (at[:, :-1] + at[:, 1:])
+            at = halves
+        value = np.column_stack((value[:, 0], fine(at[:, 1:-1].ravel()).reshape(-1, 7), value[:, 1]))
+        low = np.zeros_like(each)
+        for half in (4, 2, 1):
+            below, above = (np.abs(value[each, low + half] - value[each, low + k]) for k in (0, 2 * half))
+            low += half * ~(below > above)
+        at, value = (np.stack((one[each, low], one[each, low + 1]), axis=1) for one in (at, value))
+    (low, high), (below, above) = at.T, value.T
     all_shift = np.concatenate((shift, low, high))
     order = np.argsort(all_shift, kind="stable")
     order = order[np.concatenate(([True], np.diff(all_shift[order]) > 0.0))]
@@ -234,7 +245,7 @@ def equivalent_conicity(
 
     def at(u: FloatArray) -> FloatArray:
         """Integrate the piecewise linear difference exactly up to u."""
-        k = np.clip(np.searchsorted(shift, u, side="right") - 1, 0, len(shift) - 2)
+        k = np.searchsorted(shift[1:-1], u, side="right")
         t = u - shift[k]
         return potential[k] + t * (difference[k] + 0.5 * t / step[k] * (difference[k + 1] - difference[k]))
 

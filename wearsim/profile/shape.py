@@ -42,8 +42,9 @@ class Profile:
 
 
 def arc_length(y: FloatArray, z: FloatArray) -> FloatArray:
-    """Length of the polygon from its first vertex to each vertex (n,) [m]."""
-    return np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(y), np.diff(z)))))
+    """Length of each polygon (..., n) from its first vertex to each vertex (..., n) [m]."""
+    length = np.cumsum(np.hypot(np.diff(y), np.diff(z)), axis=-1)
+    return np.concatenate((np.zeros((*length.shape[:-1], 1)), length), axis=-1)
 
 
 def resample(profile: Profile, spacing: float) -> Profile:
@@ -115,16 +116,16 @@ def corners(y: FloatArray, z: FloatArray) -> list[int]:
 def _chords(y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Chord P[j+1] - P[j-1] at each vertex, one-sided at the ends [m]."""
     dy, dz = np.empty_like(y), np.empty_like(z)
-    dy[1:-1], dz[1:-1] = y[2:] - y[:-2], z[2:] - z[:-2]
-    dy[0], dz[0] = y[1] - y[0], z[1] - z[0]
-    dy[-1], dz[-1] = y[-1] - y[-2], z[-1] - z[-2]
+    for chord, at in ((dy, y), (dz, z)):
+        chord[..., 1:-1] = at[..., 2:] - at[..., :-2]
+        chord[..., 0], chord[..., -1] = at[..., 1] - at[..., 0], at[..., -1] - at[..., -2]
     return dy, dz
 
 
 def vertex_normals(y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the unit normals (n,) into the material of a wheel, along which its points move when worn.
+    """Return the unit normals (..., n) into the material of wheels, along which their points move when worn.
 
-    Perpendicular to the chord between the two neighbours of y, z (n,), from the flange back to the field
+    Perpendicular to the chord between the two neighbours of y, z (..., n), from the flange back to the field
     side; (0, -1) on a cylindrical tread.
     """
     dy, dz = _chords(y, z)

@@ -36,18 +36,18 @@ def smoothing_spline(
 
     Parameters
     ----------
-    arc : (n,) array
+    arc : (..., n) array
         Arc length at the points, strictly rising, n at least 3 [m].
-    values : (m, n) array
+    values : (..., m, n) array
         Rows to be smoothed, each on its own.
-    length : (n,) array
+    length : (..., n) array
         Length each point stands for [m].
     wavelength : float
         Wavelength whose amplitude is halved, above 0 [m].
 
     Returns
     -------
-    (m, n) array
+    (..., m, n) array
         Smoothed rows, at the points.
 
     Notes
@@ -55,7 +55,7 @@ def smoothing_spline(
     Minimises :math:`\int (d - s)^2\,du + \lambda \int s''^2\,du`, transfer function
     :math:`1/(1 + \lambda q^4)`, so :math:`\lambda = (\Lambda/2\pi)^4` halves the amplitude at wavelength
     :math:`\Lambda`. The natural spline has knots at all points; it is computed from its second
-    derivatives, one symmetric pentadiagonal system for all rows [1]_, in millimetres for its condition.
+    derivatives, one symmetric pentadiagonal system for all [1]_, in millimetres for its condition.
 
     References
     ----------
@@ -68,23 +68,29 @@ def smoothing_spline(
     gap = np.diff(arc) / _MM
     weight = length / _MM
     # Second-difference operator: column j of Q holds (low, mid, high) in rows j, j+1, j+2.
-    low, high = 1.0 / gap[:-1], 1.0 / gap[1:]
+    low, high = 1.0 / gap[..., :-1], 1.0 / gap[..., 1:]
     mid = -low - high
     inverse = penalty / weight
-    m = gap.size - 1
-    bands = np.zeros((3, m))  # upper form for solveh_banded: bands[2] is the diagonal
-    bands[2] = (gap[:-1] + gap[1:]) / 3.0
-    bands[2] += low**2 * inverse[:-2] + mid**2 * inverse[1:-1] + high**2 * inverse[2:]
-    bands[1, 1:] = gap[1:-1] / 6.0
-    bands[1, 1:] += mid[:-1] * low[1:] * inverse[1:-2] + high[:-1] * mid[1:] * inverse[2:-1]
-    bands[0, 2:] = high[:-2] * low[2:] * inverse[2:-2]
+    # upper form for solveh_banded: bands[2] is the diagonal; nothing couples one profile to the next
+    bands = np.zeros((3, *low.shape))
+    bands[2] = (gap[..., :-1] + gap[..., 1:]) / 3.0
+    bands[2] += low**2 * inverse[..., :-2] + mid**2 * inverse[..., 1:-1] + high**2 * inverse[..., 2:]
+    bands[1, ..., 1:] = gap[..., 1:-1] / 6.0
+    bands[1, ..., 1:] += (
+        mid[..., :-1] * low[..., 1:] * inverse[..., 1:-2] + high[..., :-1] * mid[..., 1:] * inverse[..., 2:-1]
+    )
+    bands[0, ..., 2:] = high[..., :-2] * low[..., 2:] * inverse[..., 2:-2]
 
-    second = low * values[:, :-2] + mid * values[:, 1:-1] + high * values[:, 2:]
-    curvature = solveh_banded(bands, second.T, check_finite=False).T
+    low, mid, high, inverse = (each[..., None, :] for each in (low, mid, high, inverse))
+    second = low * values[..., :-2] + mid * values[..., 1:-1] + high * values[..., 2:]
+    by_point = np.moveaxis(second, -2, -1)
+    right = by_point.reshape(-1, by_point.shape[-1])
+    curvature = solveh_banded(bands.reshape(3, -1), right, check_finite=False)
+    curvature = np.moveaxis(curvature.reshape(by_point.shape), -1, -2)
     pull = np.zeros_like(values)
-    pull[:, :-2] += low * curvature
-    pull[:, 1:-1] += mid * curvature
-    pull[:, 2:] += high * curvature
+    pull[..., :-2] += low * curvature
+    pull[..., 1:-1] += mid * curvature
+    pull[..., 2:] += high * curvature
     return values - inverse * pull
 
 
