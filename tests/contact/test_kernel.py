@@ -11,7 +11,7 @@ import pytest
 
 import wearsim.contact
 from wearsim.cli import main
-from wearsim.contact.kernel import _uncounted, bare_kernel, kernel, leaf_kernel, plain
+from wearsim.contact.kernel import _uncounted, bare_kernel, inner_kernel, kernel, leaf_kernel, plain
 
 
 def kernels():
@@ -91,6 +91,28 @@ def test_bare_kernels_return_no_arrays():
     assert bare
     for each in bare:
         assert "FloatArray" not in str(each.py_func.__annotations__["return"]), each
+
+
+@inner_kernel
+def _inner(value):
+    return 2.0 * value
+
+
+@kernel
+def _outer(value):
+    return _inner(value) + 1.0
+
+
+def test_inner_kernels_are_called_by_kernels_alone():
+    every = kernels()
+    inner = [each for each in every if each.targetoptions.get("no_cpython_wrapper")]
+    called = {name for each in every for name in each.py_func.__code__.co_names}
+    assert inner
+    assert {each.py_func.__name__ for each in inner} <= called
+    assert _outer(3.0) == 7.0
+    for kernel_of_kernels in (_inner, *inner):
+        with pytest.raises(TypeError, match="kernels alone can call"):
+            kernel_of_kernels(3.0)
 
 
 def test_a_numba_without_the_private_option_counts():

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wearsim.contact.geometry import NO_WHEEL, Bodies, CounterfaceProfile, Gap
-from wearsim.contact.kernel import kernel, plain
+from wearsim.contact.kernel import inner_kernel, kernel, plain
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.errors import ContactError
 
@@ -145,7 +145,7 @@ def gap_surface(gap: Gap, plane: ContactPlane, x: FloatArray, s: FloatArray) -> 
     return out
 
 
-@kernel
+@inner_kernel
 def place_in(grid: FloatArray, value: float, near: int) -> int:
     """Cell of a rising grid that holds `value`, searched from cell `near`; -1 outside of the grid."""
     last = grid.size - 2
@@ -168,7 +168,7 @@ def place_in(grid: FloatArray, value: float, near: int) -> int:
     return k
 
 
-@kernel
+@inner_kernel
 def smooth_at(
     grid: FloatArray, height: FloatArray, slope: FloatArray, k: int, value: float
 ) -> tuple[float, float]:

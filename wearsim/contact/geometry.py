@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from wearsim.contact.kernel import bare_kernel, plain
+from wearsim.contact.kernel import bare_kernel, inner_bare_kernel, plain
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.errors import ContactError
 from wearsim.profile.shape import Profile, arc_length
@@ -358,7 +358,7 @@ def _search(
             nearest.x[row, i] = x[k] + share * (x[k + 1] - x[k])
 
 
-@bare_kernel
+@inner_bare_kernel
 def _contact_line(bodies: Bodies, row: int, kappa: float, line: _ContactLine) -> None:
     """Where the wheel's normal has no component along the counterface, circle by circle.
 
@@ -391,7 +391,7 @@ def _contact_line(bodies: Bodies, row: int, kappa: float, line: _ContactLine) ->
         line.x[k] = x
 
 
-@bare_kernel
+@inner_bare_kernel
 def _envelope(line: _ContactLine, counterface: CounterfaceProfile, gap: FloatArray, circle: IntArray) -> None:
     """First of the two circles around each grid point where the gap is smallest; -1 without wheel.
 

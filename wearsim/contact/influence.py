@@ -26,13 +26,13 @@ from functools import lru_cache
 
 import numpy as np
 
-from wearsim.contact.kernel import kernel
+from wearsim.contact.kernel import inner_kernel, kernel
 from wearsim.contact.patch import FloatArray
 
 _ONE_THREAD = 1 << 18  # multiplications of a product up to which OpenBLAS starts no threads
 
 
-@kernel
+@inner_kernel
 def _log_sum(one: float, other: float, distance: float) -> float:
     """ln(one + distance) without cancellation where `one` is negative; 0 where it has no value."""
     size = np.log(abs(one) + distance) if distance > 0.0 else 0.0
@@ -145,7 +145,7 @@ def multiply(one: FloatArray, other: FloatArray, out: FloatArray) -> None:
         np.dot(one[first : first + rows], other, out[first : first + rows])
 
 
-@kernel
+@inner_kernel
 def scalar_product(one: FloatArray, other: FloatArray) -> float:
     """Scalar product, in parts so small that BLAS leaves each to one thread."""
     total = 0.0

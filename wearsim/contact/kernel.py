@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 import numba
 import numpy as np
-from numba.core import cpu
+from numba.core import cpu, registry
 from numpy.typing import ArrayLike, NDArray
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
@@ -16,6 +16,7 @@ _Function = TypeVar("_Function", bound=Callable[..., Any])
 # instructions; kernels guard the places where it can happen.
 # No wrapper for calls from C, which nothing here makes and which would be compiled as well.
 _OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
+_INNER: dict[str, Any] = {"no_cpython_wrapper": True}
 # Only flags that keep NaN and infinity meaningful: a NaN must stay visible (architecture section 4).
 _REASSOCIATED: dict[str, Any] = {**_OPTIONS, "fastmath": {"reassoc", "contract", "arcp", "nsz"}}
 
@@ -44,6 +45,26 @@ def bare_kernel(function: _Function) -> _Function:
     return _compiled(function, {**_OPTIONS, **_uncounted(getattr(cpu, "CPUTargetOptions", None))})
 
 
+def inner_kernel(function: _Function) -> _Function:
+    """Compile as `kernel` does, for calls from kernels alone: without the wrapper for those from Python.
+
+    The wrapper takes apart each array of each tuple among the arguments, which is much to compile.
+    """
+    return _compiled(function, {**_OPTIONS, **_INNER})
+
+
+def inner_bare_kernel(function: _Function) -> _Function:
+    """Compile as `bare_kernel` does, for calls from kernels alone."""
+    return _compiled(function, {**_OPTIONS, **_INNER, **_uncounted(getattr(cpu, "CPUTargetOptions", None))})
+
+
+class _Inner(registry.CPUDispatcher):  # type: ignore[misc]
+    """An inner kernel; without its wrapper a call from Python would end the process."""
+
+    def __call__(self, *_: Any, **__: Any) -> None:
+        raise TypeError(f"{self.py_func.__qualname__}: an inner kernel, which kernels alone can call")
+
+
 def _uncounted(target: object) -> dict[str, Any]:
     """Option of a compiler's target that switches the counting off, if it has one."""
     return {"_nrt": False} if hasattr(target, "_nrt") else {}
@@ -69,6 +90,8 @@ def _compiled(function: _Function, options: dict[str, Any]) -> _Function:
     except RuntimeError:  # neither the installation nor the user's cache directory can be written
         UNCACHED.append("no folder for it can be written")
         compiled = numba.njit(**options)(function)
+    if "no_cpython_wrapper" in options and isinstance(compiled, registry.CPUDispatcher):  # else no JIT
+        compiled.__class__ = _Inner
     for name in ("load_overload", "save_overload"):
         if (of_cache := getattr(getattr(compiled, "_cache", None), name, None)) is not None:
             setattr(compiled._cache, name, _forgiving(of_cache))

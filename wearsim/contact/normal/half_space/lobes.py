@@ -22,7 +22,7 @@ from itertools import pairwise
 import numpy as np
 
 from wearsim.contact.geometry import Gap
-from wearsim.contact.kernel import kernel, plain
+from wearsim.contact.kernel import inner_kernel, kernel, plain
 from wearsim.contact.normal.half_space.regions import Region, Section, curvature_along, origin_x
 from wearsim.contact.normal.model import ADJACENT, FAR, NEAR, plane_share
 from wearsim.contact.patch import FloatArray, IntArray, Resolution
@@ -130,7 +130,7 @@ def _runs(pressure: FloatArray, y: FloatArray, angle: FloatArray) -> FloatArray:
     return runs[:count, :9]
 
 
-@kernel
+@inner_kernel
 def _reach(here: float, inside: float) -> float:
     """How far (in cells, at most one) what falls linearly to its last positive value goes on."""
     return here / (inside - here) if inside - here > here else 1.0

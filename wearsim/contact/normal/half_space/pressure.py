@@ -34,7 +34,7 @@ from wearsim.contact.influence import (
     wave_table,
     waves_of,
 )
-from wearsim.contact.kernel import kernel
+from wearsim.contact.kernel import inner_kernel, kernel
 from wearsim.contact.patch import FloatArray, IntArray
 
 TOLERANCE = 3e-5  # the maximum pressure then is within 1e-4 of its limit
@@ -194,7 +194,7 @@ def _first_guess(cells: _Cells, load: float, modulus: float) -> FloatArray:
     return np.sqrt(np.maximum(high * cells.cosine - cells.height, 0.0))
 
 
-@kernel
+@inner_kernel
 def _deflection(cells: _Cells, pressure: FloatArray, moved: FloatArray) -> None:
     """Displacements under pressures."""
     count = cells.coupling.shape[0] // NODES**2
@@ -282,7 +282,7 @@ def _iterate(
     return displacement, count, converged
 
 
-@kernel
+@inner_kernel
 def _carry(cells: _Cells, load: float, pressure: FloatArray) -> float:
     """Scale pressures so that they carry the load; return the factor."""
     total = 0.0
@@ -313,7 +313,7 @@ def _residual(
     return displacement, square
 
 
-@kernel
+@inner_kernel
 def _add(pressure: FloatArray, influence: FloatArray, moved: FloatArray) -> None:
     """Add the displacement under a few pressures on one grid."""
     nx, ny = influence.shape

@@ -11,7 +11,7 @@ import numpy as np
 from wearsim.contact.gap import ContactPlane, contact_plane, gap_surface
 from wearsim.contact.geometry import NO_WHEEL, CounterfaceProfile, Gap
 from wearsim.contact.influence import multiply
-from wearsim.contact.kernel import kernel, plain
+from wearsim.contact.kernel import inner_kernel, kernel, plain
 from wearsim.contact.normal.half_space.pressure import NODES, HeightGrid
 from wearsim.contact.normal.model import ALIKE
 from wearsim.contact.patch import FloatArray, IntArray
@@ -88,7 +88,7 @@ class Section:
         return place
 
 
-@kernel
+@inner_kernel
 def _along(profile: CounterfaceProfile, y: float, z: float, angle: float, k: int) -> float:
     """Position of a point of the profile along a plane through (y, z)."""
     return float((profile.y[k] - y) * np.cos(angle) + (profile.z[k] - z) * np.sin(angle))

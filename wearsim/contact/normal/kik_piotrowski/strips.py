@@ -11,7 +11,7 @@ import numpy as np
 
 from wearsim.contact.gap import place_in, smooth_at
 from wearsim.contact.geometry import CounterfaceProfile, WheelSurface
-from wearsim.contact.kernel import bare_kernel
+from wearsim.contact.kernel import bare_kernel, inner_bare_kernel
 from wearsim.contact.patch import FloatArray
 
 Record: TypeAlias = Any  # one line of a numpy record array
@@ -84,7 +84,7 @@ _SMOOTH = (
 _STILL = 1e-8  # m, likewise: its square over a radius of 10 mm is 1e-14 m
 
 
-@bare_kernel
+@inner_bare_kernel
 def _on_the_wheel(
     y: float, z: float, gap: float, along: float, pose: Record, wheel: WheelSurface, at: Record
 ) -> None:
@@ -122,7 +122,7 @@ def _on_the_wheel(
     at.ring = ring
 
 
-@bare_kernel
+@inner_bare_kernel
 def _end_of_strip(depth: float, circle: float, factor: float, at: Record, wheel: WheelSurface) -> float:
     """Where a section leaves the counterface when the wheel is pushed in by `depth`.
 
@@ -199,7 +199,7 @@ def displacement_integral(half_squared: float, distance_squared: float) -> float
     return np.pi * np.sqrt(total) * weighted * mean / a
 
 
-@bare_kernel
+@inner_bare_kernel
 def share_at(grid: FloatArray, place: float, first: int, last: int) -> tuple[int, float]:
     """Grid cell between `first` and `last` that holds `place`, and the share of it before the place."""
     k = first
@@ -214,7 +214,7 @@ def between(values: FloatArray, k: int, share: float) -> float:
     return values[k] + share * (values[k + 1] - values[k])
 
 
-@bare_kernel
+@inner_bare_kernel
 def _half_logarithm(value: float) -> float:
     """Return ln(value) / 2 for values from 1 to 1e10, to rounding; in a loop it takes vector instructions."""
     root = np.sqrt(np.sqrt(np.sqrt(np.sqrt(np.sqrt(np.sqrt(value))))))
@@ -226,7 +226,7 @@ def _half_logarithm(value: float) -> float:
     return 64.0 * z * series
 
 
-@bare_kernel
+@inner_bare_kernel
 def _exponential(value: float) -> float:
     """Return exp(value) for values from 0 to 12, to rounding; in a loop it takes vector instructions."""
     y = value / 32.0
@@ -273,7 +273,7 @@ def skewed_displacement_integrals(
             integral[i] += _WEIGHT[k] * reach[i] * (np.sqrt(ahead) + np.sqrt(behind))
 
 
-@bare_kernel
+@inner_bare_kernel
 def find_outline(touch: float, row: Row, patch: Record) -> bool:
     """Whether the gap around `touch` is below the rim of the patch; fills in where, its centre and angle."""
     gap, profile, limit = row.gap, row.profile, patch.rim
@@ -299,7 +299,7 @@ def find_outline(touch: float, row: Row, patch: Record) -> bool:
     return True
 
 
-@bare_kernel
+@inner_bare_kernel
 def find_edges(patch: Record, row: Row) -> None:
     """Both ends of a patch across, where the interpenetration falls to zero, in its contact plane."""
     profile, gap, limit = row.profile, row.gap, patch.rim
@@ -316,7 +316,7 @@ def find_edges(patch: Record, row: Row) -> None:
     patch.right = here + (limit - gap[i]) / (gap[j] - gap[i]) * (beyond - here)
 
 
-@bare_kernel
+@inner_bare_kernel
 def lay_strips(patch: Record, row: Row, skewed: bool, strips: Strips, sections: Records) -> None:
     """Cut a patch into strips in its contact plane, one at each grid point.
 
@@ -370,7 +370,7 @@ def lay_strips(patch: Record, row: Row, skewed: bool, strips: Strips, sections: 
     patch.volume, patch.deepest = volume, deepest
 
 
-@bare_kernel
+@inner_bare_kernel
 def _find_ends(start: int, stop: int, limit: float, row: Row, sections: Records) -> None:
     """Find ends of strips under a yawed wheel, as multiples of circles': linear between sections."""
     profile, wheel, stride = row.profile, row.wheel, row.stride
@@ -409,7 +409,7 @@ def _find_ends(start: int, stop: int, limit: float, row: Row, sections: Records)
         i = min(i - i % stride + stride, stop)
 
 
-@bare_kernel
+@inner_bare_kernel
 def displacement_at(y: float, z: float, x: float, patch: Record, skewed: bool, strips: Strips) -> float:
     """Surface displacement at a point, over 1 / (pi E*) and the pressure slope, by the strips of a patch."""
     start, stop = patch.first, patch.last

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wearsim.contact.geometry import NO_WHEEL, CounterfaceProfile, WheelSurface
-from wearsim.contact.kernel import bare_kernel
+from wearsim.contact.kernel import bare_kernel, inner_bare_kernel
 from wearsim.contact.normal.kik_piotrowski.strips import (
     Record,
     Records,
@@ -107,7 +107,7 @@ _DEEPEST = 0.01  # m, of an approach
 _FAINT = 1e-4  # share of a basin in the condition of displacement that is left out
 
 
-@bare_kernel
+@inner_bare_kernel
 def _spread(approach: float, factor: float, number: int, basins: Records) -> None:
     """Rim and patch of each basin under an approach of the deepest."""
     low = basins[basins[0].order].height
@@ -132,7 +132,7 @@ def _spread(approach: float, factor: float, number: int, basins: Records) -> Non
                 one.share = other.share * max(share, 0.0) ** 3
 
 
-@bare_kernel
+@inner_bare_kernel
 def _slope_of(group: int, used: int, factor: float, number: int, row: Row, skewed: bool, work: Work) -> float:
     """Find the common pressure slope of a group of patches, over pi E*: approach over displacement."""
     basins, patches, profile = work.basins, work.patches, row.profile
@@ -162,7 +162,7 @@ def _slope_of(group: int, used: int, factor: float, number: int, row: Row, skewe
     return pushed / moved
 
 
-@bare_kernel
+@inner_bare_kernel
 def _partner(patch: Record, basins: Records) -> int:
     """Patch of the next deeper basin that has one; -1 for the deepest."""
     k = basins[patch.basin].parent
@@ -171,7 +171,7 @@ def _partner(patch: Record, basins: Records) -> int:
     return basins[k].patch if k >= 0 else -1
 
 
-@bare_kernel
+@inner_bare_kernel
 def _lay_patches(approach: float, factor: float, number: int, row: Row, skewed: bool, work: Work) -> int:
     """Lay the patches of one wheel under a rigid approach, and return their number."""
     basins, patches, joins, sums = work.basins, work.patches, work.joins, work.sums
@@ -220,7 +220,7 @@ def _lay_patches(approach: float, factor: float, number: int, row: Row, skewed: 
     return used
 
 
-@bare_kernel
+@inner_bare_kernel
 def _wheel_load(
     approach: float, factor: float, modulus: float, vertical: bool, number: int, row: Row, skewed: bool,
     work: Work,
@@ -262,7 +262,7 @@ def _carried(used: int, vertical: bool, patches: Records) -> float:
     return total
 
 
-@bare_kernel
+@inner_bare_kernel
 def _power_of(patch: Record, gap: FloatArray, depth: float, strips: Strips) -> tuple[float, float]:
     """Powers of the approach that volume and load of a single patch grow with; 1.5 both in a quadratic gap.
 
@@ -282,7 +282,7 @@ def _power_of(patch: Record, gap: FloatArray, depth: float, strips: Strips) -> t
     return of_volume, min(max(1.0 + of_volume - further / moved, 1.0), 6.0)
 
 
-@bare_kernel
+@inner_bare_kernel
 def _move_on(one: Record, row: Row, depth: float, grow: float, strips: Strips) -> bool:
     """Carry a single patch on to `grow` times its approach, of the interpenetration `depth`, to first order.
 
@@ -306,7 +306,7 @@ def _move_on(one: Record, row: Row, depth: float, grow: float, strips: Strips) -
     return True
 
 
-@bare_kernel
+@inner_bare_kernel
 def _first_approach(load: float, factor: float, modulus: float, number: int, row: Row, work: Work) -> float:
     """Approach of a wheel on an ellipse as long and of the same interpenetration as its deepest patch."""
     one, deepest = work.patches[0], work.basins[work.basins[0].order]
@@ -323,7 +323,7 @@ def _first_approach(load: float, factor: float, modulus: float, number: int, row
     return approach
 
 
-@bare_kernel
+@inner_bare_kernel
 def _find_approach(
     load: float, guess: float, factor: float, modulus: float, vertical: bool, number: int, row: Row,
     yawed: bool, rough: bool, work: Work,

@@ -21,7 +21,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.interpolate import RectBivariateSpline
 
-from wearsim.contact.kernel import bare_kernel
+from wearsim.contact.kernel import bare_kernel, inner_bare_kernel
 from wearsim.contact.normal.knothe_le_the.strips import Record, Work, influence_share
 from wearsim.contact.patch import FloatArray
 
@@ -123,14 +123,14 @@ def in_the_middle(table: FloatArray, distance: float) -> float:
     return value
 
 
-@bare_kernel
+@inner_bare_kernel
 def bow_of(x_squared: float, strip: Record) -> float:
     """Gap that wheel and counterface open at a distance from where they are nearest: two circles, to x^4."""
     rise: float = x_squared * (strip.bend + strip.bend_more * x_squared)
     return rise
 
 
-@bare_kernel
+@inner_bare_kernel
 def pair_up(work: Work, total: int) -> None:
     """Distances of strips from each other over the first one's width, and the shares of their influence."""
     strips, nearer, farther, part, steps = work.strips, work.nearer, work.farther, work.part, work.steps
@@ -161,7 +161,7 @@ def pair_up(work: Work, total: int) -> None:
                 part[i, k], part[k, i] = share * other.width, share * one.width
 
 
-@bare_kernel
+@inner_bare_kernel
 def inner_of(work: Work, m: int, row: int) -> int:
     """Row of the one neighbour of a strip at the rim, or -1."""
     active, strips = work.active, work.strips
@@ -173,7 +173,7 @@ def inner_of(work: Work, m: int, row: int) -> int:
     return row - 1 if before else row + 1
 
 
-@bare_kernel
+@inner_bare_kernel
 def share_of_neighbour(load: float, inside: float) -> float:
     """Share in which a strip at the rim takes its ratio P/q from its neighbour: none if it carries more."""
     share: float = min(max((_ALIKE - load / inside) / (_ALIKE - _UNLIKE), 0.0), 1.0)
@@ -185,7 +185,7 @@ UNKNOWN = 1e9  # logarithm of a half-length about which nothing is expanded
 NEARBY = 0.015  # change of the logarithm of a half-length up to which averages are expanded to second order
 
 
-@bare_kernel
+@inner_bare_kernel
 def expand(work: Work, table: FloatArray, total: int) -> None:
     """Averages on strips per load of each, with derivatives by logarithms of half-lengths, about `base`.
 
@@ -227,7 +227,7 @@ def expand(work: Work, table: FloatArray, total: int) -> None:
             terms[5, long, short], terms[5, short, long] = share * c_long, back * b_short
 
 
-@bare_kernel
+@inner_bare_kernel
 def influences(work: Work, total: int) -> None:
     """Averages N, and what M is above them, on strips per load of each, from what `expand` made nearby."""
     moved = work.sums[0][:total]

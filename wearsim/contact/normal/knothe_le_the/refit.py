@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from wearsim.contact.geometry import NO_WHEEL
-from wearsim.contact.kernel import bare_kernel
+from wearsim.contact.kernel import bare_kernel, inner_bare_kernel
 from wearsim.contact.normal.knothe_le_the.equations import in_the_middle
 from wearsim.contact.normal.knothe_le_the.strips import (
     MARGIN,
@@ -31,7 +31,7 @@ APART = 0.3e-3  # m, between parts of the profile that have strips of their own
 _OVERLAP = 2e-3  # of the displacement, that counts as contact
 
 
-@bare_kernel
+@inner_bare_kernel
 def end_of(strips: Records, first: int, step: int, count: int) -> float:
     """Widths of a strip from the outer edge of strip `first` inwards to where the half-length is zero.
 
@@ -89,7 +89,7 @@ def overlap(k: int, displacement: float, row: Row, strips: Records, total: int, 
     return depth
 
 
-@bare_kernel
+@inner_bare_kernel
 def _next_end(
     place: float, miss: float, per: float, early: bool, span: Record, side: int
 ) -> tuple[float, bool]:
@@ -121,7 +121,7 @@ def _next_end(
     return outer + min(max(share, 0.05), 0.95) * (inner - outer), inner - outer < _SETTLED * per
 
 
-@bare_kernel
+@inner_bare_kernel
 def forget_ends(span: Record) -> None:
     """Forget where the ends of a part were tried."""
     for side in range(2):
@@ -129,14 +129,14 @@ def forget_ends(span: Record) -> None:
         span.last[side] = span.last_miss[side] = span.beyond[side] = 0.0
 
 
-@bare_kernel
+@inner_bare_kernel
 def lay_out(span: Record, left: float, right: float) -> None:
     """Put a part between two places, with no strips yet."""
     span.ends[0], span.ends[1], span.strips, span.laid = left, right, 0, 0
     forget_ends(span)
 
 
-@bare_kernel
+@inner_bare_kernel
 def refit(
     stage: int, displacement: float, count: int, parts: int, may_split: bool, row: Row, work: Work,
     total: int, table: FloatArray,
@@ -212,7 +212,7 @@ def refit(
     return kept, splits, again
 
 
-@bare_kernel
+@inner_bare_kernel
 def rotated(parts: int, old_total: int, total: int, row: Row, work: Work) -> bool:
     """Whether the plane of a part is not that of its pressures."""
     planes_of(work.fresh, parts, old_total, row, work)
@@ -223,7 +223,7 @@ def rotated(parts: int, old_total: int, total: int, row: Row, work: Work) -> boo
     return False
 
 
-@bare_kernel
+@inner_bare_kernel
 def another_part(
     displacement: float, parts: int, row: Row, work: Work, total: int, table: FloatArray
 ) -> bool:

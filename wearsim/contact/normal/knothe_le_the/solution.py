@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from wearsim.contact.kernel import bare_kernel
+from wearsim.contact.kernel import inner_bare_kernel
 from wearsim.contact.normal.knothe_le_the.equations import (
     bow_of,
     expand,
@@ -21,7 +21,7 @@ from wearsim.contact.patch import FloatArray
 _SMALL = 1e-13  # of a pivot, over its row's largest number before
 
 
-@bare_kernel
+@inner_bare_kernel
 def _eliminate(line: FloatArray, matrix: FloatArray, count: int) -> None:
     """Take the first `count` rows of U off a line, which gets its factors of them; four at a time."""
     n, k = line.size, 0
@@ -43,7 +43,7 @@ def _eliminate(line: FloatArray, matrix: FloatArray, count: int) -> None:
         k += 1
 
 
-@bare_kernel
+@inner_bare_kernel
 def factorise(matrix: FloatArray, n: int) -> bool:
     """Factorise in place into L and U; returns whether it went.
 
@@ -64,7 +64,7 @@ def factorise(matrix: FloatArray, n: int) -> bool:
     return True
 
 
-@bare_kernel
+@inner_bare_kernel
 def substitute(matrix: FloatArray, right: FloatArray, n: int) -> None:
     """Solve in place with what `factorise` made of the transposed matrix: rows of both factors are used."""
     _eliminate(right[:n], matrix, n)
@@ -85,7 +85,7 @@ _STRETCH = 3.0  # of what was aimed at, that a step may miss it by
 _BARELY = 1e-12  # m, P of a strip that just got pressure
 
 
-@bare_kernel
+@inner_bare_kernel
 def _gather(work: Work, total: int) -> int:
     """List the strips with pressure; return their number."""
     m = total - total  # numba would compile the kernels for a literal 0 once more
@@ -96,7 +96,7 @@ def _gather(work: Work, total: int) -> int:
     return m
 
 
-@bare_kernel
+@inner_bare_kernel
 def _press(work: Work, row: Row, total: int, displacement: float) -> tuple[float, int]:
     """Pressures that never pull on strips of given lengths, `bow` apart; 0 strips if there are none.
 
@@ -145,7 +145,7 @@ def _press(work: Work, row: Row, total: int, displacement: float) -> tuple[float
     return displacement, total - total
 
 
-@bare_kernel
+@inner_bare_kernel
 def solve_strips(
     work: Work, row: Row, total: int, displacement: float, table: FloatArray, tolerance: float
 ) -> tuple[float, bool]:
@@ -218,7 +218,7 @@ def solve_strips(
     return displacement, True
 
 
-@bare_kernel
+@inner_bare_kernel
 def _next_step(work: Work, kept: int, m: int) -> None:
     """Take a step with what is missed, less what the `kept` steps before say will be missed again.
 

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from wearsim.contact.geometry import NO_WHEEL
-from wearsim.contact.kernel import bare_kernel
+from wearsim.contact.kernel import inner_bare_kernel
 from wearsim.contact.normal.model import plane_share
 from wearsim.contact.patch import FloatArray, IntArray
 
@@ -146,7 +146,7 @@ _NEXT, _AWAY = 4e-3, 10e-3
 _FULL_NEXT, _NONE_NEXT, _FULL_AWAY, _NONE_AWAY = 0.349, 0.698, 0.2, 0.3
 
 
-@bare_kernel
+@inner_bare_kernel
 def points_in_plane(
     origin: float, delta: float, left: float, right: float, row: Row, s: FloatArray
 ) -> tuple[int, int]:
@@ -163,7 +163,7 @@ def points_in_plane(
     return first, last
 
 
-@bare_kernel
+@inner_bare_kernel
 def cut_strips(
     ends: FloatArray, middle: float, delta: float, row: Row, work: Work, first: int, count: int
 ) -> bool:
@@ -215,7 +215,7 @@ def cut_strips(
     return True
 
 
-@bare_kernel
+@inner_bare_kernel
 def influence_share(turn: float, distance: float) -> float:
     """Share of the elastic influence of strips at a distance whose planes differ by an angle."""
     away = min(max((distance - _NEXT) / (_AWAY - _NEXT), 0.0), 1.0)
@@ -225,7 +225,7 @@ def influence_share(turn: float, distance: float) -> float:
     return share
 
 
-@bare_kernel
+@inner_bare_kernel
 def value_at(y: float, grid_y: FloatArray, table: FloatArray) -> float:
     """Value at a place of the profile, linear between its points."""
     i = min(max(first_beyond(grid_y, grid_y.size, y) - 1, 0), grid_y.size - 2)
@@ -233,7 +233,7 @@ def value_at(y: float, grid_y: FloatArray, table: FloatArray) -> float:
     return value
 
 
-@bare_kernel
+@inner_bare_kernel
 def first_beyond(grid: FloatArray, count: int, value: float) -> int:
     """How many of the first `count` values of a rising grid are below a value."""
     low, high = 0, count
@@ -246,7 +246,7 @@ def first_beyond(grid: FloatArray, count: int, value: float) -> int:
     return low
 
 
-@bare_kernel
+@inner_bare_kernel
 def _plane_share_of(left: float, right: float, turn: float, row: Row) -> float:
     """Share in which two contacts have one plane, whose edges are at two places of the profile."""
     across = max(right - left, 0.0)
@@ -255,7 +255,7 @@ def _plane_share_of(left: float, right: float, turn: float, row: Row) -> float:
     return share
 
 
-@bare_kernel
+@inner_bare_kernel
 def planes_of(spans: Records, parts: int, total: int, row: Row, work: Work) -> None:
     """Pressure-weighted place and angle of every part, the latter leaning towards those it belongs to.
 
@@ -284,7 +284,7 @@ def planes_of(spans: Records, parts: int, total: int, row: Row, work: Work) -> N
         planes[k].tilt = _blended(k, parts, share, planes.weight, planes.own)
 
 
-@bare_kernel
+@inner_bare_kernel
 def _blended(k: int, count: int, share: FloatArray, weight: FloatArray, value: FloatArray) -> float:
     """Value of one of several contacts, with that of the others in the share they belong together.
 
@@ -301,7 +301,7 @@ def _blended(k: int, count: int, share: FloatArray, weight: FloatArray, value: F
     return result
 
 
-@bare_kernel
+@inner_bare_kernel
 def share_points(patches: Records, row: Row, share: FloatArray) -> None:
     """Creepage reference points of the patches of a wheel, one for those in a plane; `share` is for work."""
     for j in range(patches.size):

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wearsim.contact.geometry import NO_WHEEL
-from wearsim.contact.kernel import bare_kernel
+from wearsim.contact.kernel import bare_kernel, inner_bare_kernel
 from wearsim.contact.normal.knothe_le_the.equations import UNKNOWN, pair_up
 from wearsim.contact.normal.knothe_le_the.refit import (
     APART,
@@ -107,7 +107,7 @@ def solve_wheels(
             )
 
 
-@bare_kernel
+@inner_bare_kernel
 def _fit(n: int, row: Row, start: Start, count: int, table: FloatArray, work: Work) -> tuple[int, int, float]:
     """Fit strips to the patches of a wheel; a fault or 0, their number, and the displacement."""
     strips, spans, fresh = work.strips, work.spans, work.fresh
@@ -179,13 +179,13 @@ def _fit(n: int, row: Row, start: Start, count: int, table: FloatArray, work: Wo
     return 0, total, displacement
 
 
-@bare_kernel
+@inner_bare_kernel
 def _copy(source: Records, target: Records, count: int) -> None:
     for k in range(count):
         target[k] = source[k]
 
 
-@bare_kernel
+@inner_bare_kernel
 def _room(row: Row) -> tuple[float, float]:
     """Find between which places strips can be laid: a wheel over them, neighbours for slopes [m].
 
@@ -203,7 +203,7 @@ def _room(row: Row) -> tuple[float, float]:
     return 0.5 * (row.y[k] + row.y[k + 1]), 0.5 * (row.y[n - 1] + row.y[n])
 
 
-@bare_kernel
+@inner_bare_kernel
 def _take_over(n: int, start: Start, count: int, row: Row, work: Work) -> tuple[int, int]:
     """Parts of the profile and strips with pressure of a solution nearby; return the numbers of both."""
     parts = total = n - n
@@ -239,7 +239,7 @@ def _take_over(n: int, start: Start, count: int, row: Row, work: Work) -> tuple[
     return parts, total
 
 
-@bare_kernel
+@inner_bare_kernel
 def _count_strips(k: int, parts: int, count: int, displacement: float, row: Row, work: Work) -> None:
     """Find how many strips a part has: fewer in narrow ones, more where the gap is rough."""
     widest = 0.0
@@ -255,7 +255,7 @@ def _count_strips(k: int, parts: int, count: int, displacement: float, row: Row,
         span.strips = int(wished + 0.5)
 
 
-@bare_kernel
+@inner_bare_kernel
 def _joined(spans: Records, parts: int) -> int:
     """Make parts that meet one; return how many are left."""
     kept = parts - parts
@@ -268,7 +268,7 @@ def _joined(spans: Records, parts: int) -> int:
     return kept + 1
 
 
-@bare_kernel
+@inner_bare_kernel
 def _width_of_strips(a: float, b: float, displacement: float, row: Row) -> float:
     """Largest width of strips between two places: less where the gap is rough, by its fourth differences."""
     total = one = two = three = four = 0.0  # the samples before
@@ -283,7 +283,7 @@ def _width_of_strips(a: float, b: float, displacement: float, row: Row) -> float
     return width
 
 
-@bare_kernel
+@inner_bare_kernel
 def _lay_parts(
     stage: int, count: int, parts: int, old_total: int, displacement: float, row: Row, work: Work
 ) -> tuple[int, int]:
@@ -343,7 +343,7 @@ def _lay_parts(
     return 0, total
 
 
-@bare_kernel
+@inner_bare_kernel
 def _find_patches(
     total: int, displacement: float, load: float, modulus: float, row: Row, work: Work, patches: Records,
     nodes: FloatArray,

@@ -36,7 +36,7 @@ from wearsim.contact.influence import (
     wave_weights,
     waves_of,
 )
-from wearsim.contact.kernel import kernel, plain
+from wearsim.contact.kernel import inner_kernel, kernel, plain
 from wearsim.contact.patch import FloatArray, IntArray
 
 TOLERANCE = 1e-6  # sum of the residuals of all cells over the sum of their tractions
@@ -216,7 +216,7 @@ def _newton(
         steps += 1
 
 
-@kernel
+@inner_kernel
 def _slip(operator: SlipOperator, traction: FloatArray, slip: FloatArray) -> None:
     """Slip (2, nx, ny) that tractions (2, nx, ny) [Pa] add to the rigid one [-]."""
     factor, along, across = operator.factor, operator.along, operator.across
@@ -245,7 +245,7 @@ def _slip(operator: SlipOperator, traction: FloatArray, slip: FloatArray) -> Non
     field_of(y, along, across, slip[1])
 
 
-@kernel
+@inner_kernel
 def _linear_step(
     operator: SlipOperator, marks: FloatArray, direction: FloatArray, rest: FloatArray, share: float, basis:
     FloatArray, change: FloatArray,
@@ -327,7 +327,7 @@ def _split(matrix: FloatArray, inverse: FloatArray) -> None:
                     whole[i, j] -= upper[i, k] * whole[k, j]
 
 
-@kernel
+@inner_kernel
 def _cut_back(traction: FloatArray, bound: FloatArray) -> None:
     """Shorten tractions above the bound."""
     for i in range(bound.shape[0]):
@@ -371,7 +371,7 @@ def _residual(
     return error, size
 
 
-@kernel
+@inner_kernel
 def _derivative(
     change: FloatArray, slip: FloatArray, marks: FloatArray, direction: FloatArray, reach: float, out:
     FloatArray,
@@ -392,7 +392,7 @@ def _derivative(
                 out[1, i, j] = change[1, i, j] - mark * (v_y - along * d_y)
 
 
-@kernel
+@inner_kernel
 def _stretches(marks: FloatArray, longest: int) -> IntArray:
     """First cell, strip and number of cells (k, 3) of each stretch of stick."""
     nx, ny = marks.shape
@@ -410,7 +410,7 @@ def _stretches(marks: FloatArray, longest: int) -> IntArray:
     return table[:lines]
 
 
-@kernel
+@inner_kernel
 def _precondition(
     given: FloatArray, marks: FloatArray, direction: FloatArray, operator: SlipOperator, stretches: IntArray,
     out: FloatArray,
