@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import gc
 import importlib
 import os
 import shlex
@@ -16,6 +17,8 @@ from wearsim.cli.parser import COMMANDS, build_parser
 from wearsim.cli.streams import standard_streams
 
 __all__ = ["COMMANDS", "build_parser", "main", "print_json"]
+
+_OBJECTS = 50_000  # made, between two searches for garbage
 
 
 def print_json(value: Any) -> None:
@@ -37,6 +40,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         0 ok, 2 bad input, 3 numerical failure or internal error; stopped by a signal, 128 + its number: 130
         by Ctrl-C, 143 by SIGTERM, 129 by SIGHUP.
     """
+    if argv is None:  # compiling kernels and reading scenes make many objects that live on
+        gc.set_threshold(_OBJECTS)
     words = list(sys.argv[1:] if argv is None else argv)
     with standard_streams(), _stopped_by() as received:
         code = _executed(words)
