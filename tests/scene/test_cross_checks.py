@@ -38,7 +38,7 @@ COMPARE = (DATA / "scene_compare.toml").read_text()
             "smoothing_wavelength_mm = 0.4",
             "at least twice point_spacing_mm = 0.25",
         ),
-        (FIELD, "max_step_km = 20", "stability = 40", 'must be at most 35 with integrator = "rkc"'),
+        (FIELD, "max_step_km = 20", "stability = 40", 'must be at most 32 with integrator = "rkc"'),
     ],
 )
 def test_files_and_cross_checks_are_told_with_their_line(

@@ -74,7 +74,7 @@ class ReprofilingSection(Section):
     cut_mm: float = 0.0
 
 
-STABILITY: Mapping[str, tuple[float, float]] = {"rkc": (8.4, 35.0), "heun": (0.4, 2.0), "euler": (0.4, 2.0)}
+STABILITY: Mapping[str, tuple[float, float]] = {"rkc": (8.4, 32.0), "heun": (0.4, 2.0), "euler": (0.4, 2.0)}
 """Limit of the stability number by rule where the scene gives none, and the one no scene may exceed."""
 
 
