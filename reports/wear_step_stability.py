@@ -23,7 +23,7 @@ from wearsim.operation.points import OperatingPoints
 from wearsim.profile.shape import arc_length, vertex_lengths
 from wearsim.profile.smoothing import smoothing_spline
 from wearsim.report.style import SERIES_COLOURS, grid, legend, save_svg, style
-from wearsim.scene.campaign import STABILITY, ControlSettings
+from wearsim.scene.campaign import HALF_SPACE_DEPTHS, STABILITY, ControlSettings
 
 TITLE = "Stability of wear steps"
 WHEEL = wearsim.standard_profile("S1002")
@@ -38,7 +38,10 @@ NOISE = 0.05e-6  # standard deviation of the heights of the new profile's points
 STRIPS, CELLS = 60, 16
 WAVELENGTH = 2.5e-3  # of the smoothing of increments [m]
 RIPPLE = 4e-3  # waves in the wear depth shorter than this are ripple: the running band is far wider [m]
-CONTROL = {"distance": 1e12, "depth_cap": 50e-6, "stability": STABILITY["rkc"][0]}
+CONTROL = {
+    "distance": 1e12, "depth_cap": 50e-6, "stability": STABILITY["rkc"][0],
+    "half_space_depths": HALF_SPACE_DEPTHS["rkc"],
+}  # fmt: skip
 STEP_FACTORS = (1.0, 2.0, 5.0, 10.0)  # lengths of a single step, in longest steps that campaigns take
 WAVES = (0.5e-3, 2.5e-3)  # the shortest wave that points 0.25 mm apart can carry, and half a patch [m]
 AMPLITUDE = 0.2e-6  # of these waves [m]

@@ -124,10 +124,11 @@ def test_half_space_limit_is_a_depth_per_step(rate_of, state, solution):
     limit = half_space_depth_limit(rate, np.ones(3), ContactModels(), 0.25e-3)
     assert limit == pytest.approx(1e9 / 115.3846e9 * 0.25e-3, rel=1e-6)
     assert half_space_depth_limit(rate_of(1e-10), np.ones(3), ContactModels(), 0.25e-3) == np.inf
-    short = replace(SETTINGS, integrator="euler")
-    assert largest_step(rate, state, short, limit)[:2] == (pytest.approx(limit / 1e-10), "stability")
-    # a larger stability number of strips does not lengthen it; rules of many stages go twice as deep, S = 8/3
-    longer = replace(SETTINGS, integrator="rkc", stability=8.0, depth_cap=1.0, max_step=1e9, distance=1e9)
+    assert largest_step(rate, state, SETTINGS, limit)[:2] == (pytest.approx(limit / 1e-10), "stability")
+    # a larger stability number of strips does not lengthen it; steps twice as deep have S = 8/3
+    longer = replace(
+        SETTINGS, stability=8.0, depth_cap=1.0, max_step=1e9, distance=1e9, half_space_depths=2.0
+    )
     step, reason, stiffness = largest_step(rate, state, longer, limit)
     assert (step, reason) == (pytest.approx(2.0 * limit / 1e-10), "stability")
     assert stiffness * step == pytest.approx(8.0 / 3.0)

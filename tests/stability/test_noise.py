@@ -16,7 +16,7 @@ from wearsim.operation.points import OperatingPoints
 from wearsim.profile import standard
 from wearsim.profile.shape import arc_length, vertex_lengths
 from wearsim.profile.smoothing import smoothing_spline
-from wearsim.scene.campaign import STABILITY, ControlSettings
+from wearsim.scene.campaign import HALF_SPACE_DEPTHS, STABILITY, ControlSettings
 
 SHIFTS = np.linspace(-4e-3, -1e-3, 5)
 SPACING, NOISE, WAVELENGTH = 0.25e-3, 1e-6, 2.5e-3
@@ -45,7 +45,10 @@ def worn(smooth):
         wheelset = Wheelset(replace(smooth, z=height), smooth, 0.46, 0.75)
         counterface = Counterface(standard.rail("60E1", 1.0 / 40.0, 1.435, 0.75), 0.0)
         models = ContactModels(normal=normal, strips=60, cells=16)
-        settings = ControlSettings(1e9, cap, STABILITY[integrator][0], smoothing, integrator)
+        settings = ControlSettings(
+            1e9, cap, STABILITY[integrator][0], smoothing, integrator,
+            half_space_depths=HALF_SPACE_DEPTHS[integrator],
+        )  # fmt: skip
         y, z = np.stack([smooth.y, smooth.y]), np.stack([height, smooth.z])
         state = State(0, 0.0, y, z, np.zeros((2, n)), np.zeros((2, 3, n)), np.zeros(2), np.zeros(2))
 

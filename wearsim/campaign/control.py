@@ -35,9 +35,6 @@ _SEEN, _OF_STRIPS = 1.25, 0.5
 # to 2, oscillates from 1.5 times that depth on
 _HALF_SPACE = 4.0 / 3.0
 
-# by which rules with more stages than two go deeper: from three times on waves that they should damp stay
-_DEEPER = 2.0
-
 DepthLimit = Callable[[WearRate, FloatArray], float]
 
 
@@ -192,7 +189,7 @@ def largest_step(
         "first step": over(settings.first_depth, deepest) if first else math.inf,
         "stability": min(
             over(settings.stability, steepest),
-            over(deeper_by(settings.integrator) * depth_limit, wheels + counterface),
+            over(settings.half_space_depths * depth_limit, wheels + counterface),
         ),
     }
     limits[further[1]] = min(further[0], limits.get(further[1], math.inf))
@@ -206,11 +203,6 @@ def largest_step(
         )
     # what was seen asks for stages alone: a step that is too long for them shows in its error
     return StepLimit(limits[reason], reason, max(steepest, half_space, _SEEN * stiffness))
-
-
-def deeper_by(integrator: str) -> float:
-    """Depth of the steps of a rule over that of `half_space_depth_limit` [-]."""
-    return _DEEPER if len(INTEGRATORS[integrator]) > 1 else 1.0
 
 
 def choose(

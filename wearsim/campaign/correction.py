@@ -154,10 +154,14 @@ def control_at(
 ) -> ControlSettings:
     """Return the settings of a step, whose rule may err by a share of the tolerance of the correction.
 
-    Steps in which the reference solves all acting points are as with it alone.
+    Steps in which the reference solves all acting points are as with it alone, but not deeper than those of
+    first order: short campaigns with a tolerance have few of them.
     """
     known = state.correction
-    if known is None or setup.tolerance is None or (known.until[weight > 0.0] > 0.0).all():
+    if known is None or setup.tolerance is None:
+        return settings
+    settings = replace(settings, half_space_depths=1.0)
+    if (known.until[weight > 0.0] > 0.0).all():
         return settings
     depth = max(float(state.wear_depth.max()), _AT_LEAST)
     error = min(settings.error_tolerance, _OF_STEP * setup.tolerance * depth)

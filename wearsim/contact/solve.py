@@ -252,6 +252,7 @@ def _rotation_speed(task: Task, chunk: ContactConditions, index: IntArray) -> Fl
 
 _RESTING = 1e-9  # m, between the wheels' displacements of a wheelset at rest
 _OF_SCATTER = 0.5  # or this share of what displacements from unlike starts scatter by
+_CLEAR = 4e-8  # m, of changes of their difference that say how it falls, or the scatter
 _NEAR_REST = 1e-6  # m, between the wheels' displacements with coarse patches and without creep forces
 
 
@@ -327,8 +328,8 @@ def _at_rest(
     else:
         (near, fall), still = chunk.nearby[:, :2].T.copy(), []
     scatter = NORMAL_MODELS[task.models.normal].scatter
-    resting = max(_RESTING, _OF_SCATTER * scatter)
-    roll, solved = resting_roll(displacements, near, task.wheelset.half_span, resting, fall, scatter)
+    resting, clear = max(_RESTING, _OF_SCATTER * scatter), max(_CLEAR, scatter)
+    roll, solved = resting_roll(displacements, near, task.wheelset.half_span, resting, fall, clear)
     if not solved.all():
         raise NumericalError(
             "no roll of the wheelset lets normal and creep forces of both wheels carry their loads; lower "

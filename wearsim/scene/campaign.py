@@ -77,6 +77,10 @@ class ReprofilingSection(Section):
 STABILITY: Mapping[str, tuple[float, float]] = {"rkc": (8.4, 32.0), "heun": (0.4, 2.0), "euler": (0.4, 2.0)}
 """Limit of the stability number by rule where the scene gives none, and the one no scene may exceed."""
 
+HALF_SPACE_DEPTHS: Mapping[str, float] = {"rkc": 2.0, "heun": 1.0, "euler": 1.0}
+"""By rule, how many times deeper than one of first order a step on a half-space may be, at most: from three
+times on waves stay that it should damp."""
+
 
 class CampaignSection(Section):
     """[campaign]: how far, and in which steps."""
@@ -126,6 +130,7 @@ class ControlSettings:
     max_step: float = math.inf  # [m]
     error_tolerance: float = math.inf  # of the depth of one step; infinite = not estimated [m]
     first_depth: float = math.inf  # [m]
+    half_space_depths: float = 1.0  # largest depth over that of first order, without interpenetration [-]
     limits: tuple[tuple[str, float], ...] = ()  # of measures, by variable of the result file [SI]
     end_at_limit: bool = False
     reprofiling: ReprofilingRules | None = None

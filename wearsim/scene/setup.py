@@ -38,6 +38,7 @@ from wearsim.operation.states import Running, StateError, settle
 from wearsim.profile.conicity import equivalent_conicity
 from wearsim.profile.shape import Profile
 from wearsim.scene.campaign import (
+    HALF_SPACE_DEPTHS,
     LIMIT_KEYS,
     STABILITY,
     CampaignSection,
@@ -192,6 +193,7 @@ def _control_settings(campaign: CampaignSection) -> ControlSettings:
     values |= {"depth_cap": values["max_step_depth"], "reprofiling": None}
     values["first_depth"] = values["first_step_depth"]
     values.setdefault("stability", STABILITY[campaign.integrator][0])
+    values["half_space_depths"] = HALF_SPACE_DEPTHS[campaign.integrator]
     values["limits"] = () if limits is None else tuple(limits.values.items())
     values["end_at_limit"] = limits is not None and limits.end
     if rules is not None:
