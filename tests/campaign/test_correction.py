@@ -367,7 +367,9 @@ def test_the_rule_may_err_as_much_as_alone_where_the_half_space_solves_the_actin
     settings = replace(spread["auto"].setup.control, error_tolerance=1e-6)
     known, one = corrected_state.correction, np.arange(10) == 3
     taken = replace(corrected_state, correction=replace(known, until=np.where(one, 1.0, 0.0)))
-    assert correction.control_at(taken, setup, settings, one / 1.0) is settings
+    alone = replace(settings, half_space_depths=1.0)  # but not in steps as deep
+    assert settings.half_space_depths == 2.0
+    assert correction.control_at(taken, setup, settings, one / 1.0) == alone
     assert correction.control_at(taken, setup, settings, ~one / 9.0).error_tolerance < 1e-6
 
 
