@@ -1,5 +1,6 @@
 """Files of a run directory with far more than a campaign writes: not read whole, not continued from."""
 
+import hashlib
 from dataclasses import replace
 
 import numpy as np
@@ -78,3 +79,14 @@ def test_files_of_a_directory_that_are_too_deep_or_too_large(content, tmp_path):
 def test_a_status_of_another_program_is_none(content, tmp_path):
     (tmp_path / "status.json").write_text(content)
     assert read_status(tmp_path) == {}
+
+
+@pytest.mark.parametrize("cut", [slice(0), slice(3), slice(-8), slice(25)])
+def test_a_record_of_other_values_than_it_states_is_refused(cut, stopped):
+    _, _, records = stopped
+    path = records.path(1)
+    label, values = path.read_bytes()[32:].split(b"\n", 1)
+    content = label + b"\n" + values[cut]
+    path.write_bytes(hashlib.sha256(content).digest() + content)
+    with pytest.raises(ResultError, match="was changed while the campaign ran"):
+        records.state(1)

@@ -141,13 +141,17 @@ class Records:
     def _arrays(self, index: int, of_row: Iterable[str] = ()) -> dict[str, np.ndarray]:
         """Arrays of the row by name, which come first and may be wanted alone, and of the state by path."""
         found = self._load(index)
+        changed = ResultError(
+            f"{self.path(index)} was changed while the campaign ran; run the same command again"
+        )
         if found is None or not self._is_own(found[0], index):
-            raise ResultError(
-                f"{self.path(index)} was changed while the campaign ran; run the same command again"
-            )
+            raise changed
         every, place = found[0]["layout"], 0
         layout = {name: every[name] for name in of_row or every}
-        values = _unpacked(found[1], _size_of(every), _size_of(layout))
+        try:
+            values = _unpacked(found[1], _size_of(every), _size_of(layout))
+        except ValueError:
+            raise changed from None
         arrays = {}
         for name, (kind, shape) in layout.items():
             # copied: where the bytes begin is no matter of the values, and kernels know aligned arrays only
@@ -182,10 +186,12 @@ def _packed(values: bytes) -> bytes:
 
 
 def _unpacked(packed: bytes, size: int, wanted: int) -> bytes:
-    """Return at least the first `wanted` of `size` bytes that `_packed` took."""
+    """Return at least the first `wanted` of `size` bytes that `_packed` took; ValueError for others."""
     count = -(-size // 8)
     words = np.frombuffer(packed[-(-count // 8) :], np.uint64)
     other = np.unpackbits(np.frombuffer(packed, np.uint8, -(-wanted // 64)), count=-(-wanted // 8))
+    if other.size > 0 and (other[0] == 0 or np.count_nonzero(other) > words.size):
+        raise ValueError
     return words[np.cumsum(other, dtype=np.intp) - 1].tobytes()
 
 

@@ -9,8 +9,8 @@ stability polynomial at -S. The Runge-Kutta-Chebyshev rules of second order [1]_
 :math:`0.59 (s^2 - 1)`, Heun's rule, the one of two stages, up to 2. Where the coefficient of a law jumps with
 the pressure, waves decay ten times as fast as depth over interpenetration says: each step shows how fast by
 the rates in its own stages, `stiffness_of`, which chooses the stages of the next one. Stiff waves are damped
-more at each step, by :math:`1 - \epsilon/3`, than in [1]_: with its :math:`\epsilon = 2/13` they live on for
-many steps, and the error they make shortens these.
+more at each step of three stages and more, to about three quarters, than in [1]_: with its
+:math:`\epsilon = 2/13` they live on for many steps, and the error they make shortens these.
 
 References
 ----------

@@ -23,7 +23,7 @@ of a width, or between two places as near to each other, and the plane is that o
 the solution depends on the state, not on the way to it, unless ends find no place in 16 sets: then those of
 the last are taken. Strips are at most 0.65 mm wide, because profiles change their radius within wide patches,
 and 0.3 mm where the gap of worn profiles is rough: with wider ones its ends find no place and displacements
-scatter by 1e-6 m, a thousand times what the roll of a wheelset is searched to. Parts much narrower than the
+scatter by 1e-6 m, fifty times what the roll of a wheelset is searched to. Parts much narrower than the
 widest have fewer strips.
 
 Rule for several patches: parts of the profile in contact 0.3 mm or more from each other have strips of their
