@@ -11,9 +11,9 @@ from wearsim.campaign.control import reached
 from wearsim.campaign.evaluate import accumulate, setup_of, solve_passage
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.state import Correction, flattened, rebuilt
-from wearsim.campaign.vertices import lengths_of_sides
 from wearsim.contact.solve import ContactModels
 from wearsim.errors import ContactError
+from wearsim.profile.shape import vertex_lengths
 from wearsim.scene import build, load_scene
 
 CURVING = {"shift_mm": 4, "yaw_mrad": 2, "distance_km": 50}
@@ -137,7 +137,7 @@ def test_a_corrected_rate_keeps_the_area_and_is_nowhere_negative(spread):
     ours = evolution.evaluate(state).collective
     passage = solve_passage(replace(state, correction=None), points, true, points.weight > 0.0)
     theirs = accumulate(passage, points, points.weight, replace(state, correction=None), true)
-    length = lengths_of_sides(state.y, state.z)
+    length = vertex_lengths(state.y, state.z)
     assert (ours.depth >= 0.0).all()
     assert (ours.depth * length).sum() == pytest.approx((theirs.depth * length).sum(), rel=1e-12)
     assert ours.depth == pytest.approx(theirs.depth, abs=1e-12 * theirs.depth.max())

@@ -2,13 +2,14 @@ import numpy as np
 import pytest
 from scipy.interpolate import make_smoothing_spline
 
-from wearsim.campaign.vertices import lengths_of_sides, smooth_sides
+from wearsim.campaign.vertices import smooth_sides
+from wearsim.profile.shape import vertex_lengths
 
 
 def smooth(arc, depth, length, wavelength):
     """Rows along one of two straight profiles whose vertices stand for these lengths."""
     y = np.stack([arc, arc])
-    np.testing.assert_allclose(lengths_of_sides(y, 0.0 * y)[0], length, rtol=1e-9)
+    np.testing.assert_allclose(vertex_lengths(y, 0.0 * y)[0], length, rtol=1e-9)
     return smooth_sides(y, 0.0 * y, np.stack([depth, depth]), wavelength)[0]
 
 

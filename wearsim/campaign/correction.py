@@ -55,9 +55,10 @@ from wearsim.campaign.differences import (
 from wearsim.campaign.evaluate import Passage, Setup, mismatched
 from wearsim.campaign.state import Correction, Increment, State
 from wearsim.campaign.step import INTEGRATORS, Step, StepRule, worn_by
-from wearsim.campaign.vertices import lengths_of_sides, spline_sides
+from wearsim.campaign.vertices import spline_sides
 from wearsim.contact.patch import FloatArray
 from wearsim.operation.resultants import Differences
+from wearsim.profile.shape import vertex_lengths
 
 if TYPE_CHECKING:
     from wearsim.operation.points import OperatingPoints
@@ -249,7 +250,7 @@ def corrected_step(
     factor = np.where(
         np.arange(change.shape[2])[:, None] < of_laws, waited * points.environment[index], waited
     )
-    stretched = lengths_of_sides(after.y, after.z) / lengths_of_sides(before.y, before.z)
+    stretched = vertex_lengths(after.y, after.z) / vertex_lengths(before.y, before.z)
     missing = np.einsum("qj,jwqn->wqn", factor, change) * stretched[:, None]
     summed = missing[:, :regimes].sum(axis=1, keepdims=True)
     whole = spline_sides(before.y, before.z, summed, rule.smoothing_wavelength)[:, 0]

@@ -10,7 +10,6 @@ import numpy as np
 
 from wearsim.campaign.state import CounterfaceRate, CounterfaceState, State, WearRate
 from wearsim.campaign.vertices import (
-    lengths_of_sides,
     only_worn,
     sample,
     share_out,
@@ -120,7 +119,7 @@ def with_counterface(
     assert worn is not None  # it wears
     depth = per_passage(solution, law, np.zeros(solution.side.size, dtype=np.int64), 1, worn)[0]
     if difference is not None:
-        depth = only_worn((depth + difference)[:, None], lengths_of_sides(worn.y, worn.z))[0][:, 0]
+        depth = only_worn((depth + difference)[:, None], vertex_lengths(worn.y, worn.z))[0][:, 0]
     result = CounterfaceRate(depth, np.zeros_like(worn.y))
     stability, height = rate.stability.copy(), strip_heights(solution, state.y, state.z)
     for side in (0, 1):
@@ -156,7 +155,7 @@ def wear_off_counterface(state: CounterfaceState, depth: FloatArray) -> Counterf
     The area between the polygons is the sum of depth times vertex length.
     """
     worn = moved_counterface(state, depth)
-    area = (depth * lengths_of_sides(state.y, state.z)).sum(axis=1)
+    area = (depth * vertex_lengths(state.y, state.z)).sum(axis=1)
     return replace(worn, worn_area=state.worn_area + area, last_depth=worn.depth)
 
 

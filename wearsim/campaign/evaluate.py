@@ -16,7 +16,7 @@ from wearsim.campaign.counterface import with_counterface, worn_counterface
 from wearsim.campaign.faint import faded, shared
 from wearsim.campaign.left_out import Failed, judged
 from wearsim.campaign.state import Correction, PatchWear, PointHistory, State, WearRate, worn_wheels
-from wearsim.campaign.vertices import lengths_of_sides, only_worn, sample, share_out, stretches, strip_heights
+from wearsim.campaign.vertices import only_worn, sample, share_out, stretches, strip_heights
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import ContactPatches
 from wearsim.contact.solve import ContactModels, ContactSolution, Counterface, Wheelset, solve_each
@@ -26,7 +26,7 @@ from wearsim.damage.wear import WEAR_LAWS, WearSettings, highest_regime, passage
 from wearsim.errors import ContactError
 from wearsim.operation.points import OperatingPoints, mask_of, shared_weight
 from wearsim.operation.resultants import Resultants, resultants
-from wearsim.profile.shape import arc_length
+from wearsim.profile.shape import arc_length, vertex_lengths
 from wearsim.scene.campaign import CounterfaceWear
 from wearsim.scene.damage import BrakeBlockSection
 
@@ -307,7 +307,7 @@ def carried(
     rows = [*laws, passage.strip_work, *passage.comparison.damage]
     solution = passage.contact
     result = np.zeros((count, 2, len(rows), state.y.shape[1]))
-    arc, length = arc_length(state.y, state.z), lengths_of_sides(state.y, state.z)
+    arc, length = arc_length(state.y, state.z), vertex_lengths(state.y, state.z)
     for wheel in (0, 1):
         at = np.flatnonzero((scale[1] > 0.0) & (solution.side == wheel))
         of_rows = [scale[0, at, None]] * len(laws) + [scale[1, at, None]] * (len(rows) - len(laws))
@@ -349,7 +349,7 @@ def _corrected(
     factor = np.where(np.arange(rows)[:, None] < of_laws, scale[0][known], scale[1][known])
     total = total + np.einsum("qj,jwqn->wqn", factor, correction.wheel[known])
     below = np.einsum("j,jwk->wk", scale[0][known], correction.below[known, :, 0])
-    length = lengths_of_sides(state.y, state.z)
+    length = vertex_lengths(state.y, state.z)
     edges = np.cumsum([0, *laws, *[1] * (rows - of_laws)])
     for first, end in pairwise(edges):
         total[:, first:end] = only_worn(total[:, first:end], length)[0]

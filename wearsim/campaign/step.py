@@ -29,9 +29,10 @@ from numpy.polynomial import Chebyshev
 
 from wearsim.campaign.counterface import moved_counterface, wear_off_counterface
 from wearsim.campaign.state import CounterfaceState, Increment, State, WearRate
-from wearsim.campaign.vertices import lengths_of_sides, only_worn, smooth_sides, worn_off
+from wearsim.campaign.vertices import only_worn, smooth_sides, worn_off
 from wearsim.contact.patch import FloatArray
 from wearsim.damage.fatigue.balance import damage_after
+from wearsim.profile.shape import vertex_lengths
 
 RateAt = Callable[[State], WearRate]
 
@@ -247,7 +248,7 @@ def error_of(before: State, after: State, start: Increment, end: Increment) -> f
 
     def of_body(body: State | CounterfaceState, worn: FloatArray, expected: FloatArray) -> float:
         deepest = worn.max(axis=1, keepdims=True)
-        stretch = np.where((worn > _BAND * deepest) & (deepest > 0.0), lengths_of_sides(body.y, body.z), 0.0)
+        stretch = np.where((worn > _BAND * deepest) & (deepest > 0.0), vertex_lengths(body.y, body.z), 0.0)
         band = stretch.sum(axis=1)
         square = (stretch * (0.8 * (expected - worn)) ** 2).sum(axis=1)
         return float(np.sqrt(square / np.where(band > 0.0, band, 1.0)).max())
@@ -293,7 +294,7 @@ def _scaled(before: State, after: State, rate: Increment) -> Increment:
     """Rate of a state ahead per stretch of the vertices before."""
 
     def stretched(one: State | CounterfaceState, other: State | CounterfaceState) -> FloatArray:
-        longer: FloatArray = lengths_of_sides(other.y, other.z) / lengths_of_sides(one.y, one.z)
+        longer: FloatArray = vertex_lengths(other.y, other.z) / vertex_lengths(one.y, one.z)
         return longer
 
     longer, counterface = stretched(before, after), rate.counterface
@@ -321,11 +322,11 @@ def _moved(state: State, increment: Increment, length: float) -> State:
 
 def _without_negative(state: State, increment: Increment) -> tuple[Increment, float]:
     """Set negative depths to 0 and restore their areas; also the largest share set to 0."""
-    length = lengths_of_sides(state.y, state.z)
+    length = vertex_lengths(state.y, state.z)
     regime_depth, clipped = only_worn(increment.regime_depth, length)
     counterface = increment.counterface
     if counterface is not None and state.counterface is not None:
-        below = lengths_of_sides(state.counterface.y, state.counterface.z)
+        below = vertex_lengths(state.counterface.y, state.counterface.z)
         depth, other = only_worn(counterface[:, None], below)
         counterface, clipped = depth[:, 0], max(clipped, other)
     comparison = tuple(only_worn(depth, length)[0] for depth in increment.comparison)
@@ -343,7 +344,7 @@ def remove(state: State, regime_depth: FloatArray, step_length: float, rule: Ste
     The mass is that of rings of radius :math:`r(y) = r_0 + z` before the step:
     :math:`\rho \sum 2 \pi r_j d_j l_j`.
     """
-    total, length = regime_depth.sum(axis=1), lengths_of_sides(state.y, state.z)
+    total, length = regime_depth.sum(axis=1), vertex_lengths(state.y, state.z)
     y, z = worn_off(state.y, state.z, total, "wheel")
     mass = rule.density * 2.0 * np.pi * ((rule.radius + state.z) * total * length).sum(axis=1)
     return replace(
@@ -361,7 +362,7 @@ def remove(state: State, regime_depth: FloatArray, step_length: float, rule: Ste
 
 def _with_comparison_laws(before: State, worn: State, increment: Increment, rule: StepRule) -> State:
     """Add the depths of the comparison laws and the fatigue damage that wear leaves."""
-    length = lengths_of_sides(before.y, before.z)
+    length = vertex_lengths(before.y, before.z)
     pairs = zip(increment.comparison, before.comparison_depth, strict=True)
     depths = tuple(depth + by_regime.sum(axis=1) for by_regime, depth in pairs)
     areas = [(by_regime * length[:, None]).sum(axis=2) for by_regime in increment.comparison]

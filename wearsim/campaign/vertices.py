@@ -78,11 +78,6 @@ def worn_off(y: FloatArray, z: FloatArray, depth: FloatArray, body: str) -> tupl
     return new_y, new_z
 
 
-def lengths_of_sides(y: FloatArray, z: FloatArray) -> FloatArray:
-    """Length of profile each vertex of the profiles (2, n) of both sides stands for [m]."""
-    return vertex_lengths(y, z)
-
-
 def strip_heights(contact: ContactPatches, y: FloatArray, z: FloatArray) -> FloatArray:
     """Height (m, ny) of the wheel profiles (2, n) at the centres of the strips of patches [m]."""
     centre = 0.5 * (contact.strip_edges_wheel_y[:, 1:] + contact.strip_edges_wheel_y[:, :-1])
@@ -132,7 +127,7 @@ def smooth_sides(y: FloatArray, z: FloatArray, depth: FloatArray, wavelength: fl
     """
     if wavelength == 0.0:
         return depth.copy()
-    rows, length = depth.reshape(2, -1, depth.shape[-1]), lengths_of_sides(y, z)[:, None]
+    rows, length = depth.reshape(2, -1, depth.shape[-1]), vertex_lengths(y, z)[:, None]
     smoothed = np.maximum(spline_sides(y, z, rows, wavelength), 0.0)
     area, kept = (rows * length).sum(axis=-1), (smoothed * length).sum(axis=-1)
     scale = np.where(kept > 0.0, area / np.where(kept > 0.0, kept, 1.0), 0.0)
