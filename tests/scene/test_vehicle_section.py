@@ -12,7 +12,7 @@ from wearsim.profile import standard
 from wearsim.profile.standard import shipped_path
 from wearsim.report.html import write_report
 from wearsim.results import open_results
-from wearsim.scene import build, load_scene
+from wearsim.scene import build, load_scene, setup, take_over
 from wearsim.scene.setup import warnings_of
 
 FIELD = """[scene]
@@ -259,10 +259,27 @@ def of_route(folder):
     return SHORT[:start] + more + SHORT[end:]
 
 
-def test_a_route_by_segments_becomes_classes(of_route):
+def test_a_route_by_segments_becomes_classes_once_and_resumed_they_are_the_same(of_route, monkeypatch):
     Path("scene.toml").write_text(of_route)
     scene = load_scene("scene.toml")
+    searched = []
+    for name in ("reduced", "settle"):
+        search = getattr(setup, name)
+        monkeypatch.setattr(setup, name, lambda *a, of=search, **k: (searched.append(of), of(*a, **k))[1])
+    build(scene)
+    before = len(searched)
     run_scene(scene, "out")
+    assert len(searched) == before > 0
+    Path("other.toml").write_text(of_route.replace("friction = 0.35", "friction = 0.34"))
+    resumed, other = load_scene("out/scene/scene.toml", copied=True), load_scene("other.toml")
+    take_over(other, scene)
+    assert other._running is None
+    assert other._track == ()
+    found, known = (build(one).points.conditions for one in (resumed, scene))
+    np.testing.assert_array_equal(found.shift, known.shift)
+    np.testing.assert_array_equal(found.yaw, known.yaw)
+    assert resumed._track == scene._track
+    assert len(searched) > before
     assert [one.name for one in scene._track][-2:] == ["R 600 left 90 km/h", "straight 120 km/h"]
     assert sum(one.share for one in scene._track) == pytest.approx(4.7)
     assert list(Path("out").rglob("line.csv"))  # the run directory has what the run needs

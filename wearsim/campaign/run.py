@@ -54,6 +54,7 @@ from wearsim.scene import (
     build,
     files_to_copy,
     load_campaign,
+    take_over,
 )
 from wearsim.scene.initial_contact import check_contact
 from wearsim.scene.overrides import Override, at_its_source
@@ -135,7 +136,7 @@ def run_scene(
     files = scene_files(scene)
     require_own_directory(out)
     with locked(out):
-        return _run_claimed(out, claim(out, files, command), observer, threads)
+        return _run_claimed(out, claim(out, files, command), observer, threads, scene)
 
 
 def scene_files(scene: CampaignScene) -> SceneFiles:
@@ -192,7 +193,11 @@ def resume(
 
 
 def _run_claimed(
-    out: Path, manifest: Manifest, observer: Observer | None, threads: int | None = None
+    out: Path,
+    manifest: Manifest,
+    observer: Observer | None,
+    threads: int | None = None,
+    built: CampaignScene | None = None,
 ) -> tuple[Path, ...]:
     # from the copy also at the first start, so that run and resume cannot differ
     try:
@@ -205,8 +210,9 @@ def _run_claimed(
             f"{out} cannot be continued: its scene is not valid in this version of wearsim ({faults}); "
             "run the changed scene with another --out"
         ) from error
-    parts = (scene.rig, scene.field) if isinstance(scene, CompareScene) else (scene,)
-    setups = [build(part) for part in parts]
+    for part, known in zip(scene.parts, built.parts if built else (), strict=False):
+        take_over(part, known)
+    setups = [build(part) for part in scene.parts]
     threads = threads or available_cores()
     paths = []
     for setup in setups:
