@@ -29,6 +29,7 @@ from wearsim.campaign.reprofiling import reprofile, reprofiling_due, to_next_rep
 from wearsim.campaign.row import NO_STEP, StepTaken, build_row, header_of, recorded_measures
 from wearsim.campaign.running import new_running, refreshed_where_it_runs, settled_state
 from wearsim.campaign.state import State, WearRate, worn_wheels
+from wearsim.contact.balance import Equilibrium
 from wearsim.contact.patch import FloatArray
 from wearsim.damage.wear import WEAR_LAWS
 from wearsim.errors import ContactError, NumericalError
@@ -255,7 +256,8 @@ class WheelsetEvolution:
             now = rate_for(weight)
             shallow = float(now.depth.max()) * length < _SHALLOW
             try:
-                tried, error, stiffness, end = self._try(state, now, choice, rule)
+                known_there = None if passage is None else passage.equilibria
+                tried, error, stiffness, end = self._try(state, now, choice, rule, known_there)
             except ContactError:
                 if shallow:
                     raise
@@ -323,20 +325,30 @@ class WheelsetEvolution:
         return self._on_new_profiles(changed, weight), replace(taken, end=None)
 
     def _try(
-        self, state: State, now: WearRate, choice: control.StepChoice, rule: step.StepRule
+        self,
+        state: State,
+        now: WearRate,
+        choice: control.StepChoice,
+        rule: step.StepRule,
+        equilibria: Mapping[bytes, Equilibrium] | None,
     ) -> tuple[step.Step, float, float, Evaluation]:
-        """Take a step: its end, its error [m], its stiffness [1/m], and the contact at its end."""
+        """Take a step: its end, its error [m], its stiffness [1/m], and the contact at its end.
+
+        Each stage begins with the equilibria of the one before, the first one with those of the state; the
+        contact at the end does not, because a campaign resumed there knows none.
+        """
         points, weight, limit = self._where(state).points, choice.weight, choice.limit
         length, wave = limit.step_length, rule.smoothing_wavelength
         failed: Failed = {}
         running, nearby_rate = state.running, state.nearby_rate
 
         def rate_at(ahead: State) -> WearRate:
-            nonlocal running, nearby_rate
+            nonlocal running, nearby_rate, equilibria
             ahead = nearby.expected(state, replace(ahead, running=running), nearby_rate)
             ahead = settled_state(ahead, self.setup.points, self._contact, stage=weight > 0.0)
             running = ahead.running
-            stage = solved(ahead, self._where(ahead).points, weight, self._contact)
+            stage = solved(ahead, self._where(ahead).points, weight, self._contact, equilibria=equilibria)
+            equilibria = stage.passage.equilibria
             failed.update(stage.passage.failed)
             if state.nearby.size > 0:
                 nearby_rate = nearby.rate_to(state, ahead, stage.passage.contact)

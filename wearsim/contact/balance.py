@@ -327,6 +327,21 @@ def unknowns(task: Task, chunk: ContactConditions, speed: FloatArray, load: Floa
     return np.column_stack([slower / _SPEED_UNIT, np.log(load / chunk.loads)])
 
 
+def beginning(task: Task, chunk: ContactConditions, near: Equilibrium) -> Equilibrium:
+    """Equilibrium with the rotation speeds and loads that are expected at the points of a chunk."""
+    assert chunk.nearby is not None
+    speed, load = _speed_and_load(task, chunk, chunk.nearby[:, 2:])
+    return replace(near, speed=speed, load=load)
+
+
+def _speed_and_load(
+    task: Task, chunk: ContactConditions, unknown: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Rotation speeds (n,) and loads (n, 2) of what `unknowns` returns."""
+    speed = -chunk.speed / task.wheelset.radius * (1.0 + _SPEED_UNIT * unknown[:, 0])
+    return speed, chunk.loads * np.exp(unknown[:, 1:])
+
+
 def _turning(
     task: Task,
     chunk: ContactConditions,
@@ -439,7 +454,7 @@ def _refined(
     unknown, slope, rough = near[0].copy(), None if near[1] is None else near[1].copy(), near[2]
     model = TANGENTIAL_MODELS[task.models.tangential]
     early, hasty = hasty and model.warm, hasty and not model.warm
-    count, nominal = chunk.shift.size, -chunk.speed / task.wheelset.radius
+    count = chunk.shift.size
     # The torque hangs on all unknowns, a vertical force on the speed and its own load.
     linked = np.array([[i in (0, j) or j == 0 for j in columns] for i in columns], dtype=bool)
     here = np.zeros((count, 2), bool)
@@ -451,8 +466,8 @@ def _refined(
     done: list[Wheels] = []
     contacts: list[TangentialSolution] = []
     for trial in range(_MOST_TRIALS):
-        speed = nominal * (1.0 + _SPEED_UNIT * unknown[:, 0]) if given is None else given
-        load = chunk.loads * np.exp(unknown[:, 1:])
+        speed, load = _speed_and_load(task, chunk, unknown)
+        speed = speed if given is None else given
         if trial == 0:
             wheels = _solved(task, chunk, sides, load, here, start=rough)
         here &= open_rows[:, None]

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.contact.balance import Equilibrium, equilibrium, unknowns
+from wearsim.contact.balance import Equilibrium, beginning, equilibrium, unknowns
 from wearsim.contact.equilibrium import FIRST_ROLLS, QUICK_ROLLS, resting_roll, rotation_without_creepage
 from wearsim.contact.kernel import leaf_kernel, plain
 from wearsim.contact.normal import NORMAL_MODELS
@@ -37,6 +37,7 @@ from wearsim.errors import ContactError, NumericalError
 
 __all__ = [
     "CHUNK",
+    "Begin",
     "ContactConditions",
     "ContactModels",
     "ContactSolution",
@@ -117,6 +118,15 @@ def available_cores() -> int:
     return os.cpu_count() or 1
 
 
+@dataclass(frozen=True)
+class Begin:
+    """Equilibria that chunks begin with, and those they come to, by the numbers of their points as bytes."""
+
+    point: IntArray  # (n,) number of each
+    before: Mapping[bytes, Equilibrium]
+    found: dict[bytes, Equilibrium]
+
+
 def solve_each(
     conditions: ContactConditions,
     wheelset: Wheelset,
@@ -129,14 +139,15 @@ def solve_each(
     threads: int = 1,
     failed: dict[int, ContactError] | None = None,
     fields: Wanted = True,
+    begin: Begin | None = None,
 ) -> list[Result]:
     """Solve chunk by chunk and keep only what `each` makes of a chunk's solution.
 
     The fields of a batch of points fill a hundred times the memory of the rest; whoever needs them only
     for a sum passes that sum as `each`, which runs on the chunk's thread. Points without a solution are left
     out and put into `failed` with their errors, where it is given; the rest of their chunk is solved without
-    them. With `fields` "work" pressure, shear and slip have no meaning: models may not give them. Other
-    parameters: see `solve`.
+    them. With `fields` "work" pressure, shear and slip have no meaning: models may not give them. Points
+    with `nearby` begin with the equilibria of `begin`. Other parameters: see `solve`.
 
     Returns
     -------
@@ -164,7 +175,7 @@ def solve_each(
         task = tasks[int(rail[start]) if count else 0]
         while True:
             try:
-                solution = _solve_chunk(task, conditions.at(index), index)
+                solution = _solve_chunk(task, conditions.at(index), index, begin)
                 break
             except ContactError as error:
                 if failed is None or error.row is None:
@@ -190,7 +201,9 @@ def _placed(error: ContactError, chunk: ContactConditions, index: IntArray) -> C
     return type(error)(f"{place}: {error}", point, side, index[list(error.rows)].tolist())
 
 
-def _solve_chunk(task: Task, chunk: ContactConditions, index: IntArray) -> ContactSolution:
+def _solve_chunk(
+    task: Task, chunk: ContactConditions, index: IntArray, begin: Begin | None
+) -> ContactSolution:
     """All four problems for the chunk of the points at `index`, from equilibria nearby or else anew."""
     if chunk.nearby is None:
         return _solved_from(task, chunk, index)
@@ -198,7 +211,7 @@ def _solve_chunk(task: Task, chunk: ContactConditions, index: IntArray) -> Conta
     parts: list[ContactSolution] = []
     while near.any() and not parts:
         try:
-            parts.append(_solved_from(task, chunk.at(np.flatnonzero(near)), index[near]))
+            parts.append(_solved_from(task, chunk.at(np.flatnonzero(near)), index[near], begin))
         except ContactError as error:
             near &= ~np.isin(index, error.rows) & (error.row is not None)
     if not parts or not near.all():
@@ -209,21 +222,29 @@ def _solve_chunk(task: Task, chunk: ContactConditions, index: IntArray) -> Conta
     return whole
 
 
-def _solved_from(task: Task, chunk: ContactConditions, index: IntArray) -> ContactSolution:
+def _solved_from(
+    task: Task, chunk: ContactConditions, index: IntArray, begin: Begin | None = None
+) -> ContactSolution:
     """Solve a chunk from where it begins."""
+    key = b"" if begin is None else begin.point[index].tobytes()
+    before = None if begin is None else begin.before.get(key)
+    near = None if before is None else beginning(task, chunk, before)
     balance = isinstance(chunk.rotation, str) and chunk.rotation == "free" and chunk.creepage is None
     numbers = (0, 1) if balance or chunk.free_roll else task.sides
     speed = None if balance else _rotation_speed(task, chunk, index)
     try:
-        sides = [side_of(task, number, chunk) for number in numbers]
-        if not chunk.free_roll:
-            solved, roll, fall = equilibrium(task, chunk, sides, speed), chunk.roll, np.ones_like(chunk.roll)
+        if chunk.free_roll:
+            solved, roll, fall = _at_rest(task, chunk, speed, near)
         else:
-            solved, roll, fall = _at_rest(task, chunk, speed)
+            sides = [side_of(task, number, chunk) for number in numbers]
+            solved = equilibrium(task, chunk, sides, speed, near)
+            roll, fall = chunk.roll, np.ones_like(chunk.roll)
     except ContactError as error:
         if error.row is None:  # the grid: a fault of no point
             raise
         raise _placed(error, chunk, index) from None
+    if begin is not None:
+        begin.found[key] = replace(solved, contact=replace(solved.contact, cells=None))
     wheels, contact = solved.wheels, solved.contact
     if numbers != task.sides:
         wanted = np.isin(wheels.sign < 0.0, np.array(task.sides) == 1)
@@ -257,18 +278,19 @@ _NEAR_REST = 1e-6  # m, between the wheels' displacements with coarse patches an
 
 
 def _at_rest(
-    task: Task, chunk: ContactConditions, speed: FloatArray | None
+    task: Task, chunk: ContactConditions, speed: FloatArray | None, near: Equilibrium | None
 ) -> tuple[Equilibrium, FloatArray, FloatArray]:
     """Equilibrium of a wheelset that rests on both wheels, its roll (n,) and its fall, see `resting_roll`.
 
-    Without one nearby the search begins at the roll at which coarse patches carry the wheel loads. A row that
-    rests is not solved again.
+    Without a roll nearby the search begins at that at which coarse patches carry the wheel loads, and its
+    first one with the equilibrium `near`, if given. A row that rests is not solved again.
     """
     count = chunk.shift.size
     if count == 0:  # every point of a chunk has failed
         nothing = equilibrium(task, chunk, [side_of(task, number, chunk) for number in (0, 1)], speed)
         return nothing, chunk.roll, chunk.roll
     turning, load = np.zeros(count), np.zeros((count, 2))
+    slopes: list[FloatArray] = []
     wheels: list[Wheels] = []
     contacts: list[TangentialSolution] = []
     rolls: list[FloatArray] = []
@@ -281,11 +303,14 @@ def _at_rest(
             return
         rows, balanced = latest.pop()
         turning[rows], load[rows] = balanced.speed, balanced.load
+        slopes.extend(np.empty((count, *one.shape[1:])) for one in balanced.slopes[len(slopes) :])
+        for whole, part in zip(slopes, balanced.slopes, strict=True):
+            whole[rows] = part
         resting = np.flatnonzero(~moving[rows])
         if resting.size > 0:
-            part = balanced.take(resting)
-            wheels.append(renumbered(part.wheels, rows[resting]))
-            contacts.append(part.contact)
+            at_rest = balanced.take(resting)
+            wheels.append(renumbered(at_rest.wheels, rows[resting]))
+            contacts.append(at_rest.contact)
 
     def begin(wanted: IntArray) -> Equilibrium | None:
         """Equilibrium to begin with: of the roll before at first, then of one and the same.
@@ -293,7 +318,7 @@ def _at_rest(
         So that displacements are a function of the roll, although they hang a little on where they began.
         """
         if not begun or len(rolls) > QUICK_ROLLS:
-            return None
+            return near if len(rolls) == 1 else None
         rows, balanced = begun[-1]
         return balanced.take(np.searchsorted(rows, wanted))
 
@@ -324,12 +349,12 @@ def _at_rest(
         return both[0], both[1]
 
     if chunk.nearby is None:
-        near, fall, still = _near_rest(task, chunk)
+        guess, fall, still = _near_rest(task, chunk)
     else:
-        (near, fall), still = chunk.nearby[:, :2].T.copy(), []
+        (guess, fall), still = chunk.nearby[:, :2].T.copy(), []
     scatter = NORMAL_MODELS[task.models.normal].scatter
     resting, clear = max(_RESTING, _OF_SCATTER * scatter), max(_CLEAR, scatter)
-    roll, solved = resting_roll(displacements, near, task.wheelset.half_span, resting, fall, clear)
+    roll, solved = resting_roll(displacements, guess, task.wheelset.half_span, resting, fall, clear)
     if not solved.all():
         raise NumericalError(
             "no roll of the wheelset lets normal and creep forces of both wheels carry their loads; lower "
@@ -344,7 +369,7 @@ def _at_rest(
         contact = contact_joined(contacts, order)
     else:
         contact = forces_of(task, whole, turning, model, fields=True).contact
-    return Equilibrium(whole, contact, turning, load, []), roll, fall
+    return Equilibrium(whole, contact, turning, load, slopes), roll, fall
 
 
 def _near_rest(task: Task, chunk: ContactConditions) -> tuple[FloatArray, FloatArray, list[Side]]:

@@ -81,8 +81,8 @@ def _touching_heights(wheel: Profile, rail: Profile) -> Callable[[FloatArray], F
     def gaps(step: FloatArray) -> FloatArray:
         """Gap over the grid (n, k) at shifts of whole steps; infinite where there is no wheel."""
         row = np.minimum(np.maximum(len(grid) - first - step.astype(np.int64), 0), len(windows) - 1)
-        gap: FloatArray = rail_height - windows[row]
-        return gap
+        gap: FloatArray = windows[row]
+        return np.subtract(rail_height, gap, out=gap)  # a second array of this size would be of new memory
 
     def nearest(shift: FloatArray) -> NDArray[np.intp]:
         """Place in the grid of the smallest gap at each shift."""
