@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from wearsim.contact.kernel import kernel
@@ -127,11 +129,19 @@ def smooth_sides(y: FloatArray, z: FloatArray, depth: FloatArray, wavelength: fl
     """
     if wavelength == 0.0:
         return depth.copy()
-    rows, length = depth.reshape(2, -1, depth.shape[-1]), vertex_lengths(y, z)[:, None]
+    return _smooth_sides(y.tobytes(), z.tobytes(), depth.tobytes(), depth.shape, wavelength).copy()
+
+
+@lru_cache(maxsize=8)  # the rate at the end of a step is that at the beginning of the next one
+def _smooth_sides(
+    of_y: bytes, of_z: bytes, of_depth: bytes, shape: tuple[int, ...], wavelength: float
+) -> FloatArray:
+    y, z = (np.frombuffer(of).reshape(2, -1) for of in (of_y, of_z))
+    rows, length = np.frombuffer(of_depth).reshape(2, -1, shape[-1]), vertex_lengths(y, z)[:, None]
     smoothed = np.maximum(spline_sides(y, z, rows, wavelength), 0.0)
     area, kept = (rows * length).sum(axis=-1), (smoothed * length).sum(axis=-1)
     scale = np.where(kept > 0.0, area / np.where(kept > 0.0, kept, 1.0), 0.0)
-    result: FloatArray = (smoothed * scale[:, :, None]).reshape(depth.shape)
+    result: FloatArray = (smoothed * scale[:, :, None]).reshape(shape)
     return result
 
 

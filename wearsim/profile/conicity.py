@@ -89,11 +89,18 @@ def _touching_heights(wheel: Profile, rail: Profile) -> Callable[[FloatArray], F
         steps = shift / _GRID
         if np.all(np.abs(steps - np.round(steps)) < 1e-8):
             return np.argmin(gaps(np.round(steps)), axis=1)
-        cell = np.unique(np.floor(steps))
+        cell, of = np.unique(np.floor(steps), return_inverse=True)
         one, other = gaps(cell), gaps(cell + 1.0)
-        most = np.min(np.maximum(one, other), axis=1) + 2.0 * off
-        (among,) = np.nonzero(np.any(np.minimum(one, other) <= most[:, None], axis=0))
-        return among[np.argmin(rail_height[among] - height(grid[among] - shift[:, None]), axis=1)]
+        most = np.min(np.maximum(one, other), axis=1, keepdims=True) + 2.0 * off
+        among = np.flatnonzero(np.minimum(one, other, out=one) <= most)  # places of all cells in a row
+        begin = np.searchsorted(among, np.arange(len(cell) + 1) * len(grid))
+        count = np.diff(begin)[of]
+        first = np.cumsum(count) - count
+        each = np.repeat(np.arange(len(shift)), count)
+        place = among[np.arange(len(each)) + (begin[of] - first)[each]] % len(grid)
+        gap = rail_height[place] - height(grid[place] - shift[each])
+        (least,) = np.nonzero(gap == np.minimum.reduceat(gap, first)[each])
+        return place[least[np.searchsorted(each[least], np.arange(len(shift)))]]
 
     def heights(shift: FloatArray) -> FloatArray:
         result = np.full(len(shift), np.nan)
