@@ -94,6 +94,8 @@ class Equilibrium:
 
     def take(self, rows: IntArray) -> Equilibrium:
         """Equilibrium of some points, in rising order; what it says of others is lost."""
+        if rows.size == self.speed.size:
+            return self
         place = np.full(self.speed.size, -1)
         place[rows] = np.arange(rows.size)
         taken = place[self.wheels.normal.patch.row]

@@ -282,7 +282,10 @@ def patches_where(part: Any, mask: NDArray[np.bool_]) -> Any:
 
 def renumbered(wheels: Wheels, row: IntArray) -> Wheels:
     """Wheels whose points have other numbers: `row` (n,) of each."""
-    patch = replace(wheels.normal.patch, row=row[wheels.normal.patch.row])
+    number = row[wheels.normal.patch.row]
+    if (number == wheels.normal.patch.row).all():
+        return wheels
+    patch = replace(wheels.normal.patch, row=number)
     place = 2 * patch.row + (wheels.sign < 0.0)
     return replace(wheels, place=place, normal=replace(wheels.normal, patch=patch))
 
