@@ -71,7 +71,7 @@ _LOOSER = 100.0, 10.0  # factors on the tolerance of warm models in the first tr
 _AFRESH = 6  # trials after which slopes are taken anew, by differences
 _FAR = 0.2  # change of the logarithm of a load beyond which coarse patches are solved anew
 _SPEED_UNIT = 1e-3  # of the nominal rotation speed: unknowns of like size
-_LARGEST_STEP = np.array([2.0, 0.2, 0.2])
+LARGEST_STEP = np.array([2.0, 0.2, 0.2])
 
 
 # unknowns (n, 3), slopes of the residuals and patches, the last two made at the first trial if there are none
@@ -179,7 +179,7 @@ def equilibrium(
         return Equilibrium(whole, contact_joined(contacts, order), turning, load, slopes)
     forces = forces_of(task, whole, turning, model, fields=fields)
     columns = [column for _, some in groups for column in some]
-    missed = _missed(_residual(task, chunk, forces, columns), columns, model)
+    missed = out_of_balance(residuals(task, chunk, forces, columns), columns, model)
     if missed.any():  # a step promised too much
         wheels = [patches_where(whole, ~missed[whole.normal.patch.row])] if not missed.all() else []
         refine(missed, hasty=False)
@@ -197,7 +197,7 @@ def _together(task: Task, sides: list[Side], speed: FloatArray | None) -> list[t
     ]
 
 
-def _solved(
+def solved_wheels(
     task: Task,
     chunk: ContactConditions,
     sides: list[Side],
@@ -243,7 +243,7 @@ def _solved(
     return by_point(parts)[0]
 
 
-def _loads(wheels: Wheels, count: int) -> FloatArray:
+def loads_of(wheels: Wheels, count: int) -> FloatArray:
     """Return the loads (n, 2) of wheels, 1 N of those that are not there."""
     load = np.ones(2 * count)
     load[wheels.place] = wheels.load
@@ -262,7 +262,7 @@ def _renewed(
 ) -> Wheels:
     """Solve some of the wheels (n, 2) anew under their loads."""
     kept = ~again.ravel()[wheels.place]
-    solved = _solved(task, chunk, sides, load, again, start=wheels, rough=rough)
+    solved = solved_wheels(task, chunk, sides, load, again, start=wheels, rough=rough)
     whole: Wheels = joined([patches_where(wheels, kept), solved]) if kept.any() else solved
     return whole
 
@@ -282,13 +282,13 @@ def _bracketed(
     load = tried = wheel_load
     here = np.zeros((count, 2), bool)
     here[:, [side.number for side in sides]] = True
-    rough = _solved(task, chunk, sides, load, here, rough=True)
+    rough = solved_wheels(task, chunk, sides, load, here, rough=True)
     speed = -chunk.speed / task.wheelset.radius if given is None else given
     low, high = np.full((count, 2), -np.inf), np.full((count, 2), np.inf)
     asked = open_rows = np.ones(count, bool)
     far = here & task.vertical
     for _ in range(_MOST_LOADS):
-        again = here & open_rows[:, None] & (np.abs(np.log(load / _loads(rough, count))) > _FAR)
+        again = here & open_rows[:, None] & (np.abs(np.log(load / loads_of(rough, count))) > _FAR)
         if again.any():
             rough = _renewed(task, chunk, sides, rough, load, again, rough=True)
         near = stretched(patches_where(rough, open_rows[rough.normal.patch.row]), load)
@@ -319,7 +319,7 @@ def _bracketed(
         forces = forces_of(task, near, speed, fastsim.MODEL)
     slope = _slopes(task, chunk, near, forces, fastsim.MODEL, speed, columns)
     unknown = unknowns(task, chunk, speed, tried)
-    unknown[:, columns] += _step(slope, _residual(task, chunk, forces, columns), _LARGEST_STEP[columns])
+    unknown[:, columns] += newton_step(slope, residuals(task, chunk, forces, columns), LARGEST_STEP[columns])
     return unknown, slope, rough
 
 
@@ -332,11 +332,11 @@ def unknowns(task: Task, chunk: ContactConditions, speed: FloatArray, load: Floa
 def beginning(task: Task, chunk: ContactConditions, near: Equilibrium) -> Equilibrium:
     """Equilibrium with the rotation speeds and loads that are expected at the points of a chunk."""
     assert chunk.nearby is not None
-    speed, load = _speed_and_load(task, chunk, chunk.nearby[:, 2:])
+    speed, load = speed_and_load(task, chunk, chunk.nearby[:, 2:])
     return replace(near, speed=speed, load=load)
 
 
-def _speed_and_load(
+def speed_and_load(
     task: Task, chunk: ContactConditions, unknown: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Rotation speeds (n,) and loads (n, 2) of what `unknowns` returns."""
@@ -390,7 +390,7 @@ def _lifted(wheels: Wheels, row: int, side: int, reason: str, rows: Sequence[int
     )
 
 
-def _residual(task: Task, chunk: ContactConditions, forces: Forces, columns: list[int]) -> FloatArray:
+def residuals(task: Task, chunk: ContactConditions, forces: Forces, columns: list[int]) -> FloatArray:
     """Torque over what friction can carry, and logarithm of vertical forces over the wheel load, (n, k)."""
     vertical: FloatArray = np.log(np.maximum(forces.vertical / chunk.loads, 1e-9))
     if 0 not in columns:
@@ -411,25 +411,31 @@ def _slopes(
 ) -> FloatArray:
     """Differences (n, k, k) of the residuals over those of the unknowns, from the forces of wheels."""
     turn, grow, every = 1e-2, SIMILAR, [0, 1, 2]
-    still = _residual(task, chunk, before, every)
+    still = residuals(task, chunk, before, every)
     slope = np.zeros((speed.size, 3, 3))
     slope[:, every, every] = 1.0
     if 0 in columns:
         faster = speed - turn * _SPEED_UNIT * chunk.speed / task.wheelset.radius
         slope[:, :, 0] = (
-            _residual(task, chunk, forces_of(task, wheels, faster, model), every) - still
+            residuals(task, chunk, forces_of(task, wheels, faster, model), every) - still
         ) / turn
     if columns[-1:] > [0]:  # both loads at once: the wheels act on each other through the torque alone
-        more = np.exp(grow) * _loads(wheels, speed.size)
+        more = np.exp(grow) * loads_of(wheels, speed.size)
         forces = forces_of(task, stretched(wheels, more), speed, model)
-        after = _residual(task, chunk, forces, every)
+        after = residuals(task, chunk, forces, every)
         scale = chunk.traction_scale * task.wheelset.radius
         slope[:, 0, 1:] = (forces.torque - before.torque) / (grow * scale[:, None])
         slope[:, [1, 2], [1, 2]] = (after - still)[:, 1:] / grow
     return slope[:, columns][:, :, columns]
 
 
-def _missed(residual: FloatArray, columns: list[int], model: TangentialModel) -> NDArray[np.bool_]:
+def promising(residual: FloatArray, columns: list[int]) -> NDArray[np.bool_]:
+    """Whether one more step from points (n,) with these residuals is enough."""
+    most = _PROMISING if 0 in columns else _PROMISING_LOADS
+    return np.asarray((np.abs(residual) <= most).all(axis=1))
+
+
+def out_of_balance(residual: FloatArray, columns: list[int], model: TangentialModel) -> NDArray[np.bool_]:
     """Whether points (n,) are out of balance by more than the tolerance."""
     tolerance = np.maximum([model.tolerance, TOLERANCE, TOLERANCE], TOLERANCE)[columns]
     beyond: NDArray[np.bool_] = np.abs(residual) > tolerance
@@ -457,8 +463,6 @@ def _refined(
     model = TANGENTIAL_MODELS[task.models.tangential]
     early, hasty = hasty and model.warm, hasty and not model.warm
     count = chunk.shift.size
-    # The torque hangs on all unknowns, a vertical force on the speed and its own load.
-    linked = np.array([[i in (0, j) or j == 0 for j in columns] for i in columns], dtype=bool)
     here = np.zeros((count, 2), bool)
     here[:, [side.number for side in sides]] = True
     here &= wanted[:, None]
@@ -468,17 +472,14 @@ def _refined(
     done: list[Wheels] = []
     contacts: list[TangentialSolution] = []
     for trial in range(_MOST_TRIALS):
-        speed, load = _speed_and_load(task, chunk, unknown)
+        speed, load = speed_and_load(task, chunk, unknown)
         speed = speed if given is None else given
         if trial == 0:
-            wheels = _solved(task, chunk, sides, load, here, start=rough)
+            wheels = solved_wheels(task, chunk, sides, load, here, start=rough)
         here &= open_rows[:, None]
-        several = np.bincount(wheels.place, minlength=2 * count).reshape(-1, 2) > 1
-        most = np.where(several, _SEVERAL * SIMILAR, SIMILAR)
-        again = here & (np.abs(np.log(load / _loads(wheels, count))) > most)
+        again = here & ~_similar(wheels, loads_of(wheels, count), load)
         if hasty and trial > 0:
-            promising = np.abs(before) <= (_PROMISING if 0 in columns else _PROMISING_LOADS)
-            sure = open_rows & ~again.any(axis=1) & promising.all(axis=1)
+            sure = open_rows & ~again.any(axis=1) & promising(before, columns)
             if sure.any():
                 mask = sure[wheels.normal.patch.row]
                 done.append(stretched(patches_where(wheels, mask), load))
@@ -495,10 +496,10 @@ def _refined(
         options = {"start": contact, "looser": looser} if model.warm else {}
         forces = forces_of(task, similar, speed, model, fields=model.warm, **options)
         contact = forces.contact if model.warm else None
-        residual = _residual(task, chunk, forces, columns)
+        residual = residuals(task, chunk, forces, columns)
         if slope is None:
             slope = _slopes(task, chunk, similar, forces, model, speed, columns)
-        settled = open_rows & ~_missed(residual, columns, model) & (looser == 1.0)
+        settled = open_rows & ~out_of_balance(residual, columns, model) & (looser == 1.0)
         settled &= not hasty or trial > _FROZEN  # else one more step costs nothing
         if trial > _FROZEN:
             similar, jump = _frozen(similar, wheels, count)
@@ -519,11 +520,9 @@ def _refined(
             afresh = _slopes(task, chunk, similar, still, model, speed, columns)
             slope = np.where(open_rows[:, None, None], afresh, slope)
         elif trial > 0:
-            missed = residual - before - (slope @ step[:, :, None])[:, :, 0]
-            part = np.where(linked, step[:, None], 0.0)
-            square = np.maximum((part**2).sum(axis=2), 1e-300)
-            slope += np.where(open_rows[:, None], missed / square, 0.0)[:, :, None] * part
-        step = _step(slope, residual, _LARGEST_STEP[columns])
+            updated = secant_slope(slope, residual - before, step, columns)
+            slope = np.where(open_rows[:, None, None], updated, slope)
+        step = newton_step(slope, residual, LARGEST_STEP[columns])
         before = residual
         unknown[:, columns] += np.where(open_rows[:, None], step, 0.0)
     else:
@@ -539,6 +538,29 @@ def _refined(
     return done, contacts, speed, load, slope
 
 
+def secant_slope(slope: FloatArray, change: FloatArray, step: FloatArray, columns: list[int]) -> FloatArray:
+    """Slopes (n, k, k) after a step (n, k) that changed the residuals by (n, k), by Broyden's rule."""
+    # The torque hangs on all unknowns, a vertical force on the speed and its own load.
+    linked = np.array([[i in (0, j) or j == 0 for j in columns] for i in columns], dtype=bool)
+    missed = change - (slope @ step[:, :, None])[:, :, 0]
+    part = np.where(linked, step[:, None], 0.0)
+    square = np.maximum((part**2).sum(axis=2), 1e-300)
+    result: FloatArray = slope + (missed / square)[:, :, None] * part
+    return result
+
+
+def _similar(wheels: Wheels, solved: FloatArray, load: FloatArray) -> NDArray[np.bool_]:
+    """Whether loads (n, 2) are so near to those wheels were solved for that patches may be stretched."""
+    several = np.bincount(wheels.place, minlength=load.size).reshape(-1, 2) > 1
+    most = np.where(several, _SEVERAL * SIMILAR, SIMILAR)
+    return np.asarray(np.abs(np.log(load / solved)) <= most)
+
+
+def similar(wheels: Wheels, solved: FloatArray, load: FloatArray) -> NDArray[np.bool_]:
+    """Whether that holds for both wheels of points (n,)."""
+    return np.asarray(_similar(wheels, solved, load).all(axis=1))
+
+
 def _frozen(near: Wheels, wheels: Wheels, count: int) -> tuple[Wheels, FloatArray]:
     """Stretched patches, their load scale saying how far, and its largest logarithm of each point."""
     ratio = near.load / wheels.load
@@ -548,7 +570,7 @@ def _frozen(near: Wheels, wheels: Wheels, count: int) -> tuple[Wheels, FloatArra
     return replace(near, normal=normal), jump
 
 
-def _step(slope: FloatArray, residual: FloatArray, largest: FloatArray) -> FloatArray:
+def newton_step(slope: FloatArray, residual: FloatArray, largest: FloatArray) -> FloatArray:
     """Newton's step, shortened to the largest one."""
     if residual.shape[1] == 0:
         return residual

@@ -94,6 +94,7 @@ def resting_roll(
     tolerance: float = 1e-9,
     fall: FloatArray | None = None,
     scatter: float = 0.0,
+    rests: NDArray[np.bool_] | None = None,
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
     """Roll at which both loads push the axle down by the same height, by the secant method, bracketed.
 
@@ -114,6 +115,8 @@ def resting_roll(
         seen is left in it. 1 if not given [-].
     scatter : float
         Of the difference, by which displacements from another start may differ [m].
+    rests : (n,) bool array, optional
+        Rows that rest at their guess.
 
     Returns
     -------
@@ -123,7 +126,8 @@ def resting_roll(
         False where no roll lets both wheels carry their loads: a wheel that climbs its flange rises faster
         by moving sideways than it sinks by rolling.
     """
-    roll, span, moving = guess.copy(), 2.0 * half_span, np.ones(guess.size, bool)
+    roll, span = guess.copy(), 2.0 * half_span
+    moving = np.ones(guess.size, bool) if rests is None else ~rests
     low, high = np.full(guess.size, -np.inf), np.full(guess.size, np.inf)
     before, step = np.zeros(guess.size), np.ones(guess.size)
     fall = np.ones(guess.size) if fall is None else fall

@@ -9,31 +9,24 @@ from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from wearsim.contact.at_rest import at_rest
 from wearsim.contact.balance import Equilibrium, beginning, equilibrium, unknowns
-from wearsim.contact.equilibrium import FIRST_ROLLS, QUICK_ROLLS, resting_roll, rotation_without_creepage
+from wearsim.contact.equilibrium import rotation_without_creepage
 from wearsim.contact.kernel import leaf_kernel, plain
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.patch import FloatArray, IntArray, SurfaceFields
 from wearsim.contact.problem import ContactConditions, ContactModels, ContactSolution, Counterface, Wheelset
 from wearsim.contact.tangential import TANGENTIAL_MODELS, TangentialSolution, Wanted
 from wearsim.contact.wheels import (
-    Side,
     Task,
     Wheels,
-    by_point,
-    by_row,
-    contact_joined,
     contact_where,
-    forces_of,
     joined,
-    normal_of,
     patches_where,
-    renumbered,
     side_of,
 )
-from wearsim.errors import ContactError, NumericalError
+from wearsim.errors import ContactError
 
 __all__ = [
     "CHUNK",
@@ -234,7 +227,7 @@ def _solved_from(
     speed = None if balance else _rotation_speed(task, chunk, index)
     try:
         if chunk.free_roll:
-            solved, roll, fall = _at_rest(task, chunk, speed, near)
+            solved, roll, fall = at_rest(task, chunk, speed, near)
         else:
             sides = [side_of(task, number, chunk) for number in numbers]
             solved = equilibrium(task, chunk, sides, speed, near)
@@ -269,157 +262,6 @@ def _rotation_speed(task: Task, chunk: ContactConditions, index: IntArray) -> Fl
             raise _placed(error, central, index) from None
         return rotation_without_creepage(wheels.kinematics, wheels.normal.patch.row, still.size)
     return nominal
-
-
-_RESTING = 1e-9  # m, between the wheels' displacements of a wheelset at rest
-_OF_SCATTER = 0.5  # or this share of what displacements from unlike starts scatter by
-_CLEAR = 4e-8  # m, of changes of their difference that say how it falls, or the scatter
-_NEAR_REST = 1e-6  # m, between the wheels' displacements with coarse patches and without creep forces
-
-
-def _at_rest(
-    task: Task, chunk: ContactConditions, speed: FloatArray | None, near: Equilibrium | None
-) -> tuple[Equilibrium, FloatArray, FloatArray]:
-    """Equilibrium of a wheelset that rests on both wheels, its roll (n,) and its fall, see `resting_roll`.
-
-    Without a roll nearby the search begins at that at which coarse patches carry the wheel loads, and its
-    first one with the equilibrium `near`, if given. A row that rests is not solved again.
-    """
-    count = chunk.shift.size
-    if count == 0:  # every point of a chunk has failed
-        nothing = equilibrium(task, chunk, [side_of(task, number, chunk) for number in (0, 1)], speed)
-        return nothing, chunk.roll, chunk.roll
-    turning, load = np.zeros(count), np.zeros((count, 2))
-    slopes: list[FloatArray] = []
-    wheels: list[Wheels] = []
-    contacts: list[TangentialSolution] = []
-    rolls: list[FloatArray] = []
-    latest: list[tuple[IntArray, Equilibrium]] = []
-    begun: list[tuple[IntArray, Equilibrium]] = []
-
-    def keep(moving: NDArray[np.bool_]) -> None:
-        """Put those that rest aside."""
-        if not latest:
-            return
-        rows, balanced = latest.pop()
-        turning[rows], load[rows] = balanced.speed, balanced.load
-        slopes.extend(np.empty((count, *one.shape[1:])) for one in balanced.slopes[len(slopes) :])
-        for whole, part in zip(slopes, balanced.slopes, strict=True):
-            whole[rows] = part
-        resting = np.flatnonzero(~moving[rows])
-        if resting.size > 0:
-            at_rest = balanced.take(resting)
-            wheels.append(renumbered(at_rest.wheels, rows[resting]))
-            contacts.append(at_rest.contact)
-
-    def begin(wanted: IntArray) -> Equilibrium | None:
-        """Equilibrium to begin with: of the roll before at first, then of one and the same.
-
-        So that displacements are a function of the roll, although they hang a little on where they began.
-        """
-        if not begun or len(rolls) > QUICK_ROLLS:
-            return near if len(rolls) == 1 else None
-        rows, balanced = begun[-1]
-        return balanced.take(np.searchsorted(rows, wanted))
-
-    def displacements(angle: FloatArray, wanted: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
-        keep(wanted)
-        rolls.append(angle)
-        rows = np.flatnonzero(wanted)
-        nearby = begin(rows)
-        tilted = replace(chunk, roll=angle).at(rows)
-        given = None if speed is None else speed[rows]
-        try:
-            sides = (
-                still if still and len(rolls) == 1 else [side_of(task, number, tilted) for number in (0, 1)]
-            )
-            try:
-                balanced = equilibrium(task, tilted, sides, given, nearby, False)
-            except ContactError:
-                if nearby is None or chunk.nearby is not None:  # a point then begins anew
-                    raise
-                balanced = equilibrium(task, tilted, sides, given, None, False)
-        except ContactError as error:
-            raise _of_whole(error, rows) from None
-        latest.append((rows, balanced))
-        if len(rolls) <= FIRST_ROLLS:
-            begun.append(latest[-1])
-        both = np.zeros((2, count))
-        both[:, rows] = _displacements(balanced.wheels, rows.size)
-        return both[0], both[1]
-
-    if chunk.nearby is None:
-        guess, fall, still = _near_rest(task, chunk)
-    else:
-        (guess, fall), still = chunk.nearby[:, :2].T.copy(), []
-    scatter = NORMAL_MODELS[task.models.normal].scatter
-    resting, clear = max(_RESTING, _OF_SCATTER * scatter), max(_CLEAR, scatter)
-    roll, solved = resting_roll(displacements, guess, task.wheelset.half_span, resting, fall, clear)
-    if not solved.all():
-        raise NumericalError(
-            "no roll of the wheelset lets normal and creep forces of both wheels carry their loads; lower "
-            "friction, yaw or shift, or give the roll",
-            row=int(np.argmin(solved)),
-            rows=np.flatnonzero(~solved).tolist(),
-        )
-    keep(~solved)
-    whole, order = by_point(wheels)
-    model = TANGENTIAL_MODELS[task.models.tangential]
-    if model.warm:
-        contact = contact_joined(contacts, order)
-    else:
-        contact = forces_of(task, whole, turning, model, fields=True).contact
-    return Equilibrium(whole, contact, turning, load, slopes), roll, fall
-
-
-def _near_rest(task: Task, chunk: ContactConditions) -> tuple[FloatArray, FloatArray, list[Side]]:
-    """Roll (n,) at which coarse patches without creep forces carry the wheel loads [rad]; fall and sides."""
-    fall = np.ones(chunk.shift.size)
-    sides: dict[int, Side] = {}
-
-    def displacements(angle: FloatArray, wanted: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
-        rows, tilted = np.flatnonzero(wanted), replace(chunk, roll=angle)
-        both = np.zeros((2, wanted.size))
-        for number in (0, 1):
-            before = sides.get(number)
-            try:
-                side = side_of(task, number, tilted, rows, None if before is None else before.gap)
-                normal = normal_of(task, side, rows, chunk.loads[rows, number], rough=True)
-            except ContactError as error:
-                error.side = number
-                raise
-            both[number, normal.patch.row] = normal.vertical_displacement
-            if before is not None and before.rough is not None:
-                kept = patches_where(before.rough, ~wanted[before.rough.patch.row])
-                normal = by_row([kept, normal])
-            sides[number] = replace(side, rough=normal)
-        return both[0], both[1]
-
-    roll, solved = resting_roll(displacements, chunk.roll, task.wheelset.half_span, _NEAR_REST, fall)
-    if not solved.all():
-        raise ContactError(
-            "no roll of the wheelset lets both wheels carry their loads; "
-            "check shift, gauge and profiles, or give the roll",
-            int(np.argmin(solved)),
-            rows=np.flatnonzero(~solved).tolist(),
-        )
-    return roll, fall, [sides[number] for number in (0, 1)]
-
-
-def _of_whole(error: ContactError, rows: IntArray) -> ContactError:
-    """Return the error of one of some rows with its place in the whole."""
-    if error.row is not None:
-        error.row = int(rows[error.row])
-        error.rows = tuple(rows[list(error.rows)].tolist())
-    return error
-
-
-def _displacements(wheels: Wheels, count: int) -> tuple[FloatArray, FloatArray]:
-    """Vertical displacements (n,) of both wheels [m]."""
-    # Patches of a wheel are stretched on their own: the first one carries the most.
-    first = np.searchsorted(wheels.place, np.arange(2 * count))
-    both: FloatArray = wheels.normal.vertical_displacement[first]
-    return both[::2], both[1::2]
 
 
 def _finish(

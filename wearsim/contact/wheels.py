@@ -270,9 +270,7 @@ def by_point(parts: list[Wheels]) -> tuple[Wheels, IntArray]:
     place = np.concatenate([part.place for part in parts])
     force = np.concatenate([part.normal.normal_force for part in parts])
     order = np.lexsort((-force, place))
-    if len(parts) == 1 and (order[1:] > order[:-1]).all():
-        return parts[0], order
-    return joined(parts, order), order
+    return joined(parts, None if (order[1:] > order[:-1]).all() else order), order
 
 
 def patches_where(part: Any, mask: NDArray[np.bool_]) -> Any:
