@@ -14,6 +14,7 @@ from wearsim.campaign.evaluate import rate, setup_of
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.state import State
 from wearsim.contact.patch import Patch, SurfaceFields
+from wearsim.contact.problem import NEARBY
 from wearsim.contact.solve import ContactConditions, ContactSolution, Wheelset
 from wearsim.operation.points import OperatingPoints
 from wearsim.profile.shape import Profile
@@ -98,7 +99,7 @@ def solution_of(point, side, centre, half_width, peak_work, *, ny=40, nx=20, gap
         max_pressure=zeros + 1e9,
         normal_force=zeros + 80e3,
         load_scale=zeros + 1.0,
-        nearby=np.zeros((m, 5)),
+        nearby=np.zeros((m, NEARBY)),
         strip_edges_wheel_y=centre[:, None] + half_width[:, None] * local_edges,
         strip_edges_rail_y=centre[:, None] + half_width[:, None] * local_edges,
         patch=patch,

@@ -5,14 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from wearsim.campaign.nearby import expected, rate_to, remembered
+from wearsim.campaign.nearby import expected, found, rate_to, remembered
+from wearsim.contact.problem import NEARBY
 
-FALL = 1  # column that follows no line
+LATEST = [1, *range(5, NEARBY)]  # columns that follow no line
 
 
 @pytest.fixture
 def contact(solution):
-    """Function that gives a contact whose three points were solved at a place (3, 5)."""
+    """Function that gives a contact whose three points were solved at a place (3, 14)."""
     return lambda nearby: replace(solution, nearby=nearby[solution.point])
 
 
@@ -22,13 +23,15 @@ def begun(state):
 
 
 def test_contact_is_expected_on_the_line_through_two_states(begun, contact):
-    first, per_metre = np.arange(15.0).reshape(3, 5), 1e-3 * np.arange(1.0, 16.0).reshape(3, 5)
+    first = np.arange(3.0 * NEARBY).reshape(3, NEARBY)
+    per_metre = 1e-3 * (first + 1.0)
     here = remembered(begun, contact(first), 3)
     stage, end = (replace(here, distance=here.distance + metres) for metres in (20.0, 50.0))
-    rate = rate_to(here, stage, contact(first + 20.0 * per_metre))
-    there = expected(here, end, rate)
+    latest = found(contact(first + 20.0 * per_metre), here.nearby)
+    rate = rate_to(here, stage, latest)
+    there = expected(here, end, rate, latest)
     line = first + 50.0 * per_metre
-    line[:, FALL] = first[:, FALL]
+    line[:, LATEST] = latest[:, LATEST]
     np.testing.assert_allclose(there.nearby, line, rtol=1e-12)
     # the next step goes on at that rate with the points that acted; the others stay where they were
     after = remembered(there, contact(line), 3)
@@ -37,17 +40,19 @@ def test_contact_is_expected_on_the_line_through_two_states(begun, contact):
 
 
 def test_points_without_a_contact_so_far_have_none_until_they_are_solved(begun, contact):
-    first = np.arange(15.0).reshape(3, 5)
+    first = np.arange(3.0 * NEARBY).reshape(3, NEARBY)
     one = contact(first)
     only = replace(one, point=np.zeros_like(one.point))
     here = remembered(begun, only, 3)
     assert np.isnan(here.nearby[1:]).all()
     ahead = replace(here, distance=here.distance + 10.0)
-    rate = rate_to(here, ahead, one)
+    latest = found(one, here.nearby)
+    rate = rate_to(here, ahead, latest)
     assert np.isfinite(rate).all()
-    assert np.isnan(expected(here, ahead, rate).nearby[1:]).all()
+    assert np.isnan(expected(here, ahead, rate, latest).nearby[1:, 0]).all()
     assert np.isfinite(remembered(ahead, one, 3).nearby).all()
 
 
 def test_nothing_is_expected_on_new_profiles(begun):
-    assert expected(begun, begun, np.zeros((0, 5))) is begun
+    nowhere = np.zeros((0, NEARBY))
+    assert expected(begun, begun, nowhere, nowhere) is begun

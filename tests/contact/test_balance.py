@@ -6,8 +6,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from wearsim.contact import balance, geometry, wheels
-from wearsim.contact import solve as solve_module
+from wearsim.contact import at_rest, balance, geometry, wheels
 from wearsim.contact.balance import equilibrium
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.problem import ContactModels
@@ -246,7 +245,7 @@ def test_a_wheelset_at_rest_needs_few_rolls_where_creep_forces_carry_much(
     """
     coarse, solved = replace(coarse, cell_size=1.0), []
     monkeypatch.setattr(
-        solve_module, "equilibrium", lambda *given: solved.append(equilibrium(*given)) or solved[-1]
+        at_rest, "equilibrium", lambda *given: solved.append(equilibrium(*given)) or solved[-1]
     )
     conditions = points(np.array([0.0, 6.34e-3]), np.array([0.0, -45.6e-3]), friction=0.367)
     solve(replace(conditions, free_roll=True), wheelset, counterface(5.0), coarse)

@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from wearsim.contact import balance
-from wearsim.contact import solve as solve_module
-from wearsim.contact.solve import solve
+from wearsim.contact import at_rest, balance
+from wearsim.contact.solve import Begin, solve, solve_each
 from wearsim.errors import ContactError
 
 SHIFT, YAW = 1e-3 * np.array([0.0, 3.0, 5.9, 6.5]), 1e-3 * np.array([0.0, 1.0, 2.0, 3.0])
@@ -35,8 +34,8 @@ def anew(solved, conditions):
 @pytest.fixture
 def nearby(anew, conditions):
     """Away from the equilibria as far as a deep wear step moves them."""
-    away = [2e-5, 0.05, 0.05, 3e-3, -3e-3]
-    return replace(conditions, nearby=first_of_each(anew) + np.where(conditions.free_roll, away, away[-1]))
+    away = np.array([2e-5, 0.05, 0.05, 3e-3, -3e-3, *[0.02] * 9])
+    return replace(conditions, nearby=first_of_each(anew) + np.where(conditions.free_roll, away, -3e-3))
 
 
 def test_solutions_are_those_from_the_wheel_loads(anew, solved, nearby):
@@ -50,7 +49,7 @@ def test_solutions_are_those_from_the_wheel_loads(anew, solved, nearby):
 
 
 def test_no_coarse_patch_is_asked_for(monkeypatch, solved, nearby):
-    monkeypatch.setattr(solve_module, "_near_rest", None)
+    monkeypatch.setattr(at_rest, "_near_rest", None)
     asked = []
     normal_of = balance.normal_of
 
@@ -62,6 +61,32 @@ def test_no_coarse_patch_is_asked_for(monkeypatch, solved, nearby):
     solved(nearby)
     assert asked
     assert not any(asked)
+
+
+def test_wheels_of_an_earlier_solution_save_work_and_change_nothing(
+    monkeypatch, anew, conditions, wheelset, counterface, coarse
+):
+    """Nearby two rolls and their wheels are enough, which another solution may begin with."""
+    begin = Begin(np.arange(SHIFT.size), {}, {})
+    here = replace(conditions, free_roll=True, nearby=None)
+    given = wheelset, counterface(2.0), coarse, lambda part: part
+    (first,) = solve_each(here, *given, begin=begin)
+    assert not begin.found  # nothing is known nearby
+    there = replace(here, shift=SHIFT + 1e-6, nearby=first_of_each(first))
+    (cold,) = solve_each(there, *given, begin=begin)
+    starts = []
+    normal_of = balance.normal_of
+
+    def counted(*given, **options):
+        starts.append(options["start"])
+        return normal_of(*given, **options)
+
+    monkeypatch.setattr(balance, "normal_of", counted)
+    (warm,) = solve_each(there, *given, begin=Begin(begin.point, begin.found, {}))
+    assert starts
+    assert all(start is not None for start in starts)
+    np.testing.assert_allclose(warm.normal_force, cold.normal_force, rtol=5e-6)
+    np.testing.assert_allclose(warm.power, cold.power, rtol=1e-4, atol=1e-6 * cold.power.max())
 
 
 def test_a_point_does_not_hang_on_the_others(solved, nearby):

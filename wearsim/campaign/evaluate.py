@@ -17,12 +17,11 @@ from wearsim.campaign.faint import faded, shared
 from wearsim.campaign.left_out import Failed, judged
 from wearsim.campaign.state import Correction, PatchWear, PointHistory, State, WearRate, worn_wheels
 from wearsim.campaign.vertices import only_worn, sample, share_out, stretches, strip_heights
-from wearsim.contact.balance import Equilibrium
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import ContactPatches
 from wearsim.contact.solve import Begin, ContactModels, ContactSolution, Counterface, Wheelset, solve_each
 from wearsim.contact.tangential import TANGENTIAL_MODELS
-from wearsim.contact.wheels import joined
+from wearsim.contact.wheels import Wheels, joined
 from wearsim.damage.wear import WEAR_LAWS, WearSettings, highest_regime, passage_depth, patch_regime
 from wearsim.errors import ContactError
 from wearsim.operation.points import OperatingPoints, mask_of, shared_weight
@@ -102,7 +101,7 @@ class Passage:
     # what follows from the profiles, of `solve_passage` alone
     wear: PatchWear | None = None
     strip_edges_arc: FloatArray | None = None  # (m, ny + 1) arc length at the edges of strips [m]
-    equilibria: Mapping[bytes, Equilibrium] | None = None  # of its chunks, for another passage to begin with
+    wheels: Mapping[bytes, Wheels] | None = None  # of its chunks, for another passage to begin with
 
 
 def passage_of(solution: ContactSolution, setup: Setup) -> Passage:
@@ -134,7 +133,7 @@ def solve_passage(
     points: OperatingPoints,
     setup: Setup,
     among: NDArray[np.bool_] | None = None,
-    equilibria: Mapping[bytes, Equilibrium] | None = None,
+    earlier: Mapping[bytes, Wheels] | None = None,
 ) -> Passage:
     """Solve operating points, whatever their weight, with the profiles of a state; evaluate the laws.
 
@@ -145,9 +144,9 @@ def solve_passage(
     those that failed before are solved by themselves, so that the others are not solved twice. Each point
     begins at the first model of the chain, or that of its correction, and goes on to the next where that has
     no solution, on both sides of a jump alike. Where contact is known nearby it begins with the
-    `equilibria` of an earlier passage.
+    wheels of an `earlier` passage.
     """
-    found: dict[bytes, Equilibrium] = {}
+    found: dict[bytes, Wheels] = {}
     bodies, parts, last = worn_bodies(state, setup), [], len(setup.chain) - 1
     failed: Failed = {}
     conditions, of, share = points.runs
@@ -165,11 +164,9 @@ def solve_passage(
             own: Failed | None = None if state.points is None and number == last else {}
             evaluated = partial(_passage_at, of[index], share[index], number, setup, state)
             here = (conditions if number else nearby).at(index)
-            begin = None if number else Begin(of[index], equilibria or {}, found)
+            begin = None if number else Begin(of[index], earlier or {}, found)
             try:
-                chunks = solve_each(
-                    here, *bodies, one, evaluated, failed=own, begin=begin, **setup.options
-                )
+                chunks = solve_each(here, *bodies, one, evaluated, failed=own, begin=begin, **setup.options)
             except ContactError as error:
                 raise _numbered(error, of[index]) from None
             parts.append(chunks)
@@ -186,7 +183,7 @@ def solve_passage(
     whole: Passage = joined(
         every, order[kept[order]] if len(parts) > 1 or points.beyond is not None else None
     )
-    return replace(whole, failed=failed, equilibria=found)
+    return replace(whole, failed=failed, wheels=found)
 
 
 def _passage_at(
@@ -431,7 +428,7 @@ def solved(
     *,
     among: NDArray[np.bool_] | None = None,
     raises: bool = True,
-    equilibria: Mapping[bytes, Equilibrium] | None = None,
+    earlier: Mapping[bytes, Wheels] | None = None,
 ) -> Evaluation:
     """Solve the contact of some points and weigh the wear of those that act.
 
@@ -449,15 +446,15 @@ def solved(
         Points to solve, by default those that act; they keep their numbers.
     raises : bool
         Whether it is an error if points without contact solution carry too much of the wear.
-    equilibria : mapping, optional
-        Of a passage nearby, to begin with.
+    earlier : mapping, optional
+        Wheels of a passage nearby, to begin with.
 
     Raises
     ------
     ContactError
         If the points without contact solution carry too much of the wear.
     """
-    passage = solve_passage(state, points, setup, weight > 0.0 if among is None else among, equilibria)
+    passage = solve_passage(state, points, setup, weight > 0.0 if among is None else among, earlier)
     wear, history = passage.wear, state.points
     assert wear is not None
     if history is not None:

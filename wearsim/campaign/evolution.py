@@ -29,8 +29,8 @@ from wearsim.campaign.reprofiling import reprofile, reprofiling_due, to_next_rep
 from wearsim.campaign.row import NO_STEP, StepTaken, build_row, header_of, recorded_measures
 from wearsim.campaign.running import new_running, refreshed_where_it_runs, settled_state
 from wearsim.campaign.state import State, WearRate, worn_wheels
-from wearsim.contact.balance import Equilibrium
 from wearsim.contact.patch import FloatArray
+from wearsim.contact.wheels import Wheels
 from wearsim.damage.wear import WEAR_LAWS
 from wearsim.errors import ContactError, NumericalError
 from wearsim.operation.points import OperatingPoints, where_it_runs
@@ -257,8 +257,8 @@ class WheelsetEvolution:
             now = rate_for(weight)
             shallow = float(now.depth.max()) * length < _SHALLOW
             try:
-                known_there = None if passage is None else passage.equilibria
-                tried, error, stiffness, end = self._try(state, now, choice, rule, known_there)
+                earlier = None if passage is None else passage.wheels
+                tried, error, stiffness, end = self._try(state, now, choice, rule, earlier)
             except ContactError:
                 if shallow:
                     raise
@@ -311,7 +311,8 @@ class WheelsetEvolution:
             )
         stiffest = np.maximum(stiffness, _REMEMBERED * state.point_stiffness)
         shortest = np.where(state.active_weight > 0.0, state.point_shortest, np.inf)
-        shortest = np.minimum(shortest, weight * control.error_limit(length, error, settings))
+        allowed, acting = control.error_limit(length, error, settings), weight > 0.0
+        shortest[acting] = np.minimum(shortest[acting], weight[acting] * allowed)
         acted: dict[str, Any] = {
             "length": weight * length, "error": error, "stiffness": stiffest, "shortest": shortest,
         }  # fmt: skip
@@ -335,28 +336,29 @@ class WheelsetEvolution:
         now: WearRate,
         choice: control.StepChoice,
         rule: step.StepRule,
-        equilibria: Mapping[bytes, Equilibrium] | None,
+        earlier: Mapping[bytes, Wheels] | None,
     ) -> tuple[step.Step, float, float, Evaluation]:
         """Take a step: its end, its error [m], its stiffness [1/m], and the contact at its end.
 
-        Each stage begins with the equilibria of the one before, the first one with those of the state; the
+        Each stage begins with the wheels of the one before, the first one with those of the state; the
         contact at the end does not, because a campaign resumed there knows none.
         """
         points, weight, limit = self._where(state).points, choice.weight, choice.limit
         length, wave = limit.step_length, rule.smoothing_wavelength
         failed: Failed = {}
-        running, nearby_rate = state.running, state.nearby_rate
+        running, nearby_rate, latest = state.running, state.nearby_rate, state.nearby
 
         def rate_at(ahead: State) -> WearRate:
-            nonlocal running, nearby_rate, equilibria
-            ahead = nearby.expected(state, replace(ahead, running=running), nearby_rate)
+            nonlocal running, nearby_rate, latest, earlier
+            ahead = nearby.expected(state, replace(ahead, running=running), nearby_rate, latest)
             ahead = settled_state(ahead, self.setup.points, self._contact, stage=weight > 0.0)
             running = ahead.running
-            stage = solved(ahead, self._where(ahead).points, weight, self._contact, equilibria=equilibria)
-            equilibria = stage.passage.equilibria
+            stage = solved(ahead, self._where(ahead).points, weight, self._contact, earlier=earlier)
+            earlier = stage.passage.wheels
             failed.update(stage.passage.failed)
             if state.nearby.size > 0:
-                nearby_rate = nearby.rate_to(state, ahead, stage.passage.contact)
+                latest = nearby.found(stage.passage.contact, state.nearby)
+                nearby_rate = nearby.rate_to(state, ahead, latest)
             return stage.collective
 
         tried = step.advance(state, now, length, rule, rate_at, limit.stiffness * length)
@@ -364,7 +366,7 @@ class WheelsetEvolution:
         if after.points is not None:
             after = replace(after, points=with_failed(after.points, points, failed))
         # where the wheelset runs after the step: what the shift changed in it is part of the error
-        after = nearby.expected(state, replace(after, running=running), nearby_rate)
+        after = nearby.expected(state, replace(after, running=running), nearby_rate, latest)
         tried = tried._replace(state=self._settled(after))
         # with the history that is stored: a resumed campaign solves the same batches, to the last bit
         end = self._solved(tried.state, self._where(tried.state).points, weight)

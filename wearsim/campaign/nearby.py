@@ -13,37 +13,40 @@ import numpy as np
 
 from wearsim.campaign.state import State
 from wearsim.contact.patch import FloatArray
-from wearsim.contact.problem import ContactPatches
+from wearsim.contact.problem import NEARBY, ContactPatches
 
-_FALL = 1  # column of what the search for the roll learns now and then: it follows no line
+_LATEST = [1, *range(5, NEARBY)]  # columns of what the search learns on its way: they follow no line
 
 
 def remembered(state: State, contact: ContactPatches, points: int) -> State:
     """Return a state of so many points that knows its contact; those that did not act last stay there."""
     nearby, rate = state.nearby, state.nearby_rate
     if nearby.size == 0:
-        nearby, rate = np.full((points, 5), np.nan), np.zeros((points, 5))
+        nearby, rate = np.full((points, NEARBY), np.nan), np.zeros((points, NEARBY))
     rate = np.where(state.active_weight[:, None] > 0.0, rate, 0.0)
-    return replace(state, nearby=_found(contact, nearby), nearby_rate=rate)
+    return replace(state, nearby=found(contact, nearby), nearby_rate=rate)
 
 
-def _found(contact: ContactPatches, before: FloatArray) -> FloatArray:
-    """Where the points of a contact were solved, and others before (n, 5)."""
+def found(contact: ContactPatches, before: FloatArray) -> FloatArray:
+    """Where the points of a contact were solved, and others before (n, 14)."""
     nearby = before.copy()
     nearby[contact.point[::-1]] = contact.nearby[::-1]
     return nearby
 
 
-def expected(state: State, ahead: State, rate: FloatArray) -> State:
-    """Return a state ahead of one that knows its contact with what is expected there at a rate (n, 5)."""
+def expected(state: State, ahead: State, rate: FloatArray, latest: FloatArray) -> State:
+    """Return a state ahead of one that knows its contact with what is expected there.
+
+    At a rate (n, 14), and as the `latest` contact (n, 14) had it what follows no line.
+    """
     if state.nearby.size == 0:
         return ahead
     nearby = state.nearby + (ahead.distance - state.distance) * rate
+    nearby[:, _LATEST] = latest[:, _LATEST]
     return replace(ahead, nearby=nearby, nearby_rate=rate)
 
 
-def rate_to(state: State, ahead: State, contact: ContactPatches) -> FloatArray:
-    """Change per metre (n, 5) from a state that knows its contact to the contact of one ahead."""
-    rate = (_found(contact, state.nearby) - state.nearby) / (ahead.distance - state.distance)
-    rate[:, _FALL] = 0.0
+def rate_to(state: State, ahead: State, latest: FloatArray) -> FloatArray:
+    """Change per metre (n, 14) from a state that knows its contact to that of one ahead."""
+    rate: FloatArray = (latest - state.nearby) / (ahead.distance - state.distance)
     return np.where(np.isfinite(rate), rate, 0.0)

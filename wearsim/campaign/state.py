@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearsim.contact.patch import FloatArray, IntArray
-from wearsim.contact.problem import ContactPatches, Wheelset
+from wearsim.contact.problem import NEARBY, ContactPatches, Wheelset
 from wearsim.operation.resultants import Differences
 from wearsim.operation.states import Running
 from wearsim.profile.shape import Profile
@@ -98,8 +98,8 @@ class State:
     worn_mass: FloatArray  # (2,) removed from the whole circumference [kg]
     # Of each operating point: its share in the last step; the distance it ran in the last step it acted in,
     # the error of that step [m] and the stiffness it showed [1/m]. Empty before anything is known; lengths
-    # are 0 where nothing is known. Last the shortest step that errors asked for since it began to act, infinite
-    # if they asked for none: its next run begins like the last one.
+    # are 0 where nothing is known. Last the shortest step that errors asked for since it began to act,
+    # infinite if they asked for none: its next run begins like the last one.
     active_weight: FloatArray = field(default_factory=lambda: np.zeros(0))
     point_length: FloatArray = field(default_factory=lambda: np.zeros(0))
     point_error: FloatArray = field(default_factory=lambda: np.zeros(0))
@@ -116,10 +116,10 @@ class State:
     reprofiled: int = 0
     points: PointHistory | None = None  # None: a point without contact solution is an error
     running: Running | None = None  # shifts and loads of the operating points; None: those of the scene
-    # (n, 5) `ContactPatches.nearby` of each operating point as expected, or when it was solved last; NaN if
+    # (n, 14) `ContactPatches.nearby` of each operating point as expected, or when it was solved last; NaN if
     # never, empty on new profiles; and its change in the last step [1/m]
-    nearby: FloatArray = field(default_factory=lambda: np.zeros((0, 5)))
-    nearby_rate: FloatArray = field(default_factory=lambda: np.zeros((0, 5)))
+    nearby: FloatArray = field(default_factory=lambda: np.zeros((0, NEARBY)))
+    nearby_rate: FloatArray = field(default_factory=lambda: np.zeros((0, NEARBY)))
 
 
 @dataclass(frozen=True)

@@ -15,16 +15,15 @@ from wearsim.contact.balance import (
     LARGEST_STEP,
     Equilibrium,
     equilibrium,
-    loads_of,
     newton_step,
     out_of_balance,
     promising,
     residuals,
     secant_slope,
     similar,
+    slopes_nearby,
     solved_wheels,
     speed_and_load,
-    unknowns,
 )
 from wearsim.contact.equilibrium import FIRST_ROLLS, QUICK_ROLLS, resting_roll
 from wearsim.contact.normal import NORMAL_MODELS
@@ -55,12 +54,13 @@ _NEAR_REST = 1e-6  # m, between the wheels' displacements with coarse patches an
 
 
 def at_rest(
-    task: Task, chunk: ContactConditions, speed: FloatArray | None, near: Equilibrium | None
+    task: Task, chunk: ContactConditions, speed: FloatArray | None, start: Wheels | None
 ) -> tuple[Equilibrium, FloatArray, FloatArray]:
     """Equilibrium of a wheelset that rests on both wheels, its roll (n,) and its fall, see `resting_roll`.
 
-    Without a roll nearby the search begins at that at which coarse patches carry the wheel loads; from an
-    equilibrium `near` all unknowns are tried together first. A row that rests is not solved again.
+    Without a roll nearby the search begins at that at which coarse patches carry the wheel loads; nearby all
+    unknowns are searched for together first, from the wheels `start` if given. A row that rests is not solved
+    again.
     """
     count, model = chunk.shift.size, TANGENTIAL_MODELS[task.models.tangential]
     if count == 0:  # every point of a chunk has failed
@@ -69,7 +69,7 @@ def at_rest(
     scatter = NORMAL_MODELS[task.models.normal].scatter
     resting, clear = max(_RESTING, _OF_SCATTER * scatter), max(_CLEAR, scatter)
     turning, load = np.zeros(count), np.zeros((count, 2))
-    slopes: list[FloatArray] = []
+    slopes = np.zeros((count, 3, 3))
     wheels: list[Wheels] = []
     contacts: list[TangentialSolution] = []
     rolls: list[FloatArray] = []
@@ -81,10 +81,7 @@ def at_rest(
         if not latest:
             return
         rows, balanced = latest.pop()
-        turning[rows], load[rows] = balanced.speed, balanced.load
-        slopes.extend(np.empty((count, *one.shape[1:])) for one in balanced.slopes[len(slopes) :])
-        for whole, part in zip(slopes, balanced.slopes, strict=True):
-            whole[rows] = part
+        turning[rows], load[rows], slopes[rows] = balanced.speed, balanced.load, balanced.slopes
         resting = np.flatnonzero(~moving[rows])
         if resting.size > 0:
             at_rest = balanced.take(resting)
@@ -131,10 +128,9 @@ def at_rest(
         guess, fall, still = _near_rest(task, chunk)
     else:
         (guess, fall), still = chunk.nearby[:, :2].T.copy(), []
-    together = speed is None and task.vertical and not model.warm
-    rests = np.zeros(count, bool)
-    if near is not None and together:
-        near, guess, rests = _all_at_once(task, chunk, near, guess, fall, resting)
+    near, rests = None, np.zeros(count, bool)
+    if chunk.nearby is not None and speed is None and task.vertical and not model.warm:
+        near, guess, rests = _all_at_once(task, chunk, start, guess, fall, resting)
         if rests.all():
             return near, guess, fall
         latest.append((np.arange(count), near))
@@ -159,28 +155,31 @@ def at_rest(
 def _all_at_once(
     task: Task,
     chunk: ContactConditions,
-    near: Equilibrium,
+    start: Wheels | None,
     roll: FloatArray,
     fall: FloatArray,
     resting: float,
 ) -> tuple[Equilibrium, FloatArray, NDArray[np.bool_]]:
     """Search for rotation speed, loads and roll together, by the slopes of an equilibrium nearby.
 
-    The normal contact is solved in two rolls; after that patches are stretched. Returns the equilibrium after
-    the last step, the rolls (n,) of the points that rest in it or else to go on with, and which do.
+    The normal contact is solved in two rolls, from the wheels `start` if given; after that patches are
+    stretched. Returns the equilibrium after the last step, the rolls (n,) of the points that rest in it or
+    else to go on with, and which do.
     """
+
+    def tilted(roll: FloatArray, load: FloatArray, start: Wheels | None) -> Wheels:
+        here = replace(chunk, roll=roll)
+        sides = [side_of(task, number, here) for number in (0, 1)]
+        return solved_wheels(task, here, sides, load, np.ones((roll.size, 2), bool), start=start)
+
     model, columns = TANGENTIAL_MODELS[task.models.tangential], [0, 1, 2]
-    count, here = roll.size, np.ones((roll.size, 2), bool)
-    unknown, slope = unknowns(task, chunk, near.speed, near.load), near.slopes[0].copy()
-    wheels, moving = near.wheels, np.ones(count, bool)
+    assert chunk.nearby is not None
+    count, span = roll.size, 2.0 * task.wheelset.half_span
+    unknown, slope, moving = chunk.nearby[:, 2:5], slopes_nearby(chunk), np.ones(count, bool)
     last, step = np.zeros_like(unknown), np.zeros_like(unknown)
-    speed, load = near.speed, near.load
+    speed, load = speed_and_load(task, chunk, unknown)
+    wheels = tilted(roll, load, start)
     for trial in range(_MOST_TRIALS):
-        if trial < 2:
-            tilted = replace(chunk, roll=roll)
-            sides = [side_of(task, number, tilted) for number in (0, 1)]
-            wheels = solved_wheels(task, tilted, sides, load, here, start=wheels)
-            solved_for = loads_of(wheels, count)
         residual = residuals(task, chunk, forces_of(task, wheels, speed, model), columns)
         if trial > 0:
             slope = np.where(
@@ -192,7 +191,8 @@ def _all_at_once(
         wheels = stretched(wheels, load)
         if trial == 0:
             right, left = _displacements(wheels, count)
-            roll = roll + (right - left) / (2.0 * task.wheelset.half_span * fall)
+            roll, solved_for = roll + (right - left) / (span * fall), load
+            wheels = tilted(roll, load, wheels)
             continue
         moving &= ~promising(residual, columns)
         if not moving.any():
@@ -201,9 +201,8 @@ def _all_at_once(
     forces = forces_of(task, wheels, speed, model, fields=True)
     rests = ~moving & ~out_of_balance(residuals(task, chunk, forces, columns), columns, model)
     rests &= similar(wheels, solved_for, load) & (np.abs(right - left) <= resting)
-    further = roll + (right - left) / (2.0 * task.wheelset.half_span * fall)
-    solved = Equilibrium(wheels, forces.contact, speed, load, [slope])
-    return solved, np.where(rests, roll, further), rests
+    solved = Equilibrium(wheels, forces.contact, speed, load, slope)
+    return solved, np.where(rests, roll, roll + (right - left) / (span * fall)), rests
 
 
 def _near_rest(task: Task, chunk: ContactConditions) -> tuple[FloatArray, FloatArray, list[Side]]:

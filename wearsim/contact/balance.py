@@ -83,14 +83,14 @@ class Equilibrium:
     """Wheels in equilibrium, ordered by point, side and falling normal force.
 
     `contact` has the fields of cells if wanted, `speed` (n,) is the rotation speed [rad/s], `load` (n, 2) the
-    L of both wheels [N], `slopes` those of the residuals of sides that are balanced together.
+    L of both wheels [N], `slopes` (n, 3, 3) those of the residuals, of unit where they are not balanced.
     """
 
     wheels: Wheels
     contact: TangentialSolution
     speed: FloatArray
     load: FloatArray
-    slopes: list[FloatArray]
+    slopes: FloatArray
 
     def take(self, rows: IntArray) -> Equilibrium:
         """Equilibrium of some points, in rising order; what it says of others is lost."""
@@ -104,7 +104,7 @@ class Equilibrium:
             contact_where(self.contact, taken >= 0),
             self.speed[rows],
             self.load[rows],
-            [slope[rows] for slope in self.slopes],
+            self.slopes[rows],
         )
 
 
@@ -156,17 +156,18 @@ def equilibrium(
         begin = [_bracketed(task, chunk, group, columns, speed) for group, columns in groups]
     else:
         unknown = unknowns(task, chunk, nearby.speed, nearby.load)
-        begin = [(unknown, slope, nearby.wheels) for slope in nearby.slopes]
-    slopes = [np.empty((every.size, len(columns), len(columns))) for _, columns in groups]
+        begin = [(unknown, nearby.slopes[:, columns][:, :, columns], nearby.wheels) for _, columns in groups]
+    slopes = np.tile(np.eye(3), (every.size, 1, 1))
     wheels: list[Wheels] = []
     contacts: list[TangentialSolution] = []
 
     def refine(wanted: NDArray[np.bool_], hasty: bool) -> None:
-        for (group, columns), near, slope in zip(groups, begin, slopes, strict=True):
+        for (group, columns), near in zip(groups, begin, strict=True):
             parts, fields, turned, carried, steepness = _refined(
                 task, chunk, group, columns, speed, near, wanted, hasty
             )
-            slope[wanted] = steepness[wanted]
+            block = np.array(columns, dtype=np.int64)
+            slopes[np.ix_(wanted, block, block)] = steepness[wanted]
             wheels.extend(parts)
             contacts.extend(fields)
             for side in group:
@@ -276,7 +277,7 @@ def _bracketed(
 ) -> _Begin:
     """Unknowns (n, 3) near equilibrium, slopes of the residuals, and the coarse patches they are of."""
     if chunk.nearby is not None:
-        return chunk.nearby[:, 2:], None, None
+        return chunk.nearby[:, 2:5], slopes_nearby(chunk)[:, columns][:, :, columns], None
     count = chunk.shift.size
     wheel_load = chunk.loads.copy()
     load = tried = wheel_load
@@ -329,11 +330,10 @@ def unknowns(task: Task, chunk: ContactConditions, speed: FloatArray, load: Floa
     return np.column_stack([slower / _SPEED_UNIT, np.log(load / chunk.loads)])
 
 
-def beginning(task: Task, chunk: ContactConditions, near: Equilibrium) -> Equilibrium:
-    """Equilibrium with the rotation speeds and loads that are expected at the points of a chunk."""
+def slopes_nearby(chunk: ContactConditions) -> FloatArray:
+    """Slopes (n, 3, 3) of the residuals where a chunk begins."""
     assert chunk.nearby is not None
-    speed, load = speed_and_load(task, chunk, chunk.nearby[:, 2:])
-    return replace(near, speed=speed, load=load)
+    return chunk.nearby[:, 5:].reshape(-1, 3, 3)
 
 
 def speed_and_load(

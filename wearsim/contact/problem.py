@@ -15,6 +15,9 @@ from wearsim.errors import ContactError, say
 from wearsim.profile.shape import Profile
 from wearsim.quantities import QUANTITIES
 
+NEARBY = 14
+"""Numbers of a point that say where it begins nearby, see `ContactPatches.nearby`."""
+
 
 @dataclass(frozen=True)
 class ContactConditions:
@@ -54,7 +57,7 @@ class ContactConditions:
         Peripheral speed of the left roller less that of the right one, over their mean V [-].
     rail : (n,) int array, optional
         Which of the pairs of rails of the counterface each point runs on, by default the first.
-    nearby : (n, 5) array, optional
+    nearby : (n, 14) array, optional
         Equilibria of like points to begin with, as solutions have them: saves work and changes nothing beyond
         the tolerance, or what the cells of a `half_space` leave open, as they lie otherwise. A point where it
         leads nowhere, or is not finite, begins anew.
@@ -156,7 +159,9 @@ class ContactConditions:
                 raise ContactError(f"rotation = {rotation!r} must be a number [rad/s] or one of {known}")
         arrays = {name: np.asarray(value, dtype=float) for name, value in given.items() if value is not None}
         # Numbers of a point: three creepages, the loads of both wheels if they differ.
-        columns = {"creepage": 3, "nearby": 5} | ({"wheel_load": 2} if arrays["wheel_load"].ndim == 2 else {})
+        columns = {"creepage": 3, "nearby": NEARBY} | (
+            {"wheel_load": 2} if arrays["wheel_load"].ndim == 2 else {}
+        )
         rows = [array.shape[: array.ndim - (name in columns)] for name, array in arrays.items()]
         try:
             shape = np.broadcast_shapes((1,), *rows)
@@ -353,8 +358,8 @@ class ContactPatches:
     power: FloatArray
     power_balance: FloatArray
     roll: FloatArray  # of the wheelset [rad]
-    # (m, 5) of its point, to begin nearby with: roll [rad], fall of the wheels' difference of height with it
-    # over their distance [-], and the unknowns of the balance of loads and torque [-]
+    # (m, 14) of its point, to begin nearby with: roll [rad], fall of the wheels' difference of height with it
+    # over their distance [-], the unknowns of the balance of loads and torque and its slopes (3 x 3) [-]
     nearby: FloatArray
     rotation_speed: FloatArray  # positive when it rolls forwards; V/r0 if creepages were given [rad/s]
     strip_edges_wheel_y: FloatArray  # (m, ny + 1) strip edges on the wheel profile, rising y [m]

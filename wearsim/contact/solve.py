@@ -11,7 +11,7 @@ from typing import TypeVar
 import numpy as np
 
 from wearsim.contact.at_rest import at_rest
-from wearsim.contact.balance import Equilibrium, beginning, equilibrium, unknowns
+from wearsim.contact.balance import equilibrium, unknowns
 from wearsim.contact.equilibrium import rotation_without_creepage
 from wearsim.contact.kernel import leaf_kernel, plain
 from wearsim.contact.normal import NORMAL_MODELS
@@ -113,11 +113,11 @@ def available_cores() -> int:
 
 @dataclass(frozen=True)
 class Begin:
-    """Equilibria that chunks begin with, and those they come to, by the numbers of their points as bytes."""
+    """Wheels in equilibrium that chunks begin with, and those they come to, by the bytes of their points."""
 
     point: IntArray  # (n,) number of each
-    before: Mapping[bytes, Equilibrium]
-    found: dict[bytes, Equilibrium]
+    before: Mapping[bytes, Wheels]
+    found: dict[bytes, Wheels]
 
 
 def solve_each(
@@ -140,7 +140,7 @@ def solve_each(
     for a sum passes that sum as `each`, which runs on the chunk's thread. Points without a solution are left
     out and put into `failed` with their errors, where it is given; the rest of their chunk is solved without
     them. With `fields` "work" pressure, shear and slip have no meaning: models may not give them. Points
-    with `nearby` begin with the equilibria of `begin`. Other parameters: see `solve`.
+    with `nearby` begin with the wheels of `begin`. Other parameters: see `solve`.
 
     Returns
     -------
@@ -220,29 +220,28 @@ def _solved_from(
 ) -> ContactSolution:
     """Solve a chunk from where it begins."""
     key = b"" if begin is None else begin.point[index].tobytes()
-    before = None if begin is None else begin.before.get(key)
-    near = None if before is None else beginning(task, chunk, before)
     balance = isinstance(chunk.rotation, str) and chunk.rotation == "free" and chunk.creepage is None
     numbers = (0, 1) if balance or chunk.free_roll else task.sides
     speed = None if balance else _rotation_speed(task, chunk, index)
     try:
         if chunk.free_roll:
-            solved, roll, fall = at_rest(task, chunk, speed, near)
+            start = None if begin is None else begin.before.get(key)
+            solved, roll, fall = at_rest(task, chunk, speed, start)
         else:
             sides = [side_of(task, number, chunk) for number in numbers]
-            solved = equilibrium(task, chunk, sides, speed, near)
-            roll, fall = chunk.roll, np.ones_like(chunk.roll)
+            solved, roll, fall = equilibrium(task, chunk, sides, speed), chunk.roll, np.ones_like(chunk.roll)
     except ContactError as error:
         if error.row is None:  # the grid: a fault of no point
             raise
         raise _placed(error, chunk, index) from None
     if begin is not None:
-        begin.found[key] = replace(solved, contact=replace(solved.contact, cells=None))
+        begin.found[key] = solved.wheels
     wheels, contact = solved.wheels, solved.contact
     if numbers != task.sides:
         wanted = np.isin(wheels.sign < 0.0, np.array(task.sides) == 1)
         wheels, contact = patches_where(wheels, wanted), contact_where(contact, wanted)
-    nearby = np.column_stack((roll, fall, unknowns(task, chunk, solved.speed, solved.load)))
+    slopes = solved.slopes.reshape(-1, 9)
+    nearby = np.column_stack((roll, fall, unknowns(task, chunk, solved.speed, solved.load), slopes))
     return _finish(task, wheels, contact, nearby, solved.speed, index)
 
 
