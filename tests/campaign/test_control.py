@@ -92,7 +92,6 @@ def after(state):
         weight = np.array(weight)
         known = {"point_length": weight * length, "point_error": np.where(weight > 0.0, error, 0.0)}
         known["point_stiffness"] = np.zeros(weight.size)
-        known["point_shortest"] = np.full(weight.size, np.inf)
         return replace(state, distance=length, active_weight=weight, **known)
 
     return made
@@ -152,19 +151,6 @@ def test_a_block_remembers_its_own_step(after):
     settings, before = replace(SETTINGS, error_tolerance=1e-6), after(4e3, 0.0, weight=(0.25, 0.75))
     for weight, length in (((1.0, 0.0), 3e3), ((0.0, 1.0), 9e3), ((0.5, 0.5), 6e3)):
         assert remembered_limit(before, np.array(weight), settings) == (pytest.approx(length), "growth")
-
-
-def test_a_block_begins_with_the_shortest_step_its_errors_asked_for(after):
-    """Its last step was 3 km long, its run before asked for 0.5 km; a block that goes on is not held back."""
-    settings = replace(SETTINGS, error_tolerance=1e-6)
-    state = replace(after(3e3, 0.0, weight=(1.0, 1.0)), point_shortest=np.array([0.5e3, 0.7e3]))
-    for acted, alone, limit in (
-        ((0.0, 1.0), (1.0, 0.0), (0.5e3, "error")),
-        ((0.0, 1.0), (0.25, 0.75), (2e3, "error")),
-        ((1.0, 0.0), (1.0, 0.0), (9e3, "growth")),
-    ):
-        before = replace(state, active_weight=np.array(acted))
-        assert remembered_limit(before, np.array(alone), settings) == (pytest.approx(limit[0]), limit[1])
 
 
 def test_impossible_step_is_told(rate_of, state):

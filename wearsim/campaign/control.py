@@ -102,9 +102,8 @@ def half_space_depth(pressure: float, models: ContactModels, spacing: float, wav
 def remembered_limit(state: State, weight: FloatArray, settings: ControlSettings) -> tuple[float, str]:
     r"""Length to which the last steps of the acting points limit the next one [m], and the reason.
 
-    Each point was part of steps of its own length, share times distance, and error; one that begins to act
-    again takes the shortest step its errors asked for the last time. A correction limits its points, too.
-    Infinite before anything is known.
+    Each point was part of steps of its own length, share times distance, and error; a correction limits its
+    points, too. Infinite before anything is known.
 
     Notes
     -----
@@ -120,8 +119,6 @@ def remembered_limit(state: State, weight: FloatArray, settings: ControlSettings
         for own, of_step, share in zip(length.tolist(), error.tolist(), weight[acting].tolist(), strict=True)
     ]
     by_error, by_growth = (min(values) for values in zip(*limits, strict=True))
-    begins = acting & (state.active_weight == 0.0)
-    by_error = min(by_error, float((state.point_shortest[begins] / weight[begins]).min(initial=math.inf)))
     by = {"error": by_error, "growth": by_growth}
     if state.correction is not None:
         length = np.where(state.correction.until > 0.0, math.inf, state.correction.length)

@@ -109,7 +109,6 @@ class WheelsetEvolution:
         regime_depth = np.zeros((2, len(WEAR_LAWS[setup.wear.law].regimes), y.shape[1]))
         state = State(
             0, 0.0, y, z, unworn, regime_depth, nothing, nothing, nowhere, nowhere, nowhere, nowhere,
-            point_shortest=np.full_like(nowhere, np.inf),
             counterface=None if setup.counterface_wear is None else new_counterface(setup.counterface),
             points=new_history(setup.points), running=new_running(setup),
         )  # fmt: skip
@@ -310,12 +309,7 @@ class WheelsetEvolution:
                 f"{limit[1]}, has an error of {1e6 * error:.4g} um; raise {key}"
             )
         stiffest = np.maximum(stiffness, _REMEMBERED * state.point_stiffness)
-        shortest = np.where(state.active_weight > 0.0, state.point_shortest, np.inf)
-        allowed, acting = control.error_limit(length, error, settings), weight > 0.0
-        shortest[acting] = np.minimum(shortest[acting], weight[acting] * allowed)
-        acted: dict[str, Any] = {
-            "length": weight * length, "error": error, "stiffness": stiffest, "shortest": shortest,
-        }  # fmt: skip
+        acted: dict[str, Any] = {"length": weight * length, "error": error, "stiffness": stiffest}
         kept = {
             f"point_{name}": np.where(weight > 0.0, value, getattr(state, f"point_{name}"))
             for name, value in acted.items()

@@ -98,13 +98,11 @@ class State:
     worn_mass: FloatArray  # (2,) removed from the whole circumference [kg]
     # Of each operating point: its share in the last step; the distance it ran in the last step it acted in,
     # the error of that step [m] and the stiffness it showed [1/m]. Empty before anything is known; lengths
-    # are 0 where nothing is known. Last the shortest step that errors asked for since it began to act,
-    # infinite if they asked for none: its next run begins like the last one.
+    # are 0 where nothing is known.
     active_weight: FloatArray = field(default_factory=lambda: np.zeros(0))
     point_length: FloatArray = field(default_factory=lambda: np.zeros(0))
     point_error: FloatArray = field(default_factory=lambda: np.zeros(0))
     point_stiffness: FloatArray = field(default_factory=lambda: np.zeros(0))
-    point_shortest: FloatArray = field(default_factory=lambda: np.zeros(0))
     correction: Correction | None = None  # of `model = "auto"`; None where the models are given
     comparison_depth: tuple[FloatArray, ...] = ()  # (2, n) [m]
     # (2, regimes of all comparison laws), law after law [m2]
