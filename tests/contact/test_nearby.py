@@ -31,11 +31,12 @@ def anew(solved, conditions):
     return solved(conditions)
 
 
-@pytest.fixture
-def nearby(anew, conditions):
-    """Away from the equilibria as far as a deep wear step moves them."""
+@pytest.fixture(params=[1.0, 1e-3], ids=["deep step", "small step"])
+def nearby(request, anew, conditions):
+    """Away from the equilibria as far as a deep wear step moves them, or a small one."""
     away = np.array([2e-5, 0.05, 0.05, 3e-3, -3e-3, *[0.02] * 9])
-    return replace(conditions, nearby=first_of_each(anew) + np.where(conditions.free_roll, away, -3e-3))
+    moved = np.where(conditions.free_roll, away, -3e-3) * request.param
+    return replace(conditions, nearby=first_of_each(anew) + moved)
 
 
 def test_solutions_are_those_from_the_wheel_loads(anew, solved, nearby):
@@ -63,30 +64,59 @@ def test_no_coarse_patch_is_asked_for(monkeypatch, solved, nearby):
     assert not any(asked)
 
 
+@pytest.fixture
+def free(points):
+    return replace(points(SHIFT, YAW, rotation="free"), free_roll=True)
+
+
 def test_wheels_of_an_earlier_solution_save_work_and_change_nothing(
-    monkeypatch, anew, conditions, wheelset, counterface, coarse
+    monkeypatch, free, solved, wheelset, counterface, coarse
 ):
-    """Nearby two rolls and their wheels are enough, which another solution may begin with."""
+    """Two rolls of both wheels are enough for the first points; all contact begins with those wheels."""
     begin = Begin(np.arange(SHIFT.size), {}, {})
-    here = replace(conditions, free_roll=True, nearby=None)
+    there = replace(free, shift=SHIFT + 1e-7, nearby=first_of_each(solved(free)))
     given = wheelset, counterface(2.0), coarse, lambda part: part
-    (first,) = solve_each(here, *given, begin=begin)
-    assert not begin.found  # nothing is known nearby
-    there = replace(here, shift=SHIFT + 1e-6, nearby=first_of_each(first))
     (cold,) = solve_each(there, *given, begin=begin)
-    starts = []
+    asked = []
     normal_of = balance.normal_of
 
-    def counted(*given, **options):
-        starts.append(options["start"])
-        return normal_of(*given, **options)
+    def counted(task, side, row, *given, start, **options):
+        asked.append((row.size, start))
+        return normal_of(task, side, row, *given, start=start, **options)
 
     monkeypatch.setattr(balance, "normal_of", counted)
     (warm,) = solve_each(there, *given, begin=Begin(begin.point, begin.found, {}))
-    assert starts
-    assert all(start is not None for start in starts)
+    assert all(start is not None for _, start in asked)
+    assert [rows for rows, _ in asked[:4]] == [4, 4, 4, 4]
+    assert all(rows < 4 for rows, _ in asked[4:])
     np.testing.assert_allclose(warm.normal_force, cold.normal_force, rtol=5e-6)
     np.testing.assert_allclose(warm.power, cold.power, rtol=1e-4, atol=1e-6 * cold.power.max())
+
+
+def test_slopes_of_an_equilibrium_are_kept_where_it_is_solved_again(free, solved):
+    """What the residuals do with the roll is not taken for what they do with speed and loads."""
+    here = first_of_each(solved(free))
+    again = first_of_each(solved(replace(free, nearby=here)))
+    np.testing.assert_allclose(again[:, 5:], here[:, 5:], atol=0.02)
+
+
+def test_a_point_that_fails_in_the_second_roll_begins_anew(monkeypatch, free, solved):
+    """It alone: its bits are those from the wheel loads."""
+    anew = solved(free)
+    nearby, normal_of, sides = replace(free, nearby=first_of_each(anew)), balance.normal_of, []
+
+    def failing(task, side, *given, **options):
+        sides.append(side.number)
+        if len(sides) == 4:
+            raise ContactError("no contact", row=2)
+        return normal_of(task, side, *given, **options)
+
+    monkeypatch.setattr(balance, "normal_of", failing)
+    found = solved(nearby)
+    assert sides[:4] == [0, 1, 0, 1]
+    same = {point: np.array_equal(*(one.normal_force[one.point == point] for one in (found, anew)))
+            for point in range(SHIFT.size)}  # fmt: skip
+    assert same == {0: False, 1: False, 2: True, 3: False}
 
 
 def test_a_point_does_not_hang_on_the_others(solved, nearby):

@@ -334,8 +334,9 @@ class WheelsetEvolution:
     ) -> tuple[step.Step, float, float, Evaluation]:
         """Take a step: its end, its error [m], its stiffness [1/m], and the contact at its end.
 
-        Each stage begins with the wheels of the one before, the first one with those of the state; the
-        contact at the end does not, because a campaign resumed there knows none.
+        Each stage begins with the wheels of the one before, the first one with those of the state if the
+        same points were solved there; the contact at the end does not, because a campaign resumed there
+        knows none.
         """
         points, weight, limit = self._where(state).points, choice.weight, choice.limit
         length, wave = limit.step_length, rule.smoothing_wavelength

@@ -49,4 +49,5 @@ def expected(state: State, ahead: State, rate: FloatArray, latest: FloatArray) -
 def rate_to(state: State, ahead: State, latest: FloatArray) -> FloatArray:
     """Change per metre (n, 14) from a state that knows its contact to that of one ahead."""
     rate: FloatArray = (latest - state.nearby) / (ahead.distance - state.distance)
+    rate[:, _LATEST] = 0.0
     return np.where(np.isfinite(rate), rate, 0.0)

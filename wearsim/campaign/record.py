@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from wearsim.campaign.state import State, flattened, rebuilt
+from wearsim.contact.problem import NEARBY
 from wearsim.errors import ResultError
 from wearsim.quantities import QUANTITIES
 from wearsim.results import (
@@ -120,6 +121,8 @@ class Records:
             state: State = rebuilt(State, self._arrays(index))
         except KeyError:
             raise self._other_version() from None
+        if state.nearby.shape[1:] != (NEARBY,):
+            raise self._other_version()
         return state
 
     def remove(self) -> None:

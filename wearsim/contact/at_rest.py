@@ -15,12 +15,12 @@ from wearsim.contact.balance import (
     LARGEST_STEP,
     Equilibrium,
     equilibrium,
+    may_be_stretched,
     newton_step,
     out_of_balance,
     promising,
     residuals,
     secant_slope,
-    similar,
     slopes_nearby,
     solved_wheels,
     speed_and_load,
@@ -84,9 +84,10 @@ def at_rest(
         turning[rows], load[rows], slopes[rows] = balanced.speed, balanced.load, balanced.slopes
         resting = np.flatnonzero(~moving[rows])
         if resting.size > 0:
-            at_rest = balanced.take(resting)
-            wheels.append(renumbered(at_rest.wheels, rows[resting]))
-            contacts.append(at_rest.contact)
+            part = balanced.take(resting)
+            wheels.append(renumbered(part.wheels, rows[resting]))
+            if model.warm:
+                contacts.append(part.contact)
 
     def begin(wanted: IntArray) -> Equilibrium | None:
         """Equilibrium to begin with: of the roll before at first, then of one and the same.
@@ -181,10 +182,9 @@ def _all_at_once(
     wheels = tilted(roll, load, start)
     for trial in range(_MOST_TRIALS):
         residual = residuals(task, chunk, forces_of(task, wheels, speed, model), columns)
-        if trial > 0:
-            slope = np.where(
-                moving[:, None, None], secant_slope(slope, residual - last, step, columns), slope
-            )
+        if trial > 1:  # before, the residuals changed with the roll, too
+            seen = secant_slope(slope, residual - last, step, columns)
+            slope = np.where(moving[:, None, None], seen, slope)
         step = np.where(moving[:, None], newton_step(slope, residual, LARGEST_STEP), 0.0)
         unknown, last = unknown + step, residual
         speed, load = speed_and_load(task, chunk, unknown)
@@ -200,7 +200,7 @@ def _all_at_once(
     right, left = _displacements(wheels, count)
     forces = forces_of(task, wheels, speed, model, fields=True)
     rests = ~moving & ~out_of_balance(residuals(task, chunk, forces, columns), columns, model)
-    rests &= similar(wheels, solved_for, load) & (np.abs(right - left) <= resting)
+    rests &= may_be_stretched(wheels, solved_for, load).all(axis=1) & (np.abs(right - left) <= resting)
     solved = Equilibrium(wheels, forces.contact, speed, load, slope)
     return solved, np.where(rests, roll, roll + (right - left) / (span * fall)), rests
 

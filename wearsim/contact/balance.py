@@ -74,8 +74,8 @@ _SPEED_UNIT = 1e-3  # of the nominal rotation speed: unknowns of like size
 LARGEST_STEP = np.array([2.0, 0.2, 0.2])
 
 
-# unknowns (n, 3), slopes of the residuals and patches, the last two made at the first trial if there are none
-_Begin = tuple[FloatArray, FloatArray | None, Wheels | None]
+# unknowns (n, 3), slopes of the residuals and patches, which are made at the first trial if there are none
+_Begin = tuple[FloatArray, FloatArray, Wheels | None]
 
 
 @dataclass(frozen=True)
@@ -459,7 +459,7 @@ def _refined(
     If `hasty`, a point whose residuals are `_PROMISING` takes one more step and is not looked at again; warm
     models are solved loosely in the first trials instead.
     """
-    unknown, slope, rough = near[0].copy(), None if near[1] is None else near[1].copy(), near[2]
+    unknown, slope, rough = near[0].copy(), near[1].copy(), near[2]
     model = TANGENTIAL_MODELS[task.models.tangential]
     early, hasty = hasty and model.warm, hasty and not model.warm
     count = chunk.shift.size
@@ -477,7 +477,7 @@ def _refined(
         if trial == 0:
             wheels = solved_wheels(task, chunk, sides, load, here, start=rough)
         here &= open_rows[:, None]
-        again = here & ~_similar(wheels, loads_of(wheels, count), load)
+        again = here & ~may_be_stretched(wheels, loads_of(wheels, count), load)
         if hasty and trial > 0:
             sure = open_rows & ~again.any(axis=1) & promising(before, columns)
             if sure.any():
@@ -497,8 +497,6 @@ def _refined(
         forces = forces_of(task, similar, speed, model, fields=model.warm, **options)
         contact = forces.contact if model.warm else None
         residual = residuals(task, chunk, forces, columns)
-        if slope is None:
-            slope = _slopes(task, chunk, similar, forces, model, speed, columns)
         settled = open_rows & ~out_of_balance(residual, columns, model) & (looser == 1.0)
         settled &= not hasty or trial > _FROZEN  # else one more step costs nothing
         if trial > _FROZEN:
@@ -534,7 +532,6 @@ def _refined(
             row=row,
             rows=np.flatnonzero(open_rows).tolist(),
         )
-    assert slope is not None
     return done, contacts, speed, load, slope
 
 
@@ -549,16 +546,11 @@ def secant_slope(slope: FloatArray, change: FloatArray, step: FloatArray, column
     return result
 
 
-def _similar(wheels: Wheels, solved: FloatArray, load: FloatArray) -> NDArray[np.bool_]:
-    """Whether loads (n, 2) are so near to those wheels were solved for that patches may be stretched."""
+def may_be_stretched(wheels: Wheels, solved: FloatArray, load: FloatArray) -> NDArray[np.bool_]:
+    """Whether patches of wheels that were solved for loads (n, 2) may be stretched to others."""
     several = np.bincount(wheels.place, minlength=load.size).reshape(-1, 2) > 1
     most = np.where(several, _SEVERAL * SIMILAR, SIMILAR)
     return np.asarray(np.abs(np.log(load / solved)) <= most)
-
-
-def similar(wheels: Wheels, solved: FloatArray, load: FloatArray) -> NDArray[np.bool_]:
-    """Whether that holds for both wheels of points (n,)."""
-    return np.asarray(_similar(wheels, solved, load).all(axis=1))
 
 
 def _frozen(near: Wheels, wheels: Wheels, count: int) -> tuple[Wheels, FloatArray]:

@@ -113,7 +113,10 @@ def available_cores() -> int:
 
 @dataclass(frozen=True)
 class Begin:
-    """Wheels in equilibrium that chunks begin with, and those they come to, by the bytes of their points."""
+    """Wheels in equilibrium that chunks begin with, and those they come to, by the bytes of their points.
+
+    The same points on the same rails make a chunk once.
+    """
 
     point: IntArray  # (n,) number of each
     before: Mapping[bytes, Wheels]
@@ -140,7 +143,7 @@ def solve_each(
     for a sum passes that sum as `each`, which runs on the chunk's thread. Points without a solution are left
     out and put into `failed` with their errors, where it is given; the rest of their chunk is solved without
     them. With `fields` "work" pressure, shear and slip have no meaning: models may not give them. Points
-    with `nearby` begin with the wheels of `begin`. Other parameters: see `solve`.
+    with `nearby` and free roll begin with the wheels of `begin`. Other parameters: see `solve`.
 
     Returns
     -------
@@ -227,6 +230,9 @@ def _solved_from(
         if chunk.free_roll:
             start = None if begin is None else begin.before.get(key)
             solved, roll, fall = at_rest(task, chunk, speed, start)
+            # pressures of grids would fill the memory of all points
+            if begin is not None and solved.wheels.normal.patch.grid is None:
+                begin.found[key] = solved.wheels
         else:
             sides = [side_of(task, number, chunk) for number in numbers]
             solved, roll, fall = equilibrium(task, chunk, sides, speed), chunk.roll, np.ones_like(chunk.roll)
@@ -234,8 +240,6 @@ def _solved_from(
         if error.row is None:  # the grid: a fault of no point
             raise
         raise _placed(error, chunk, index) from None
-    if begin is not None:
-        begin.found[key] = solved.wheels
     wheels, contact = solved.wheels, solved.contact
     if numbers != task.sides:
         wanted = np.isin(wheels.sign < 0.0, np.array(task.sides) == 1)
