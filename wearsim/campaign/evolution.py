@@ -30,6 +30,7 @@ from wearsim.campaign.row import NO_STEP, StepTaken, build_row, header_of, recor
 from wearsim.campaign.running import new_running, refreshed_where_it_runs, settled_state
 from wearsim.campaign.state import State, WearRate, worn_wheels
 from wearsim.contact.patch import FloatArray
+from wearsim.contact.problem import NEARBY
 from wearsim.contact.wheels import Wheels
 from wearsim.damage.wear import WEAR_LAWS
 from wearsim.errors import ContactError, NumericalError
@@ -56,7 +57,7 @@ _REPEATED = 3  # times at most that a step is repeated because the correction as
 # depth of a step from which both are no matter of its length: a patch vanishes, a point has no solution [m]
 _SHALLOW = 1e-7
 
-_NOWHERE = np.zeros((0, 5))  # to begin with on new profiles
+_NOWHERE = np.zeros((0, NEARBY))  # to begin with on new profiles
 
 _REMEMBERED = 0.8  # share of the stiffness of the step before that stays known
 
