@@ -121,8 +121,6 @@ class Records:
             state: State = rebuilt(State, self._arrays(index))
         except KeyError:
             raise self._other_version() from None
-        if state.nearby.shape[1:] != (NEARBY,):
-            raise self._other_version()
         return state
 
     def remove(self) -> None:
@@ -139,7 +137,8 @@ class Records:
         of_row = {n: tuple(shape) for n, (_, shape) in label["layout"].items() if not n.startswith("/")}
         stated = label["campaign"], label["index"], label.get("packed"), of_row
         own = stated == (self.campaign, index, _PACKED, self.shapes)
-        return own and _size_of(label["layout"]) <= _LARGEST_STATE
+        _, nearby = label["layout"].get("/nearby", ("", []))
+        return own and nearby[1:] == [NEARBY] and _size_of(label["layout"]) <= _LARGEST_STATE
 
     def _arrays(self, index: int, of_row: Iterable[str] = ()) -> dict[str, np.ndarray]:
         """Arrays of the row by name, which come first and may be wanted alone, and of the state by path."""
