@@ -11,25 +11,22 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.contact.balance import (
+from wearsim.contact.balance import Equilibrium, equilibrium, may_be_stretched, solved_wheels
+from wearsim.contact.equilibrium import FIRST_ROLLS, QUICK_ROLLS, resting_roll
+from wearsim.contact.normal import NORMAL_MODELS
+from wearsim.contact.patch import FloatArray, IntArray
+from wearsim.contact.problem import ContactConditions
+from wearsim.contact.tangential import TANGENTIAL_MODELS, TangentialSolution
+from wearsim.contact.unknowns import (
     LARGEST_STEP,
-    Equilibrium,
-    equilibrium,
-    may_be_stretched,
     newton_step,
     out_of_balance,
     promising,
     residuals,
     secant_slope,
     slopes_nearby,
-    solved_wheels,
     speed_and_load,
 )
-from wearsim.contact.equilibrium import FIRST_ROLLS, QUICK_ROLLS, resting_roll
-from wearsim.contact.normal import NORMAL_MODELS
-from wearsim.contact.patch import FloatArray, IntArray
-from wearsim.contact.problem import ContactConditions
-from wearsim.contact.tangential import TANGENTIAL_MODELS, TangentialSolution
 from wearsim.contact.wheels import (
     Side,
     Task,
@@ -95,7 +92,7 @@ def at_rest(
         So that displacements are a function of the roll, although they hang a little on where they began.
         """
         if not begun or len(rolls) > QUICK_ROLLS:
-            return near.take(wanted) if near is not None and len(rolls) == 1 else None
+            return None
         rows, balanced = begun[-1]
         return balanced.take(np.searchsorted(rows, wanted))
 
@@ -129,12 +126,13 @@ def at_rest(
         guess, fall, still = _near_rest(task, chunk)
     else:
         (guess, fall), still = chunk.nearby[:, :2].T.copy(), []
-    near, rests = None, np.zeros(count, bool)
+    rests = np.zeros(count, bool)
     if chunk.nearby is not None and speed is None and task.vertical and not model.warm:
         near, guess, rests = _all_at_once(task, chunk, start, guess, fall, resting)
         if rests.all():
             return near, guess, fall
         latest.append((np.arange(count), near))
+        begun.append(latest[-1])
         keep(~rests)
     roll, solved = resting_roll(displacements, guess, task.wheelset.half_span, resting, fall, clear, rests)
     if not solved.all():

@@ -32,6 +32,18 @@ from wearsim.contact.equilibrium import balanced_rotation
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import ContactConditions
 from wearsim.contact.tangential import TANGENTIAL_MODELS, TangentialModel, TangentialSolution, fastsim
+from wearsim.contact.unknowns import (
+    LARGEST_STEP,
+    SPEED_UNIT,
+    newton_step,
+    out_of_balance,
+    promising,
+    residuals,
+    secant_slope,
+    slopes_nearby,
+    speed_and_load,
+    unknowns,
+)
 from wearsim.contact.wheels import (
     Forces,
     Side,
@@ -53,10 +65,6 @@ from wearsim.errors import ContactError, NumericalError
 SIMILAR = 1e-3
 """Change of the logarithm of a load up to which patches are stretched instead of solved anew."""
 _SEVERAL = 0.02  # of it for a wheel on several patches: one takes more of a load than the other
-TOLERANCE = 1e-6
-"""Of vertical forces over the wheel load; of the torque over friction coefficient x load x radius, or that of
-the tangential model if it is larger."""
-
 _NEAR = 0.05  # logarithm of vertical force over wheel load with which the true models can begin
 _MOST_LOADS = 40  # brackets of the load
 _HIGHEST = np.log(10.0)  # logarithm of the largest load L over Q that is tried
@@ -64,15 +72,9 @@ _RAISED = 1.5  # L over Q from which a wheel without solution is one that creep 
 _MOST_TRIALS = 30
 _FROZEN = 17  # trials after which patches are only stretched: a model whose load jumps has no other balance
 _LARGEST_JUMP = 0.1  # of the logarithm of a load, by which patches may be stretched then
-# Residuals below which one more step is enough: it leaves 3 % of those with a torque, 0.3 % of loads alone,
-# mostly far less.
-_PROMISING, _PROMISING_LOADS = 1.5e-5, 3e-4
 _LOOSER = 100.0, 10.0  # factors on the tolerance of warm models in the first trials
 _AFRESH = 6  # trials after which slopes are taken anew, by differences
 _FAR = 0.2  # change of the logarithm of a load beyond which coarse patches are solved anew
-_SPEED_UNIT = 1e-3  # of the nominal rotation speed: unknowns of like size
-LARGEST_STEP = np.array([2.0, 0.2, 0.2])
-
 
 # unknowns (n, 3), slopes of the residuals and patches, which are made at the first trial if there are none
 _Begin = tuple[FloatArray, FloatArray, Wheels | None]
@@ -324,26 +326,6 @@ def _bracketed(
     return unknown, slope, rough
 
 
-def unknowns(task: Task, chunk: ContactConditions, speed: FloatArray, load: FloatArray) -> FloatArray:
-    """Rotation speeds (n,) and loads (n, 2) in units of like size (n, 3)."""
-    slower = speed * -task.wheelset.radius / chunk.speed - 1.0
-    return np.column_stack([slower / _SPEED_UNIT, np.log(load / chunk.loads)])
-
-
-def slopes_nearby(chunk: ContactConditions) -> FloatArray:
-    """Slopes (n, 3, 3) of the residuals where a chunk begins."""
-    assert chunk.nearby is not None
-    return chunk.nearby[:, 5:].reshape(-1, 3, 3)
-
-
-def speed_and_load(
-    task: Task, chunk: ContactConditions, unknown: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Rotation speeds (n,) and loads (n, 2) of what `unknowns` returns."""
-    speed = -chunk.speed / task.wheelset.radius * (1.0 + _SPEED_UNIT * unknown[:, 0])
-    return speed, chunk.loads * np.exp(unknown[:, 1:])
-
-
 def _turning(
     task: Task,
     chunk: ContactConditions,
@@ -390,16 +372,6 @@ def _lifted(wheels: Wheels, row: int, side: int, reason: str, rows: Sequence[int
     )
 
 
-def residuals(task: Task, chunk: ContactConditions, forces: Forces, columns: list[int]) -> FloatArray:
-    """Torque over what friction can carry, and logarithm of vertical forces over the wheel load, (n, k)."""
-    vertical: FloatArray = np.log(np.maximum(forces.vertical / chunk.loads, 1e-9))
-    if 0 not in columns:
-        return vertical[:, [column - 1 for column in columns]]
-    torque = (forces.torque.sum(axis=1) - chunk.torque) / (chunk.traction_scale * task.wheelset.radius)
-    both: FloatArray = np.concatenate([torque[:, None], vertical], axis=1)
-    return both[:, columns]
-
-
 def _slopes(
     task: Task,
     chunk: ContactConditions,
@@ -415,7 +387,7 @@ def _slopes(
     slope = np.zeros((speed.size, 3, 3))
     slope[:, every, every] = 1.0
     if 0 in columns:
-        faster = speed - turn * _SPEED_UNIT * chunk.speed / task.wheelset.radius
+        faster = speed - turn * SPEED_UNIT * chunk.speed / task.wheelset.radius
         slope[:, :, 0] = (
             residuals(task, chunk, forces_of(task, wheels, faster, model), every) - still
         ) / turn
@@ -427,19 +399,6 @@ def _slopes(
         slope[:, 0, 1:] = (forces.torque - before.torque) / (grow * scale[:, None])
         slope[:, [1, 2], [1, 2]] = (after - still)[:, 1:] / grow
     return slope[:, columns][:, :, columns]
-
-
-def promising(residual: FloatArray, columns: list[int]) -> NDArray[np.bool_]:
-    """Whether one more step from points (n,) with these residuals is enough."""
-    most = _PROMISING if 0 in columns else _PROMISING_LOADS
-    return np.asarray((np.abs(residual) <= most).all(axis=1))
-
-
-def out_of_balance(residual: FloatArray, columns: list[int], model: TangentialModel) -> NDArray[np.bool_]:
-    """Whether points (n,) are out of balance by more than the tolerance."""
-    tolerance = np.maximum([model.tolerance, TOLERANCE, TOLERANCE], TOLERANCE)[columns]
-    beyond: NDArray[np.bool_] = np.abs(residual) > tolerance
-    return np.asarray(beyond.any(axis=1))
 
 
 def _refined(
@@ -456,7 +415,7 @@ def _refined(
 
     And creep forces of a warm model, rotation speeds (n,), loads (n, 2) and slopes. `near` is as of
     `_bracketed`.
-    If `hasty`, a point whose residuals are `_PROMISING` takes one more step and is not looked at again; warm
+    If `hasty`, a point whose residuals are `promising` takes one more step and is not looked at again; warm
     models are solved loosely in the first trials instead.
     """
     unknown, slope, rough = near[0].copy(), near[1].copy(), near[2]
@@ -535,17 +494,6 @@ def _refined(
     return done, contacts, speed, load, slope
 
 
-def secant_slope(slope: FloatArray, change: FloatArray, step: FloatArray, columns: list[int]) -> FloatArray:
-    """Slopes (n, k, k) after a step (n, k) that changed the residuals by (n, k), by Broyden's rule."""
-    # The torque hangs on all unknowns, a vertical force on the speed and its own load.
-    linked = np.array([[i in (0, j) or j == 0 for j in columns] for i in columns], dtype=bool)
-    missed = change - (slope @ step[:, :, None])[:, :, 0]
-    part = np.where(linked, step[:, None], 0.0)
-    square = np.maximum((part**2).sum(axis=2), 1e-300)
-    result: FloatArray = slope + (missed / square)[:, :, None] * part
-    return result
-
-
 def may_be_stretched(wheels: Wheels, solved: FloatArray, load: FloatArray) -> NDArray[np.bool_]:
     """Whether patches of wheels that were solved for loads (n, 2) may be stretched to others."""
     several = np.bincount(wheels.place, minlength=load.size).reshape(-1, 2) > 1
@@ -560,18 +508,6 @@ def _frozen(near: Wheels, wheels: Wheels, count: int) -> tuple[Wheels, FloatArra
     np.maximum.at(jump, near.normal.patch.row, np.abs(np.log(ratio)))
     normal = replace(near.normal, load_scale=ratio * near.normal.load_scale)
     return replace(near, normal=normal), jump
-
-
-def newton_step(slope: FloatArray, residual: FloatArray, largest: FloatArray) -> FloatArray:
-    """Newton's step, shortened to the largest one."""
-    if residual.shape[1] == 0:
-        return residual
-    alone = residual.shape[1] == 1  # for which the library takes ten times as long
-    flat = ~(np.abs(slope[:, 0, 0] if alone else np.linalg.det(slope)) > 1e-12)
-    slope = np.where(flat[:, None, None], np.eye(residual.shape[1]), slope)
-    step = -residual / slope[:, 0] if alone else -np.linalg.solve(slope, residual[:, :, None])[:, :, 0]
-    shortened: FloatArray = step / np.maximum(np.abs(step / largest).max(axis=1), 1.0)[:, None]
-    return shortened
 
 
 def _matched(contact: TangentialSolution | None, old: Wheels, new: Wheels) -> TangentialSolution | None:

@@ -11,13 +11,14 @@ from typing import TypeVar
 import numpy as np
 
 from wearsim.contact.at_rest import at_rest
-from wearsim.contact.balance import equilibrium, unknowns
+from wearsim.contact.balance import equilibrium
 from wearsim.contact.equilibrium import rotation_without_creepage
 from wearsim.contact.kernel import leaf_kernel, plain
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.patch import FloatArray, IntArray, SurfaceFields
 from wearsim.contact.problem import ContactConditions, ContactModels, ContactSolution, Counterface, Wheelset
 from wearsim.contact.tangential import TANGENTIAL_MODELS, TangentialSolution, Wanted
+from wearsim.contact.unknowns import unknowns
 from wearsim.contact.wheels import (
     Task,
     Wheels,
