@@ -378,8 +378,9 @@ def test_full_disk_is_told_and_keeps_the_finished_steps(synthetic, tmp_path, mon
     assert events[0].step == 6
 
 
-def test_status_tells_distance_depth_and_time_left(synthetic, tmp_path):
+def test_status_tells_distance_depth_and_time_left(synthetic, tmp_path, monkeypatch):
     seen = []
+    monkeypatch.setattr("wearsim.campaign.run.STATUS_INTERVAL", 0.0)
     with locked(tmp_path):
         run_evolution(
             synthetic.SyntheticEvolution(STEPS),
@@ -397,6 +398,19 @@ def test_status_tells_distance_depth_and_time_left(synthetic, tmp_path):
     assert seen[-1]["step_limits"] == {"error": STEPS}
     assert seen[0]["time_left"] is None
     assert (seen[-1]["state"], seen[-1]["time_left"]) == ("finished", 0.0)
+
+
+def test_status_is_not_written_for_each_of_fast_steps(synthetic, tmp_path, monkeypatch):
+    seen = []
+    monkeypatch.setattr("wearsim.campaign.run.STATUS_INTERVAL", 1e9)
+    with locked(tmp_path):
+        run_evolution(
+            synthetic.SyntheticEvolution(STEPS),
+            tmp_path,
+            "rig",
+            lambda event: seen.append((event.step, read_status(tmp_path)["campaigns"]["rig"]["step"])),
+        )
+    assert seen == [(0, 0), *((step, 0) for step in range(STEPS + 1)), (STEPS, STEPS)]
 
 
 @pytest.mark.parametrize("room", [20_000, 100_000, pytest.param(280_000, marks=pytest.mark.slow)])

@@ -223,6 +223,7 @@ class Writer:
         self._patience: float | None = None
         self._failed = False
         self._sources: list[str] = []  # program versions behind each record
+        self._latest: dict[int, Mapping[str, np.ndarray]] = {}  # rows written last, which need no reading
         self._appended = 0.0
 
     def finished(self) -> bool:
@@ -287,6 +288,8 @@ class Writer:
         source = str(self.header.attributes.get("source", ""))
         self.records.write(state, row, source)
         self._sources.append(source)
+        self._latest[state.step] = row
+        self._latest.pop(state.step - APPEND_AT_MOST, None)
         if state.step == 0:
             create(self.path, self.header, [row])
             self._rows_in_file = 1
@@ -303,7 +306,7 @@ class Writer:
                 first = self._rows_in_file
                 # few rows at a time: a reader may have kept a whole campaign waiting
                 until = min(len(self._sources), first + APPEND_AT_MOST)
-                rows = [self.records.row(index) for index in range(first, until)]
+                rows = [self._row(index) for index in range(first, until)]
                 # at the first deferral wait for the reader; while it stays, try once per step
                 append(self.path, self.header, rows, first, patience=self._patience)
                 self._rows_in_file = until
@@ -352,6 +355,10 @@ class Writer:
         write_atomically(self._mark, json.dumps(mark, indent=2).encode())
         self.records.remove()
         return ended
+
+    def _row(self, index: int) -> Mapping[str, np.ndarray]:
+        found = self._latest.get(index)
+        return self.records.row(index) if found is None else found
 
     def _rebuild(self, header: Header | None = None) -> None:
         create(self.path, header or self.header, (read() for read in self._readers()))

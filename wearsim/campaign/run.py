@@ -1,6 +1,6 @@
 """Run or resume a campaign: evaluate, record, append, step, until the distance is reached; report progress.
 
-Order of writing at each step: record (atomic), row of the result file, status. The records up to the last
+Order of writing at each step: record (atomic); now and then row of the result file, and status. The records up to the last
 finished step are complete whenever the process ends; the next start compares the result file with them bit
 by bit and rebuilds it if it differs.
 """
@@ -8,6 +8,7 @@ by bit and rebuilds it if it differs.
 from __future__ import annotations
 
 import contextlib
+import math
 import signal
 import time
 from collections import Counter
@@ -366,6 +367,10 @@ class Event:
 Observer = Callable[[Event], None]
 
 
+STATUS_INTERVAL = 0.2
+"""The status file is not written again for steps faster than this [s]."""
+
+
 class Progress:
     """Reports progress to observer and status file."""
 
@@ -375,6 +380,7 @@ class Progress:
         self._observer = observer
         self._began = time.monotonic()
         self._passed: list[tuple[float, float]] = []  # distance [m] and time [s] at each step of this session
+        self._written = -math.inf  # when the status file was, by `_began` [s]
 
     def count(self, reasons: Iterable[str]) -> None:
         """Count what limited steps; "none", of initial states and reprofilings, is no limit."""
@@ -400,7 +406,9 @@ class Progress:
                 rest = max(event.target - event.distance, 0.0)
                 left = (elapsed - moment) / (event.distance - place) * rest
         self._event = replace(event, elapsed=elapsed, time_left=left)
-        self._status("finished" if kind in ("finished", "complete") else "running")
+        if kind != "step" or elapsed >= self._written + STATUS_INTERVAL:
+            self._status("finished" if kind in ("finished", "complete") else "running")
+            self._written = elapsed
         if self._observer is not None:
             self._observer(self._event)
 

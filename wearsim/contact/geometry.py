@@ -15,12 +15,11 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from wearsim.contact.kernel import bare_kernel, inner_bare_kernel, plain
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.errors import ContactError
-from wearsim.profile.shape import Profile, arc_length
+from wearsim.profile.shape import Profile, arc_length, spline_through
 
 # Steeper parts of a profile (flange back, rail sides) cannot carry a wheel. They belong to its curve where
 # they lie between parts that can, such as a step worn into a flange, and for a while at its ends.
@@ -153,12 +152,12 @@ def _curve(
     kind: str, of_y: bytes, of_z: bytes, spacing: float, start: int
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Spline through the points of a profile: see `_open_curve`."""
-    points = np.stack((np.frombuffer(of_y), np.frombuffer(of_z)))
+    points = np.frombuffer(of_y), np.frombuffer(of_z)
     arc = arc_length(*points)
     count = int(np.ceil((arc[-1] - arc[start]) / spacing)) + 1
     fine = np.linspace(arc[start], arc[-1], count)
-    spline = CubicSpline(arc, points, axis=1)
-    (y, z), (dy, dz) = plain(spline(fine)), plain(spline(fine, 1))
+    spline = spline_through(arc, np.column_stack(points))
+    (y, z), (dy, dz) = plain(spline(fine).T), plain(spline(fine, 1).T)
     usable = (dy > 0) & (np.abs(dz) <= _STEEPEST * dy)
     middle = int(np.searchsorted(fine, 0.5 * (arc[start] + arc[-1])))
     if not usable[middle]:

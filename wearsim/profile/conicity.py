@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from wearsim.errors import ProfileError, say
 from wearsim.profile.measures import flange_height
-from wearsim.profile.shape import FloatArray, Profile, extremum
+from wearsim.profile.shape import FloatArray, Profile, extremum, spline_through
 from wearsim.quantities import QUANTITIES
 
 _GRID = 0.05e-3  # lateral step of the contact search and of the shifts [m]
@@ -53,20 +53,16 @@ def _beyond(y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
 @lru_cache(maxsize=4)  # a wheel wears on the same rails
 def _rail_heights(of_y: bytes, of_z: bytes) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Grid along a rail, heights on it, and those closely around each of its points."""
-    from scipy.interpolate import CubicSpline  # 0.5 s to import, only spent where it is needed
-
     rail_y, rail_z = _facing(Profile("", "rail", np.frombuffer(of_y), np.frombuffer(of_z)))
-    grid, spline = np.arange(rail_y[0], rail_y[-1], _GRID), CubicSpline(rail_y, rail_z)
+    grid, spline = np.arange(rail_y[0], rail_y[-1], _GRID), spline_through(rail_y, rail_z)
     return grid, spline(grid), spline(grid[:, None] + _GRID * _CLOSE)
 
 
 def _touching_heights(wheel: Profile, rail: Profile) -> Callable[[FloatArray], FloatArray]:
     """Wheel z at the smallest gap to a right rail [m] over shifts (n,) [m]; NaN beyond the profiles."""
-    from scipy.interpolate import CubicSpline  # 0.5 s to import, only spent where it is needed
-
     grid, rail_height, rail_close = _rail_heights(rail.y.tobytes(), rail.z.tobytes())
     wheel_y, wheel_z = _facing(wheel)
-    wheel_height = CubicSpline(wheel_y, wheel_z)
+    wheel_height = spline_through(wheel_y, wheel_z)
 
     def height(place: FloatArray) -> FloatArray:
         inside = (place >= wheel_y[0]) & (place <= wheel_y[-1])
@@ -84,27 +80,35 @@ def _touching_heights(wheel: Profile, rail: Profile) -> Callable[[FloatArray], F
         gap: FloatArray = windows[row]
         return np.subtract(rail_height, gap, out=gap)  # a second array of this size would be of new memory
 
+    @lru_cache(maxsize=1)  # shifts closer and closer to one and the same jumps
+    def candidates(of_cells: bytes) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Places in the grid that can hold the smallest gap between whole steps, and where each cell's end."""
+        cell = np.frombuffer(of_cells)
+        one, other = gaps(cell), gaps(cell + 1.0)
+        most = np.min(np.maximum(one, other), axis=1, keepdims=True) + 2.0 * off
+        row, among = np.nonzero(np.minimum(one, other, out=one) <= most)
+        return among, np.searchsorted(row, np.arange(len(cell) + 1))
+
     def nearest(shift: FloatArray) -> NDArray[np.intp]:
         """Place in the grid of the smallest gap at each shift."""
         steps = shift / _GRID
-        if np.all(np.abs(steps - np.round(steps)) < 1e-8):
-            return np.argmin(gaps(np.round(steps)), axis=1)
+        whole = np.round(steps)
+        if np.all(np.abs(steps - whole) < 1e-8):
+            parts = [np.argmin(gaps(whole[i : i + _BATCH]), axis=1) for i in range(0, len(shift), _BATCH)]
+            return np.concatenate(parts)
         cell, of = np.unique(np.floor(steps), return_inverse=True)
-        one, other = gaps(cell), gaps(cell + 1.0)
-        most = np.min(np.maximum(one, other), axis=1, keepdims=True) + 2.0 * off
-        among = np.flatnonzero(np.minimum(one, other, out=one) <= most)  # places of all cells in a row
-        begin = np.searchsorted(among, np.arange(len(cell) + 1) * len(grid))
-        count = np.diff(begin)[of]
+        among, ends = candidates(cell.tobytes())
+        count = np.diff(ends)[of]
         first = np.cumsum(count) - count
         each = np.repeat(np.arange(len(shift)), count)
-        place = among[np.arange(len(each)) + (begin[of] - first)[each]] % len(grid)
+        place = among[np.arange(len(each)) + (ends[of] - first)[each]]
         gap = rail_height[place] - height(grid[place] - shift[each])
         (least,) = np.nonzero(gap == np.minimum.reduceat(gap, first)[each])
         return place[least[np.searchsorted(each[least], np.arange(len(shift)))]]
 
     def heights(shift: FloatArray) -> FloatArray:
         result = np.full(len(shift), np.nan)
-        least = np.concatenate([nearest(shift[i : i + _BATCH]) for i in range(0, len(shift), _BATCH)])
+        least = nearest(shift)
         low, high = (grid[(least + side) % len(grid)] - shift for side in (-1, 1))
         good = (least > 0) & (least < len(grid) - 1) & (low >= wheel_y[0]) & (high <= wheel_y[-1])
         # edges and jumps of curvature hold the contact, where a parabola over whole steps would miss it
@@ -307,16 +311,14 @@ def flange_clearance(wheel: Profile, rail: Profile) -> float | None:
     value hardly depends on the choice: S1002 on 60E1 1:40 at gauge 1435 and back-to-back distance 1360 mm
     passes from 30 to 69 degrees between shifts of 6.55 and 6.65 mm. This definition is wearsim's own.
     """
-    from scipy.interpolate import CubicSpline  # 0.5 s to import, only spent where it is needed
-
     (wheel_y, wheel_z), (rail_y, rail_z) = _facing(wheel), _facing(rail)
     steep = math.tan(_CLIMBING_ANGLE)
     flank = wheel_y < 0.0
     if not np.any(np.diff(wheel_z[flank]) <= -steep * np.diff(wheel_y[flank])):
         return None
     grid = np.arange(rail_y[0], rail_y[-1], _GRID)
-    counter = CubicSpline(rail_y, rail_z)(grid)
-    height = CubicSpline(wheel_y, wheel_z)
+    counter = spline_through(rail_y, rail_z)(grid)
+    height = spline_through(wheel_y, wheel_z)
     shift = _GRID * np.arange(round(_WIDEST / _GRID) + 1)
     at = grid - shift[:, None]
     inside = (at >= wheel_y[0]) & (at <= wheel_y[-1])

@@ -65,7 +65,7 @@ def smoothing_spline(
     from scipy.linalg import solveh_banded  # only spent where it is needed
 
     penalty = (wavelength / _MM / (2.0 * np.pi)) ** 4
-    gap = np.diff(arc) / _MM
+    gap = (arc[..., 1:] - arc[..., :-1]) / _MM
     weight = length / _MM
     # Second-difference operator: column j of Q holds (low, mid, high) in rows j, j+1, j+2.
     low, high = 1.0 / gap[..., :-1], 1.0 / gap[..., 1:]
