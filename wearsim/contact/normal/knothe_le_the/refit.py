@@ -230,7 +230,9 @@ def another_part(
     """Add to the parts one in contact now, if there is room; whether there is any."""
     strips, spans, edge = work.strips, work.spans, row.gap.size - 3
     for start in range(3, edge, 3):
-        free = row.gap[start] - row.low < displacement
+        if not row.gap[start] - row.low < displacement:
+            continue
+        free = True
         for k in range(parts):
             free = free and not spans[k].ends[0] - 1e-3 < row.y[start] < spans[k].ends[1] + 1e-3
         if not free:

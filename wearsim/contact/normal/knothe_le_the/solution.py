@@ -18,61 +18,53 @@ from wearsim.contact.normal.knothe_le_the.equations import (
 from wearsim.contact.normal.knothe_le_the.strips import STEPS, Row, Work
 from wearsim.contact.patch import FloatArray
 
-_SMALL = 1e-13  # of a pivot, over its row's largest number before
-
-
-@inner_bare_kernel
-def _eliminate(line: FloatArray, matrix: FloatArray, count: int) -> None:
-    """Take the first `count` rows of U off a line, which gets its factors of them; four at a time."""
-    n, k = line.size, 0
-    while k + 4 <= count:
-        a, b, c, d = matrix[k, k:n], matrix[k + 1, k:n], matrix[k + 2, k:n], matrix[k + 3, k:n]
-        p = line[k]
-        q = line[k + 1] - p * a[1]
-        r = (line[k + 2] - p * a[2]) - q * b[2]
-        s = ((line[k + 3] - p * a[3]) - q * b[3]) - r * c[3]
-        line[k + 1], line[k + 2], line[k + 3] = q, r, s
-        rest, a, b, c, d = line[k + 4 :], a[4:], b[4:], c[4:], d[4:]
-        for j in range(rest.size):  # of slices, from 0: only so are vector instructions used
-            rest[j] -= (p * a[j] + q * b[j]) + (r * c[j] + s * d[j])
-        k += 4
-    while k < count:
-        factor, rest, above = line[k], line[k + 1 :], matrix[k, k + 1 : n]
-        for j in range(rest.size):
-            rest[j] -= factor * above[j]
-        k += 1
+_SMALL = 1e-13  # of a pivot, over what it was
 
 
 @inner_bare_kernel
 def factorise(matrix: FloatArray, n: int) -> bool:
-    """Factorise in place into L and U; returns whether it went.
+    """Eliminate in place on and above the diagonal of a symmetric matrix; returns whether it went.
 
-    Without pivoting: the strips' equations begin with a block of influences, and the rest follows from it.
-    U has a diagonal of ones; the reciprocals of L's are kept.
+    The rows of U as they come, in place of their diagonal its reciprocal. Without pivoting, which influences
+    of strips do not need: they are the energy of pressures.
     """
     for i in range(n):
-        line, size = matrix[i, :n], 0.0
-        for j in range(n):
-            size = max(size, abs(line[j]))
-        _eliminate(line, matrix, i)
-        if not abs(line[i]) > _SMALL * size:
+        line, k = matrix[i, i:n], 0
+        size = line[0]
+        while k + 4 <= i:  # four rows at a time
+            a, b, c, d = matrix[k, i:n], matrix[k + 1, i:n], matrix[k + 2, i:n], matrix[k + 3, i:n]
+            p, q = a[0] * matrix[k, k], b[0] * matrix[k + 1, k + 1]
+            r, s = c[0] * matrix[k + 2, k + 2], d[0] * matrix[k + 3, k + 3]
+            for j in range(line.size):  # of slices, from 0: only so are vector instructions used
+                line[j] -= (p * a[j] + q * b[j]) + (r * c[j] + s * d[j])
+            k += 4
+        while k < i:
+            above = matrix[k, i:n]
+            factor = above[0] * matrix[k, k]
+            for j in range(line.size):
+                line[j] -= factor * above[j]
+            k += 1
+        if not abs(line[0]) > _SMALL * abs(size):
             return False
-        line[i] = 1.0 / line[i]
-        rest = line[i + 1 :]
-        for j in range(rest.size):
-            rest[j] *= line[i]
+        line[0] = 1.0 / line[0]
     return True
 
 
 @inner_bare_kernel
-def substitute(matrix: FloatArray, right: FloatArray, n: int) -> None:
-    """Solve in place with what `factorise` made of the transposed matrix: rows of both factors are used."""
-    _eliminate(right[:n], matrix, n)
+def substitute(matrix: FloatArray, one: FloatArray, other: FloatArray, n: int) -> None:
+    """Solve in place for two right sides with what `factorise` made."""
+    for k in range(n):
+        row, rest, further = matrix[k, k + 1 : n], one[k + 1 : n], other[k + 1 : n]
+        first, second = one[k] * matrix[k, k], other[k] * matrix[k, k]
+        for j in range(row.size):
+            rest[j] -= first * row[j]
+            further[j] -= second * row[j]
     for k in range(n - 1, -1, -1):
-        value = right[k] = right[k] * matrix[k, k]
-        rest, before = right[:k], matrix[k, :k]
-        for j in range(rest.size):
-            rest[j] -= before[j] * value
+        first = one[k] = one[k] * matrix[k, k]
+        second = other[k] = other[k] * matrix[k, k]
+        for i in range(k):
+            one[i] -= matrix[i, k] * first
+            other[i] -= matrix[i, k] * second
 
 
 _SWEEPS = 40  # of lengths and pressures in turn, at most
@@ -103,23 +95,30 @@ def _press(work: Work, row: Row, total: int, displacement: float) -> tuple[float
     All that pull leave at once, then all that overlap enter; one by one should that go in circles.
     """
     strips, active, bow, influence = work.strips, work.active, work.bow, work.mean
-    matrix, right = work.matrix, work.right
+    matrix, right, turned, width = work.matrix, work.right, work.sums[0], work.sums[1]
     for turn in range(_TURNS):
         m = _gather(work, total)
         if m == 0:
             break
+        # Forces on forces: each load with the width of its strip, so that the influences are symmetric.
         for k in range(m):
-            one = strips[active[k]]
-            for column in range(m):
-                matrix[column, k] = influence[active[column], active[k]]
-            matrix[m, k] = -one.turn
-            right[k] = -one.gap - bow[active[k]]
-            matrix[k, m] = 0.5 * np.pi * one.width * (one.cosine if row.vertical else 1.0)
-        matrix[m, m], right[m] = 0.0, row.load
-        if not factorise(matrix, m + 1):
+            width[k] = strips[active[k]].width
+        for k in range(m):
+            one, row_of = strips[active[k]], influence[active[k]]
+            for column in range(k, m):
+                matrix[k, column] = row_of[active[column]] * width[column]
+            right[k], turned[k] = -(one.gap + bow[active[k]]) * width[k], one.turn * width[k]
+        if not factorise(matrix, m):
             break
-        substitute(matrix, right, m + 1)
-        displacement = right[m]
+        substitute(matrix, right, turned, m)
+        carried, per_displacement = 0.0, 0.0
+        for k in range(m):
+            down = 0.5 * np.pi * width[k] * (strips[active[k]].cosine if row.vertical else 1.0)
+            carried += down * right[k]
+            per_displacement += down * turned[k]
+        displacement = (row.load - carried) / per_displacement
+        for k in range(m):
+            right[k] += displacement * turned[k]
         worst, place = 0.0, -1
         for k in range(m):
             strips[active[k]].load = max(right[k], _BARELY if turn >= _LEAVE else 0.0)
