@@ -1,8 +1,8 @@
 """Run or resume a campaign: evaluate, record, append, step, until the distance is reached; report progress.
 
-Order of writing at each step: record (atomic); now and then row of the result file, and status. The records up to the last
-finished step are complete whenever the process ends; the next start compares the result file with them bit
-by bit and rebuilds it if it differs.
+Order of writing: record of each step (atomic); now and then rows of the result file, and status. The records
+up to the last finished step are complete whenever the process ends; the next start compares the result file
+with them bit by bit and rebuilds it if it differs.
 """
 
 from __future__ import annotations

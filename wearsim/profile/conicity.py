@@ -82,7 +82,7 @@ def _touching_heights(wheel: Profile, rail: Profile) -> Callable[[FloatArray], F
 
     @lru_cache(maxsize=1)  # shifts closer and closer to one and the same jumps
     def candidates(of_cells: bytes) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """Places in the grid that can hold the smallest gap between whole steps, and where each cell's end."""
+        """Places in the grid that can hold the smallest gap between whole steps; where each cell's end."""
         cell = np.frombuffer(of_cells)
         one, other = gaps(cell), gaps(cell + 1.0)
         most = np.min(np.maximum(one, other), axis=1, keepdims=True) + 2.0 * off
