@@ -96,6 +96,7 @@ def test_stopped_after_each_step_resumes_to_the_same_bits(
     resumed = [step for kind, step in begun if kind == "resumed"]
     assert resumed == list(range(STEPS + 1))
     assert [step for kind, step in begun if kind == "step"] == list(range(STEPS + 1))
+    assert "rebuilt" not in [kind for kind, _ in begun]  # what was appended is what the records hold
     assert_same_bits(path, uninterrupted)
     assert_tidy(tmp_path)
 

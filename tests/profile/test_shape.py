@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.interpolate import CubicSpline
 
 from wearsim.errors import NumericalError, ProfileError
 from wearsim.profile.shape import (
@@ -14,6 +15,7 @@ from wearsim.profile.shape import (
     offset_distance,
     polygon_area_between,
     resample,
+    spline_through,
     vertex_lengths,
     vertex_normals,
 )
@@ -31,6 +33,25 @@ def shoelace(y, z):
 
 def test_arc_length_of_a_staircase():
     assert np.array_equal(arc_length(np.array([0.0, 3.0, 3.0]), np.array([0.0, 4.0, 2.0])), [0.0, 5.0, 7.0])
+
+
+@pytest.mark.parametrize("count", [2, 3, 4, 5, 600])
+@pytest.mark.parametrize("inner", [(), (2,)])
+def test_a_spline_is_that_of_scipy_to_the_last_bit(count, inner):
+    random = np.random.default_rng(count)
+    place, values = np.cumsum(random.uniform(1e-5, 5e-4, count)), random.normal(size=(count, *inner))
+    at = np.linspace(place[0], place[-1], 50)
+    ours, theirs = spline_through(place, values), CubicSpline(place, values)
+    for derivative in (0, 1):
+        np.testing.assert_array_equal(ours(at, derivative), theirs(at, derivative))
+
+
+@pytest.mark.parametrize(
+    "place", [[0.0, 1.0, 1.0, 2.0, 3.0], [0.0, 2.0, 1.0, 3.0, 4.0], [0.0, 1.0, np.nan, 2.0, 3.0]]
+)
+def test_a_spline_through_points_that_do_not_rise_is_refused(place):
+    with pytest.raises(ValueError, match=r"strictly increasing|finite"):
+        spline_through(np.array(place), np.zeros(5))
 
 
 @pytest.mark.parametrize("spacing", [0.25e-3, 0.125e-3, 0.0625e-3])
@@ -152,3 +173,7 @@ def test_crossing_of_a_cubic_is_exact():
 
 def test_crossing_next_to_a_turn_is_linear():
     assert crossing(np.array([0.0, 1.0, 2.0, 3.0]), np.array([1.0, 0.0, 1.0, 2.0]), 1, 0.25) == 1.25
+
+
+def test_an_edge_at_the_level_is_crossed_at_its_beginning():
+    assert crossing(np.array([0.0, 1.0, 2.0]), np.array([0.0, 5.0, 5.0]), 1, 5.0) == 1.0

@@ -28,8 +28,8 @@ _SAFETY = 0.9
 
 _GROWTH = 3.0  # largest ratio of a step to the one before with the same points
 
-# factors on the stiffness seen, less than that of the fastest wave, and on the stability number, which is that
-# of single strips before smoothing. With 1.25 such a wave could live on in steps of three stages that its own
+# factors on the stiffness seen, less than that of the fastest wave, and on the stability number, that of
+# single strips before smoothing. With 1.25 such a wave could live on in steps of three stages that its own
 # error, some tenths of the tolerance, kept short; two stages more damp it within seven of them.
 _SEEN, _OF_STRIPS = 1.5, 0.5
 

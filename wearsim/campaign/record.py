@@ -324,6 +324,7 @@ class Writer:
                 return True
         self._patience = None
         self._rows_in_file = len(self._sources)
+        self._latest.clear()
         self._appended = time.monotonic()
         return False
 

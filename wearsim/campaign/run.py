@@ -255,6 +255,7 @@ def run_evolution(
                 progress.report("complete", **writer.outcome())
                 return writer.path
             _loop(evolution, writer, progress, interrupts)
+            progress.catch_up()
             progress.report("finished", ended=writer.finish(evolution.closing))
         except KeyboardInterrupt:
             with signals_wait(), contextlib.suppress(WearsimError):
@@ -368,7 +369,7 @@ Observer = Callable[[Event], None]
 
 
 STATUS_INTERVAL = 0.2
-"""The status file is not written again for steps faster than this [s]."""
+"""The status file is not written again for a step so soon after the last time [s]."""
 
 
 class Progress:
@@ -407,10 +408,14 @@ class Progress:
                 left = (elapsed - moment) / (event.distance - place) * rest
         self._event = replace(event, elapsed=elapsed, time_left=left)
         if kind != "step" or elapsed >= self._written + STATUS_INTERVAL:
-            self._status("finished" if kind in ("finished", "complete") else "running")
             self._written = elapsed
+            self._status("finished" if kind in ("finished", "complete") else "running")
         if self._observer is not None:
             self._observer(self._event)
+
+    def catch_up(self) -> None:
+        """Write the status of the last step, which may not have been, before something that takes long."""
+        self._status("running")
 
     def close(self, state: str, message: str = "") -> None:
         """Write the end of the session to the status file, if possible."""

@@ -47,8 +47,8 @@ class Profile:
 
 def arc_length(y: FloatArray, z: FloatArray) -> FloatArray:
     """Length of each polygon (..., n) from its first vertex to each vertex (..., n) [m]."""
-    length = np.zeros_like(y, dtype=np.float64)
     edges = np.hypot(y[..., 1:] - y[..., :-1], z[..., 1:] - z[..., :-1])
+    length = np.zeros((*edges.shape[:-1], edges.shape[-1] + 1))
     np.cumsum(edges, axis=-1, out=length[..., 1:])
     return length
 
@@ -56,18 +56,23 @@ def arc_length(y: FloatArray, z: FloatArray) -> FloatArray:
 def spline_through(place: FloatArray, values: FloatArray) -> PPoly:
     """Cubic spline through values (n, ...) at strictly rising places (n,), n at least 2.
 
+    Raises
+    ------
+    ValueError
+        As of `scipy.interpolate.CubicSpline`, if the places do not rise.
+
     Notes
     -----
     Its ends are not-a-knot: `scipy.interpolate.CubicSpline` to the last bit, in less than half of its time
-    because nothing is checked. Profiles under wear take thousands.
+    because little is checked. Profiles under wear take thousands.
     """
     from scipy.interpolate import CubicSpline, PPoly  # 0.5 s to import, only spent where it is needed
     from scipy.linalg.lapack import dgtsv
 
-    if len(place) < 4:
-        return CubicSpline(place, values)
     at = values.reshape(len(place), -1)
     step = place[1:] - place[:-1]
+    if len(place) < 4 or not step.min() > 0.0:
+        return CubicSpline(place, values)
     wide = step[:, None]
     slope = (at[1:] - at[:-1]) / wide
     first, last = place[2] - place[0], place[-1] - place[-3]

@@ -116,6 +116,8 @@ def _press(work: Work, row: Row, total: int, displacement: float) -> tuple[float
             down = 0.5 * np.pi * width[k] * (strips[active[k]].cosine if row.vertical else 1.0)
             carried += down * right[k]
             per_displacement += down * turned[k]
+        if not per_displacement > 0.0:
+            break
         displacement = (row.load - carried) / per_displacement
         for k in range(m):
             right[k] += displacement * turned[k]
