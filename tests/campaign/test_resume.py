@@ -379,16 +379,27 @@ def test_full_disk_is_told_and_keeps_the_finished_steps(synthetic, tmp_path, mon
     assert events[0].step == 6
 
 
-def test_status_tells_distance_depth_and_time_left(synthetic, tmp_path, monkeypatch):
-    seen = []
-    monkeypatch.setattr("wearsim.campaign.run.STATUS_INTERVAL", 0.0)
-    with locked(tmp_path):
-        run_evolution(
-            synthetic.SyntheticEvolution(STEPS),
-            tmp_path,
-            "rig",
-            lambda event: seen.append(read_status(tmp_path)["campaigns"]["rig"]),
-        )
+@pytest.fixture
+def statuses(synthetic, tmp_path, monkeypatch):
+    """Function that runs a campaign and returns step and status file at each of its events."""
+
+    def of_run(interval):
+        seen = []
+        monkeypatch.setattr("wearsim.campaign.run.STATUS_INTERVAL", interval)
+        with locked(tmp_path):
+            run_evolution(
+                synthetic.SyntheticEvolution(STEPS),
+                tmp_path,
+                "rig",
+                lambda event: seen.append((event.step, read_status(tmp_path)["campaigns"]["rig"])),
+            )
+        return seen
+
+    return of_run
+
+
+def test_status_tells_distance_depth_and_time_left(statuses):
+    seen = [status for _, status in statuses(0.0)]
     middle = seen[5]
     assert middle["state"] == "running"
     assert (middle["step"], middle["distance"], middle["target"]) == (4, 4000.0, 8000.0)
@@ -401,16 +412,8 @@ def test_status_tells_distance_depth_and_time_left(synthetic, tmp_path, monkeypa
     assert (seen[-1]["state"], seen[-1]["time_left"]) == ("finished", 0.0)
 
 
-def test_status_is_not_written_for_each_of_fast_steps(synthetic, tmp_path, monkeypatch):
-    seen = []
-    monkeypatch.setattr("wearsim.campaign.run.STATUS_INTERVAL", 1e9)
-    with locked(tmp_path):
-        run_evolution(
-            synthetic.SyntheticEvolution(STEPS),
-            tmp_path,
-            "rig",
-            lambda event: seen.append((event.step, read_status(tmp_path)["campaigns"]["rig"]["step"])),
-        )
+def test_status_is_not_written_for_each_of_fast_steps(statuses):
+    seen = [(step, status["step"]) for step, status in statuses(1e9)]
     assert seen == [(0, 0), *((step, 0) for step in range(STEPS + 1)), (STEPS, STEPS)]
 
 

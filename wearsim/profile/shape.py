@@ -125,8 +125,8 @@ def resample(profile: Profile, spacing: float) -> Profile:
         part = slice(first, last + 1)
         count = max(1, round((s[last] - s[first]) / spacing))
         at = np.linspace(s[first], s[last], count + 1)
-        through = spline_through(s[part], points[part]) if last - first > 2 else None
-        new = _linear(at, s[part], points[part]) if through is None else through(at)
+        here = s[part], points[part]
+        new = spline_through(*here)(at) if last - first > 2 else _linear(at, *here)
         new[0], new[-1] = points[first], points[last]
         pieces.append(new if last == len(s) - 1 else new[:-1])
     y, z = np.concatenate(pieces).T

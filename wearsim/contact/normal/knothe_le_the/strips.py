@@ -132,7 +132,7 @@ def work_for(most: int, parts: int, given: int, points: int) -> Work:
         np.zeros(most, STRIP), np.zeros(max(most, given), STRIP),
         np.zeros(parts, SPAN), np.zeros(parts, SPAN), np.zeros(parts, PLANE), np.zeros(1, STATE),
         np.eye(parts), *np.zeros((2, most + 1), np.int64), np.log(np.abs(np.arange(most + 1) - 0.5)),
-        *np.empty((5, most, most)), np.empty((most + 1, most + 1)), *np.empty((4, most + 1)),
+        *np.empty((6, most, most)), *np.empty((4, most + 1)),
         *np.empty((2, STEPS, most)), np.empty((2, most)), np.empty((STEPS, STEPS + 1)),
         np.empty((6, most, most)), np.empty((3, most)), *np.empty((3, points)),
     )  # fmt: skip

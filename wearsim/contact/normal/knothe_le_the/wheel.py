@@ -272,13 +272,8 @@ def _joined(spans: Records, parts: int) -> int:
 def _width_of_strips(a: float, b: float, displacement: float, row: Row) -> float:
     """Largest width of strips between two places: less where the gap is rough, by its fourth differences."""
     total = one = two = three = four = 0.0  # the samples before
-    i = min(max(first_beyond(row.y, row.y.size, a) - 1, 0), row.y.size - 2)
     for j in range(_SAMPLES + 1):
-        place = a + j * (b - a) / _SAMPLES
-        while i < row.y.size - 2 and row.y[i + 1] < place:
-            i += 1
-        share = (place - row.y[i]) / (row.y[i + 1] - row.y[i])
-        here = row.gap[i] + share * (row.gap[i + 1] - row.gap[i])
+        here = value_at(a + j * (b - a) / _SAMPLES, row.y, row.gap)
         if j >= 4:
             total += (here - 4.0 * one + 6.0 * two - 4.0 * three + four) ** 2
         one, two, three, four = here, one, two, three
