@@ -182,7 +182,6 @@ def share_of_neighbour(load: float, inside: float) -> float:
 
 _UNLIKE, _ALIKE = 0.6, 0.9  # load of a strip at the rim over its neighbour's, from which on it is on its own
 UNKNOWN = 1e9  # logarithm of a half-length about which nothing is expanded
-NEARBY = 0.015  # change of the logarithm of a half-length up to which averages are expanded to second order
 
 
 @inner_bare_kernel
@@ -190,12 +189,12 @@ def expand(work: Work, table: FloatArray, total: int) -> None:
     """Averages on strips per load of each, with derivatives by logarithms of half-lengths, about `base`.
 
     M - N of a strip is the derivative of N by the logarithm of its own half-length. Those of strips that
-    changed by more than `NEARBY`, or had none before.
+    changed by more than is `nearby`, or had none before.
     """
     logs, base, terms, changed, nothing = work.logs, work.base, work.terms, work.sums[1], True
     for i in range(total):
         changed[i] = 0.0
-        if abs(logs[i] - base[i]) > NEARBY:
+        if abs(logs[i] - base[i]) > work.states[0].nearby:
             changed[i], base[i] = 1.0, logs[i]
             nothing = False
     if nothing:

@@ -69,7 +69,8 @@ def overlap(k: int, displacement: float, row: Row, strips: Records, total: int, 
     away = (row.gap[k] - row.low - displacement) * np.cos(row.angle[k])
     if away > 0.0:
         return 0.0
-    for j in range(total):
+    for n in range(total):
+        j = n if strips[total - 1].y > row.y[k] else total - 1 - n
         p = strips[j].load
         if p <= 0.0:
             continue

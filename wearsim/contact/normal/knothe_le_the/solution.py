@@ -71,7 +71,8 @@ _SWEEPS = 40  # of lengths and pressures in turn, at most
 _TURNS = 40  # of strips that enter or leave, at most
 _ENTER, _LEAVE = 4, 8  # turns after which only one strip enters or leaves at a time
 _GROWN = 2.0  # of what was missed, beyond which the steps before are forgotten
-_RATE = 0.3  # of what is missed in one turn to the next, as long as there is one only
+# Of what is missed in one turn to the next, as long as there is one only: after no steps, and those of before.
+_RATE, _AGAIN = 0.3, 0.1
 _SHARPEST = 20.0  # P/q over that of two cylinders across the track; ellipses 30 times as long as wide have 9
 _STRETCH = 3.0  # of what was aimed at, that a step may miss it by
 _BARELY = 1e-12  # m, P of a strip that just got pressure
@@ -152,13 +153,14 @@ def solve_strips(
 ) -> tuple[float, bool]:
     """Pressures that never pull on strips of given lengths, and lengths from them, in turn.
 
-    Steps of the lengths are those of Anderson's method.
+    Steps of the lengths are those of Anderson's method, which goes on with the steps of the set before as long as
+    the strips with pressure are as many.
     """
     strips, active, listed, bow, above = work.strips, work.active, work.listed, work.bow, work.above
-    kept, number, last = total - total, total - total, 1.0
+    state, begun, last = work.states[0], False, 1.0
     for _ in range(_SWEEPS):
         for i in range(total):
-            work.logs[i] = 0.5 * np.log(strips[i].square) - work.states[0].log_width
+            work.logs[i] = 0.5 * np.log(strips[i].square) - state.log_width
             bow[i] = bow_of(0.25 * strips[i].square, strips[i])
         expand(work, table, total)
         influences(work, total)
@@ -172,7 +174,7 @@ def solve_strips(
             load, rises = strips[active[k]].load, above[active[k], :total]
             for i in range(fall.size):
                 fall[i] -= rises[i] * load
-        same, most = m == number, 0.0
+        same, most = m == state.listed, 0.0
         for k in range(m):
             i = active[k]
             same = same and listed[k] == i
@@ -181,7 +183,7 @@ def solve_strips(
             most = max(most, q)
             # Of the gap along the strip both means are known, and the difference is that of the pressures.
             bow[i] = max(q * fall[i] / (bow_of(0.75 * q, strips[i]) - bow[i]), 0.0)
-        number, change = m, 0.0
+        state.listed, change = m, 0.0
         missed = work.right
         for k in range(m):
             one, q = strips[active[k]], bow[active[k]]
@@ -196,13 +198,14 @@ def solve_strips(
             if share == 1.0:  # not part of the steps below
                 one.square = q
             missed[k] = q - one.square
-        work.states[0].left = change * (min(change / last, 1.0) if same else _RATE)
+        rate = min(change / last, 1.0) if begun else _AGAIN if state.steps > 1 else _RATE
+        state.left = change * (rate if same else _RATE)
         if not same or change > _GROWN * last:
-            kept = total - total
-        elif kept < STEPS:
-            kept += 1
-        last = change
-        _next_step(work, kept, m)
+            state.steps = 0
+        elif begun:  # the first one has none before of these strips, but those of the set before
+            _keep_step(work, m)
+        begun, last = True, change
+        _next_step(work, m)
         # Lengths of strips without pressure, should they get some.
         for i in range(total):
             if strips[i].load <= 0.0:
@@ -220,20 +223,27 @@ def solve_strips(
 
 
 @inner_bare_kernel
-def _next_step(work: Work, kept: int, m: int) -> None:
-    """Take a step with what is missed, less what the `kept` steps before say will be missed again.
+def _keep_step(work: Work, m: int) -> None:
+    """Put the last step, and what is missed since, before those that are kept."""
+    strips, active, missed, state = work.strips, work.active, work.right, work.states[0]
+    moves, changes = work.moves, work.changes
+    state.steps = min(state.steps + 1, STEPS)
+    for j in range(state.steps - 1, 0, -1):
+        for k in range(m):
+            moves[j, k], changes[j, k] = moves[j - 1, k], changes[j - 1, k]
+    for k in range(m):
+        moves[0, k] = strips[active[k]].square - work.aims[0, k]
+        changes[0, k] = missed[k] - work.aims[1, k]
+
+
+@inner_bare_kernel
+def _next_step(work: Work, m: int) -> None:
+    """Take a step with what is missed, less what the steps before say will be missed again.
 
     Least squares of their differences, by elimination of the normal equations.
     """
     strips, active, missed, gram = work.strips, work.active, work.right, work.gram
-    moves, changes = work.moves, work.changes
-    if kept > 0:
-        for j in range(kept - 1, 0, -1):
-            for k in range(m):
-                moves[j, k], changes[j, k] = moves[j - 1, k], changes[j - 1, k]
-        for k in range(m):
-            moves[0, k] = strips[active[k]].square - work.aims[0, k]
-            changes[0, k] = missed[k] - work.aims[1, k]
+    moves, changes, kept = work.moves, work.changes, work.states[0].steps
     for k in range(m):
         work.aims[0, k], work.aims[1, k] = strips[active[k]].square, missed[k]
     for i in range(kept):

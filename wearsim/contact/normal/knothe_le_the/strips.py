@@ -73,9 +73,10 @@ PATCH = _record(
     "point point_approach across along",
     "ends beyond",
 )
-# Logarithm of the width `pairs` and `logs` are over; what is left to go; of how many strips of a part alone
-# `pairs` are.
-STATE = _record("alone", "log_width left")
+# Of how many strips of a part alone the distances are; strips of the steps before, and the steps kept;
+# logarithm of the width the distances are over; what is left to go; change of the logarithm of a half-length up to
+# which averages are expanded to second order.
+STATE = _record("alone listed steps", "log_width left nearby")
 
 
 class Work(NamedTuple):

@@ -40,8 +40,9 @@ from wearsim.contact.patch import FloatArray, IntArray
 
 _STAGES = 16  # of fitting the strips to the patch
 # Changes of q, over the largest: in the first stage, before it is seen whether the strips fit, in the end.
-_CLOSE, _ROUGH, _DONE = 0.1, 3e-3, 5e-5
-_LEFT = 2e-6  # change that is to be expected next, below which there is none
+_CLOSE, _ROUGH, _DONE = 0.1, 3e-3, 1e-3
+_NEARBY = 0.2, 0.06, 0.03  # change of ln of a half-length, to which averages are expanded: first, second, later sets
+_LEFT = 1e-4  # change that is to be expected next, below which there is none
 _WIDEST, _NARROW = 0.65e-3, 0.3e-3  # m, of a strip: profiles change their radius within wide patches
 _SMOOTH_GAP, _ROUGH_GAP = 0.02, 0.035  # fourth differences of the gap, over the displacement, of these widths
 _SAMPLES = 20  # of the gap over a part, for them
@@ -122,6 +123,7 @@ def _fit(n: int, row: Row, start: Start, count: int, table: FloatArray, work: Wo
     displacement = start.displacement[start.first[n]] - row.low
     total = splits = parts - parts  # numba would compile the kernels for a literal 0 once more
     alone = again = cut = False
+    work.states[0].listed = work.states[0].steps = 0
     may_split = True
     for stage in range(int(start.near), _STAGES):
         together = _joined(spans, parts)
@@ -142,6 +144,7 @@ def _fit(n: int, row: Row, start: Start, count: int, table: FloatArray, work: Wo
         if parts > 1 or not alone:
             work.base[:] = UNKNOWN
         alone = parts == 1
+        work.states[0].nearby = _NEARBY[min(stage, 2)]
         kept, more = parts, total - total
         for tolerance in (_CLOSE if stage == 0 else _ROUGH, _DONE):
             displacement, done = solve_strips(work, row, total, displacement, table, tolerance)
@@ -162,7 +165,7 @@ def _fit(n: int, row: Row, start: Start, count: int, table: FloatArray, work: Wo
         parts = kept
         splits += more
         _copy(fresh, spans, parts)
-        if (stage in (1, 4, 7) or not again) and another_part(displacement, parts, row, work, total, table):
+        if (stage in (3, 6, 9) or not again) and another_part(displacement, parts, row, work, total, table):
             if parts == spans.size:
                 return NO_ROOM, total, displacement
             parts += 1
@@ -291,8 +294,9 @@ def _lay_parts(
     strips, old = work.strips, work.old
     total = old_total - old_total
     for k in range(parts):
-        _count_strips(k, parts, count, displacement, row, work)
         span, plane = work.spans[k], work.planes[k]
+        if stage < 3 or span.strips == 0:  # later ends hardly move
+            _count_strips(k, parts, count, displacement, row, work)
         a, b = span.ends[0], span.ends[1]
         each = int(span.strips) if stage > 0 else (3 * int(span.strips)) // 5
         longest = 0.0
