@@ -28,6 +28,7 @@ _EARLY = 4  # stages in which ends that miss their place by more than a strip ar
 _GIVES_WAY = 0.25  # widths of a strip
 _SLOWEST, _FASTEST = 0.5, 6.0  # of what an end moves, by which it comes nearer to its place
 APART = 0.3e-3  # m, between parts of the profile that have strips of their own
+_UNDER_LESS = 0.7  # of the overlap beyond a first patch: it is too narrow, its pressures too high
 _OVERLAP = 2e-3  # of the displacement, that counts as contact
 
 
@@ -174,7 +175,7 @@ def refit(
                 reached = True
                 i -= step * skip
             if reached:
-                move = min(move, -abs(row.y[i] - spans[k].ends[side]) / per)
+                move = min(move, -abs(row.y[i] - spans[k].ends[side]) / per * (_UNDER_LESS if stage == 0 else 1.0))
             move = max(move, -0.5 * each) - MARGIN * min(each / count, 1.0)
             place, settled = spans[k].ends[side] + step * per * move, True
             if stage > 0:

@@ -41,8 +41,8 @@ from wearsim.contact.patch import FloatArray, IntArray
 _STAGES = 16  # of fitting the strips to the patch
 # Changes of q, over the largest: in the first stage, before it is seen whether the strips fit, in the end.
 _CLOSE, _ROUGH, _DONE = 0.1, 3e-3, 1e-3
-_NEARBY = 0.2, 0.06, 0.03  # change of ln of a half-length, to which averages are expanded: first, second, later sets
 _LEFT = 1e-4  # change that is to be expected next, below which there is none
+_NEARBY = 0.2, 0.06, 0.03  # changes of ln a, up to which averages are expanded: first, second, later sets
 _WIDEST, _NARROW = 0.65e-3, 0.3e-3  # m, of a strip: profiles change their radius within wide patches
 _SMOOTH_GAP, _ROUGH_GAP = 0.02, 0.035  # fourth differences of the gap, over the displacement, of these widths
 _SAMPLES = 20  # of the gap over a part, for them
@@ -294,9 +294,8 @@ def _lay_parts(
     strips, old = work.strips, work.old
     total = old_total - old_total
     for k in range(parts):
+        _count_strips(k, parts, count, displacement, row, work)
         span, plane = work.spans[k], work.planes[k]
-        if stage < 3 or span.strips == 0:  # later ends hardly move
-            _count_strips(k, parts, count, displacement, row, work)
         a, b = span.ends[0], span.ends[1]
         each = int(span.strips) if stage > 0 else (3 * int(span.strips)) // 5
         longest = 0.0
