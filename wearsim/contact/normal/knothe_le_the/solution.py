@@ -106,8 +106,13 @@ def _press(work: Work, row: Row, total: int, displacement: float) -> tuple[float
             width[k] = strips[active[k]].width
         for k in range(m):
             one, row_of = strips[active[k]], influence[active[k]]
-            for column in range(k, m):
-                matrix[k, column] = row_of[active[column]] * width[column]
+            if active[m - 1] - active[k] == m - 1 - k:  # no gap: slices, of which vector instructions are used
+                line, values, widths = matrix[k, k:m], row_of[active[k] : active[k] + m - k], width[k:m]
+                for j in range(line.size):
+                    line[j] = values[j] * widths[j]
+            else:
+                for column in range(k, m):
+                    matrix[k, column] = row_of[active[column]] * width[column]
             right[k], turned[k] = -(one.gap + bow[active[k]]) * width[k], one.turn * width[k]
         if not factorise(matrix, m):
             break
