@@ -218,27 +218,41 @@ def expand(work: Work, table: FloatArray, total: int) -> None:
             b, c = b - a, c - a
             b_short, c_long, both = b_short - e_short - b, c_long - f_long - c, c_short - f_short - b
             share, back = work.part[short, long], work.part[long, short]
-            terms[0, long, short], terms[0, short, long] = share * a, back * a
             terms[1, long, short], terms[1, short, long] = share * b, back * c
-            terms[2, long, short], terms[2, short, long] = share * c, back * b
             terms[3, long, short], terms[3, short, long] = share * b_short, back * c_long
             terms[4, long, short], terms[4, short, long] = share * both, back * both
-            terms[5, long, short], terms[5, short, long] = share * c_long, back * b_short
+            if short < long:
+                share, b, c, b_short, c_long = back, c, b, c_long, b_short
+            terms[0, i, j], terms[2, i, j], terms[5, i, j] = share * a, share * c, share * c_long
 
 
 @inner_bare_kernel
 def influences(work: Work, total: int) -> None:
-    """Averages N, and what M is above them, on strips per load of each, from what `expand` made nearby."""
-    moved = work.sums[0][:total]
+    """Averages N, and what M is above them, on strips per load of each, from what `expand` made nearby.
+
+    N on and above the diagonal: `mean_on` has the others.
+    """
+    terms, moved = work.terms, work.sums[0][:total]
     for k in range(total):
         moved[k] = work.logs[k] - work.base[k]
     for j in range(total):
-        mean, above, other = work.mean[j, :total], work.above[j, :total], moved[j]
-        value, by_own, by_other = work.terms[0, j, :total], work.terms[1, j, :total], work.terms[2, j, :total]
-        bend, both, other_bend = work.terms[3, j, :total], work.terms[4, j, :total], work.terms[5, j, :total]
+        above, by_own = work.above[j, :total], terms[1, j, :total]
+        bend, both = terms[3, j, :total], terms[4, j, :total]
+        mean, value, own, other = work.mean[j, j:total], terms[0, j, j:total], moved[j:total], moved[j]
+        by_other, other_bend = terms[2, j, j:total], terms[5, j, j:total]
         # In two loops, because the compiler uses vector instructions only for few arrays.
-        for k in range(mean.size):
-            first = by_own[k] + 0.5 * bend[k] * moved[k] + both[k] * other
-            mean[k] = value[k] + first * moved[k] + (by_other[k] + 0.5 * other_bend[k] * other) * other
         for k in range(above.size):
             above[k] = by_own[k] + bend[k] * moved[k] + both[k] * other
+        by_own, bend, both = by_own[j:], bend[j:], both[j:]
+        for k in range(mean.size):
+            first = by_own[k] + 0.5 * bend[k] * own[k] + both[k] * other
+            mean[k] = value[k] + first * own[k] + (by_other[k] + 0.5 * other_bend[k] * other) * other
+
+
+@inner_bare_kernel
+def mean_on(work: Work, i: int, j: int) -> float:
+    """Average N on strip i per load of strip j: forces on forces are symmetric, loads are per width."""
+    value: float = (
+        work.mean[j, i] if j <= i else work.mean[i, j] * work.strips[j].width / work.strips[i].width
+    )
+    return value

@@ -13,6 +13,7 @@ from wearsim.contact.normal.knothe_le_the.equations import (
     expand,
     influences,
     inner_of,
+    mean_on,
     share_of_neighbour,
 )
 from wearsim.contact.normal.knothe_le_the.strips import STEPS, Row, Work
@@ -71,7 +72,7 @@ _SWEEPS = 40  # of lengths and pressures in turn, at most
 _TURNS = 40  # of strips that enter or leave, at most
 _ENTER, _LEAVE = 4, 8  # turns after which only one strip enters or leaves at a time
 _GROWN = 2.0  # of what was missed, beyond which the steps before are forgotten
-# Of what is missed in one turn to the next, as long as there is one only: after no steps, and those of before.
+# Of what is missed in one turn to the next, as long as there is one only: alone, with steps of before.
 _RATE, _AGAIN = 0.3, 0.1
 _SHARPEST = 20.0  # P/q over that of two cylinders across the track; ellipses 30 times as long as wide have 9
 _STRETCH = 3.0  # of what was aimed at, that a step may miss it by
@@ -106,7 +107,9 @@ def _press(work: Work, row: Row, total: int, displacement: float) -> tuple[float
             width[k] = strips[active[k]].width
         for k in range(m):
             one, row_of = strips[active[k]], influence[active[k]]
-            if active[m - 1] - active[k] == m - 1 - k:  # no gap: slices, of which vector instructions are used
+            if (
+                active[m - 1] - active[k] == m - 1 - k
+            ):  # no gap: slices, of which vector instructions are used
                 line, values, widths = matrix[k, k:m], row_of[active[k] : active[k] + m - k], width[k:m]
                 for j in range(line.size):
                     line[j] = values[j] * widths[j]
@@ -141,7 +144,7 @@ def _press(work: Work, row: Row, total: int, displacement: float) -> tuple[float
                 continue
             lifted = strips[i].gap + bow[i] - displacement * strips[i].turn
             for k in range(m):
-                lifted += influence[active[k], i] * strips[active[k]].load
+                lifted += mean_on(work, i, active[k]) * strips[active[k]].load
             if lifted < -1e-9 * displacement and turn < _ENTER:
                 strips[i].load = _BARELY
             if lifted < worst:
@@ -158,8 +161,8 @@ def solve_strips(
 ) -> tuple[float, bool]:
     """Pressures that never pull on strips of given lengths, and lengths from them, in turn.
 
-    Steps of the lengths are those of Anderson's method, which goes on with the steps of the set before as long as
-    the strips with pressure are as many.
+    Steps of the lengths are those of Anderson's method, which goes on with the steps of the set of strips before
+    as long as those with pressure are the same.
     """
     strips, active, listed, bow, above = work.strips, work.active, work.listed, work.bow, work.above
     state, begun, last = work.states[0], False, 1.0
@@ -217,7 +220,7 @@ def solve_strips(
                 lifted = strips[i].gap - displacement * strips[i].turn
                 nearest = active[0]
                 for k in range(m):
-                    lifted += work.mean[active[k], i] * strips[active[k]].load
+                    lifted += mean_on(work, i, active[k]) * strips[active[k]].load
                     if work.farther[i, active[k]] < work.farther[i, nearest]:
                         nearest = active[k]
                 q = -2.0 * lifted / strips[i].bend

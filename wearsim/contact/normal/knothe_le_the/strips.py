@@ -73,9 +73,9 @@ PATCH = _record(
     "point point_approach across along",
     "ends beyond",
 )
-# Of how many strips of a part alone the distances are; strips of the steps before, and the steps kept;
-# logarithm of the width the distances are over; what is left to go; change of the logarithm of a half-length up to
-# which averages are expanded to second order.
+# Of how many strips of a part alone the distances are; strips of the steps before, and the steps kept; logarithm
+# of the width the distances are over; what is left to go; change of the logarithm of a half-length up to which
+# averages are expanded.
 STATE = _record("alone listed steps", "log_width left nearby")
 
 
