@@ -175,9 +175,8 @@ def refit(
                 reached = True
                 i -= step * skip
             if reached:
-                move = min(
-                    move, -abs(row.y[i] - spans[k].ends[side]) / per * (_UNDER_LESS if stage == 0 else 1.0)
-                )
+                beneath = abs(row.y[i] - spans[k].ends[side]) / per
+                move = min(move, -beneath * (_UNDER_LESS if stage == 0 else 1.0))
             move = max(move, -0.5 * each) - MARGIN * min(each / count, 1.0)
             place, settled = spans[k].ends[side] + step * per * move, True
             if stage > 0:

@@ -161,8 +161,8 @@ def solve_strips(
 ) -> tuple[float, bool]:
     """Pressures that never pull on strips of given lengths, and lengths from them, in turn.
 
-    Steps of the lengths are those of Anderson's method, which goes on with the steps of the set of strips before
-    as long as those with pressure are the same.
+    Steps of the lengths are those of Anderson's method, which goes on with those of the set of strips before
+    while the same ones have pressure.
     """
     strips, active, listed, bow, above = work.strips, work.active, work.listed, work.bow, work.above
     state, begun, last = work.states[0], False, 1.0
