@@ -83,14 +83,14 @@ class Work(NamedTuple):
     """Strips of a wheel, their equations, and what is kept of them from one set to the next.
 
     `nearer` and `farther` are logarithms of the distance of a strip to either edge of another, the same for
-    both (of strips of unlike width the mean is taken), and `part` the share of the elastic influence. `active`
-    are the strips with pressure, `matrix` and `right` the equations of their loads, `listed` the strips of the
-    steps before. `logs` are the logarithms of the half-lengths, `terms` (6, n, n) the averages' expansion about
-    the logarithms `base`, `mean` and `above` what it gives; of what is symmetric there are upper triangles.
-    `steps` are the logarithms of 0.5, 0.5, 1.5 and so on. Of the steps before, `moves` (k, n) are the
-    differences of q, `changes` those of what it missed, `aims` both of the last one, and `gram` is the normal
-    equations of the next. `s`, `opening` and `turn` are places in a plane, gap and share of the displacement at
-    the points of the profile; `bow` and `sums` (3, n) for work.
+    both (of strips of unlike width the mean is taken), and `part` the share of the elastic influence.
+    `active` are the strips with pressure, `matrix` and `right` the equations of their loads, `listed` the
+    strips of the steps before. `logs` are the logarithms of the half-lengths, `terms` (6, n, n) the
+    averages' expansion about the logarithms `base`, `mean` and `above` what it gives; of what is symmetric
+    there are upper triangles. `steps` are the logarithms of 0.5, 0.5, 1.5 and so on. Of the steps before,
+    `moves` (k, n) are the differences of q, `changes` those of what it missed, `aims` both of the last one,
+    and `gram` is the normal equations of the next. `s`, `opening` and `turn` are places in a plane, gap and
+    share of the displacement at the points of the profile; `bow` and `sums` (3, n) for work.
     """
 
     strips: Records
