@@ -42,7 +42,7 @@ _STAGES = 16  # of fitting the strips to the patch
 # Changes of q, over the largest: in the first stage, before it is seen whether the strips fit, in the end.
 _CLOSE, _ROUGH, _DONE = 0.1, 3e-3, 2e-4
 _LEFT = 1e-5  # change that is to be expected next, below which there is none
-_NEARBY = 0.2, 0.06, 0.03  # changes of ln a, up to which averages are expanded: first, second, later sets
+_NEARBY = 0.2, 0.03, 0.015  # changes of ln a, up to which averages are expanded: first, second, later sets
 _WIDEST, _NARROW = 0.65e-3, 0.3e-3  # m, of a strip: profiles change their radius within wide patches
 _SMOOTH_GAP, _ROUGH_GAP = 0.02, 0.035  # fourth differences of the gap, over the displacement, of these widths
 _SAMPLES = 20  # of the gap over a part, for them
