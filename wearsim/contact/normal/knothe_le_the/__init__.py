@@ -9,22 +9,23 @@ Neglected: the middle line of the pressure is that of the smallest gap, and the 
 
 Solution: it starts from a solution nearby, or the patches of virtual penetration, under less load where those
 of all of it lead nowhere (soft bodies); pressures that never pull for given lengths, and lengths for given
-pressures, in turn, converge from anywhere, each step of the lengths made from the five before by least
-squares as in the method of Anderson [2]_ [3]_; no derivatives are asked for, of which the shortest waves of
-narrow strips are nearly without. The influence of strips whose lengths hardly change, over the width of a
-strip, is expanded to second order. A coarse set of strips locates the ends of the patch, a finer one is
-fitted to it; a start of this model takes the place of the coarse set. The outermost strip takes its ratio
-:math:`p/a` from its neighbour, as alone it could shrink to a point between overlapping surfaces; from 0.6 to
-0.9 of the neighbour's load on it goes over to its own equations: of two strips that take it from each other
-neither would know its length. No strip is sharper than 20 times two cylinders, and none moves to less than a
-third or more than three times what its pressure asks for: steps common to all do not see the shortest ones.
-The fine set is fitted again until the ends of the patch lie at their place in the outermost strips, to 1.5 %
-of a width, or between two places as near to each other, and the plane is that of the pressures, to 1e-4 rad:
-the solution depends on the state, not on the way to it, unless ends find no place in 16 sets: then those of
-the last are taken. Strips are at most 0.65 mm wide, because profiles change their radius within wide patches,
-and 0.3 mm where the gap of worn profiles is rough: with wider ones its ends find no place and displacements
-scatter by 1e-6 m, fifty times what the roll of a wheelset is searched to. Parts much narrower than the
-widest have fewer strips.
+pressures, in turn, converge from anywhere, each step of the lengths made from the five before, also on the
+set of strips before, by least squares as in the method of Anderson [2]_ [3]_; no derivatives are asked for,
+of which the shortest waves of narrow strips are nearly without. The influence of strips whose lengths hardly
+change, over the width of a strip, is expanded to second order. A coarse set of strips locates the ends of the
+patch, which go out 0.7 of how far surfaces overlap beyond it, as its pressures are those of a patch too
+narrow; a finer set is fitted to it; a start of this model takes the place of the coarse set. The outermost
+strip takes its ratio :math:`p/a` from its neighbour, as alone it could shrink to a point between overlapping
+surfaces; from 0.6 to 0.9 of the neighbour's load on it goes over to its own equations: of two strips that
+take it from each other neither would know its length. No strip is sharper than 20 times two cylinders, and
+none moves to less than a third or more than three times what its pressure asks for: steps common to all do
+not see the shortest ones. The fine set is fitted again until the ends of the patch lie at their place in the
+outermost strips, to 1.5 % of a width, or between two places as near to each other, and the plane is that of
+the pressures, to 1e-4 rad: the solution depends on the state, not on the way to it, unless ends find no place
+in 16 sets: then those of the last are taken. Strips are at most 0.65 mm wide, because profiles change their
+radius within wide patches, and 0.3 mm where the gap of worn profiles is rough: with wider ones its ends find
+no place and displacements scatter by 1e-6 m, fifty times what the roll of a wheelset is searched to. Parts
+much narrower than the widest have fewer strips.
 
 Rule for several patches: parts of the profile in contact 0.3 mm or more from each other have strips of their
 own and share the vertical displacement; parts that come nearer are one. A part with 0.3 mm and more without

@@ -71,7 +71,7 @@ def overlap(k: int, displacement: float, row: Row, strips: Records, total: int, 
     if away > 0.0:
         return 0.0
     for n in range(total):
-        j = n if strips[total - 1].y > row.y[k] else total - 1 - n
+        j = n if strips[total - 1].y > row.y[k] else total - 1 - n  # nearest first: few are needed
         p = strips[j].load
         if p <= 0.0:
             continue

@@ -72,7 +72,7 @@ _SWEEPS = 40  # of lengths and pressures in turn, at most
 _TURNS = 40  # of strips that enter or leave, at most
 _ENTER, _LEAVE = 4, 8  # turns after which only one strip enters or leaves at a time
 _GROWN = 2.0  # of what was missed, beyond which the steps before are forgotten
-# Of what is missed in one turn to the next, as long as there is one only: alone, with steps of before.
+# Of what is missed in one turn to the next, as long as there is one only; with two steps kept, and more.
 _RATE, _AGAIN = 0.3, 0.1
 _SHARPEST = 20.0  # P/q over that of two cylinders across the track; ellipses 30 times as long as wide have 9
 _STRETCH = 3.0  # of what was aimed at, that a step may miss it by
@@ -162,7 +162,7 @@ def solve_strips(
     """Pressures that never pull on strips of given lengths, and lengths from them, in turn.
 
     Steps of the lengths are those of Anderson's method, which goes on with those of the set of strips before
-    while the same ones have pressure.
+    while those of the same places in the list have pressure.
     """
     strips, active, listed, bow, above = work.strips, work.active, work.listed, work.bow, work.above
     state, begun, last = work.states[0], False, 1.0

@@ -73,7 +73,7 @@ PATCH = _record(
     "point point_approach across along",
     "ends beyond",
 )
-# Of how many strips of a part alone the distances are; strips of the steps before, and the steps kept;
+# Of how many strips of a part alone the distances are; how many the steps before had, steps kept;
 # logarithm of the width the distances are over; what is left to go; change of the logarithm of a half-length
 # up to which averages are expanded.
 STATE = _record("alone listed steps", "log_width left nearby")
@@ -86,11 +86,12 @@ class Work(NamedTuple):
     both (of strips of unlike width the mean is taken), and `part` the share of the elastic influence.
     `active` are the strips with pressure, `matrix` and `right` the equations of their loads, `listed` the
     strips of the steps before. `logs` are the logarithms of the half-lengths, `terms` (6, n, n) the
-    averages' expansion about the logarithms `base`, `mean` and `above` what it gives; of what is symmetric
-    there are upper triangles. `steps` are the logarithms of 0.5, 0.5, 1.5 and so on. Of the steps before,
-    `moves` (k, n) are the differences of q, `changes` those of what it missed, `aims` both of the last one,
-    and `gram` is the normal equations of the next. `s`, `opening` and `turn` are places in a plane, gap and
-    share of the displacement at the points of the profile; `bow` and `sums` (3, n) for work.
+    averages' expansion about the logarithms `base`, `mean` and `above` what it gives; `mean` and terms 0, 2
+    and 5 on and above the diagonal only (`mean_on`). `steps` are the logarithms of 0.5, 0.5, 1.5 and so on.
+    Of the steps before, `moves` (k, n) are the differences of q, `changes` those of what it missed, `aims`
+    both of the last one, and `gram` is the normal equations of the next. `s`, `opening` and `turn` are
+    places in a plane, gap and share of the displacement at the points of the profile; `bow` and `sums` (3,
+    n) for work.
     """
 
     strips: Records

@@ -42,12 +42,13 @@ _STAGES = 16  # of fitting the strips to the patch
 # Changes of q, over the largest: in the first stage, before it is seen whether the strips fit, in the end.
 _CLOSE, _ROUGH, _DONE = 0.1, 3e-3, 1e-4
 _LEFT = 5e-6  # change that is to be expected next, below which there is none
-_NEARBY = 0.2, 0.03, 0.015  # changes of ln a, up to which averages are expanded: first, second, later sets
+_NEARBY = 0.2, 0.03, 0.015  # of ln a, up to which averages are expanded: coarse, first fine, later sets
 _WIDEST, _NARROW = 0.65e-3, 0.3e-3  # m, of a strip: profiles change their radius within wide patches
 _SMOOTH_GAP, _ROUGH_GAP = 0.02, 0.035  # fourth differences of the gap, over the displacement, of these widths
 # Strips by which a number of them may be off: half of one in the first sets, else it hangs on the way to it;
-# in those laid so before, and later, nearly one, else ends might wander. The last of the first sets.
-_EXACT, _KEPT, _EARLY = 0.5, 0.8, 2
+# in those laid so before, and later, nearly one, else ends might wander.
+_EXACT, _KEPT = 0.5, 0.8
+_FIRST_SETS = 2  # the last of them
 _SAMPLES = 20  # of the gap over a part, for them
 _SMALLEST = 5e-4  # of the load: patches below are left out
 _FINE = 160  # samples of the largest pressure
@@ -141,8 +142,8 @@ def _fit(n: int, row: Row, start: Start, count: int, table: FloatArray, work: Wo
         for k in range(parts):
             if spans[k].laid:
                 work.planes[k].tilt, spans[k].laid = spans[k].angle, 0
-        near = _KEPT if laid or stage > _EARLY else _EXACT
-        failed, total = _lay_parts(stage, count, parts, old_total, displacement, near, row, work)
+        off = _KEPT if laid or stage > _FIRST_SETS else _EXACT
+        failed, total = _lay_parts(stage, count, parts, old_total, displacement, off, row, work)
         if failed != 0:
             return failed, total, displacement
         pair_up(work, total)
@@ -249,11 +250,11 @@ def _take_over(n: int, start: Start, count: int, row: Row, work: Work) -> tuple[
 
 @inner_bare_kernel
 def _count_strips(
-    k: int, parts: int, count: int, displacement: float, kept: float, row: Row, work: Work
+    k: int, parts: int, count: int, displacement: float, off: float, row: Row, work: Work
 ) -> None:
     """Find how many strips a part has: fewer in narrow ones, more where the gap is rough.
 
-    As many as before if they are off by less than is `kept`.
+    As many as before unless they are `off` by so much.
     """
     widest = 0.0
     for j in range(parts):
@@ -263,7 +264,7 @@ def _count_strips(
     least = count * min(max(2.0 * np.sqrt((b - a) / widest), 0.5), 1.0)
     across = np.hypot(b - a, value_at(b, row.y, row.z) - value_at(a, row.y, row.z))
     wished = min(max(across / _width_of_strips(a, b, displacement, row), least), 2.0 * count)
-    if not abs(wished - span.strips) < kept:
+    if not abs(wished - span.strips) < off:
         span.strips = int(wished + 0.5)
 
 
@@ -297,13 +298,13 @@ def _width_of_strips(a: float, b: float, displacement: float, row: Row) -> float
 
 @inner_bare_kernel
 def _lay_parts(
-    stage: int, count: int, parts: int, old_total: int, displacement: float, kept: float, row: Row, work: Work
+    stage: int, count: int, parts: int, old_total: int, displacement: float, off: float, row: Row, work: Work
 ) -> tuple[int, int]:
     """Lay strips in every part, with the pressures of the set before; a fault or 0, and their number."""
     strips, old = work.strips, work.old
     total = old_total - old_total
     for k in range(parts):
-        _count_strips(k, parts, count, displacement, kept, row, work)
+        _count_strips(k, parts, count, displacement, off, row, work)
         span, plane = work.spans[k], work.planes[k]
         a, b = span.ends[0], span.ends[1]
         each = int(span.strips) if stage > 0 else (3 * int(span.strips)) // 5
