@@ -70,8 +70,9 @@ def overlap(k: int, displacement: float, row: Row, strips: Records, total: int, 
     away = (row.gap[k] - row.low - displacement) * np.cos(row.angle[k])
     if away > 0.0:
         return 0.0
+    from_left = strips[total - 1].y > row.y[k]  # beyond the last strip from that one on: few are needed
     for n in range(total):
-        j = n if strips[total - 1].y > row.y[k] else total - 1 - n  # nearest first: few are needed
+        j = n if from_left else total - 1 - n
         p = strips[j].load
         if p <= 0.0:
             continue

@@ -102,14 +102,13 @@ def _press(work: Work, row: Row, total: int, displacement: float) -> tuple[float
         m = _gather(work, total)
         if m == 0:
             break
+        in_a_row = active[m - 1] - active[0] == m - 1  # then of slices: only so are vector instructions used
         # Forces on forces: each load with the width of its strip, so that the influences are symmetric.
         for k in range(m):
             width[k] = strips[active[k]].width
         for k in range(m):
             one, row_of = strips[active[k]], influence[active[k]]
-            if (
-                active[m - 1] - active[k] == m - 1 - k
-            ):  # no gap: slices, of which vector instructions are used
+            if in_a_row:
                 line, values, widths = matrix[k, k:m], row_of[active[k] : active[k] + m - k], width[k:m]
                 for j in range(line.size):
                     line[j] = values[j] * widths[j]
@@ -206,8 +205,12 @@ def solve_strips(
             if share == 1.0:  # not part of the steps below
                 one.square = q
             missed[k] = q - one.square
-        rate = min(change / last, 1.0) if begun else _AGAIN if state.steps > 1 else _RATE
-        state.left = change * (rate if same else _RATE)
+        rate = _RATE
+        if same and begun:
+            rate = min(change / last, 1.0)
+        elif same and state.steps > 1:
+            rate = _AGAIN
+        state.left = change * rate
         if not same or change > _GROWN * last:
             state.steps = 0
         elif begun:  # the first one has none before of these strips, but those of the set before
