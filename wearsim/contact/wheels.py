@@ -238,7 +238,7 @@ def joined(parts: Sequence[Any], order: IntArray | slice | None = None, *, name:
     first = parts[0]
     kind: Any = type(first)
     if kind is np.ndarray:
-        whole = _stacked(name, parts) if len(parts) > 1 else first
+        whole = _stacked(name, parts)
         if order is None:
             return whole
         return whole[order] if isinstance(order, slice) else whole.take(order, axis=0)
@@ -247,12 +247,28 @@ def joined(parts: Sequence[Any], order: IntArray | slice | None = None, *, name:
     if isinstance(first, tuple):
         return tuple(joined(each, order, name=name) for each in zip(*parts, strict=True))
     every = parts if kind is dict else [vars(part) for part in parts]
-    values = {key: joined([each[key] for each in every], order, name=key) for key in every[0]}
-    return values if kind is dict else kind(**values)
+    values = {}
+    for key, value in every[0].items():
+        values[key] = None if value is None else joined([each[key] for each in every], order, name=key)
+    return values if kind is dict else _made(kind, values)
+
+
+def _made(kind: type[Any], values: dict[str, Any]) -> Any:
+    """Frozen dataclass of all its values: a quarter of the time of its constructor, which sets one by one."""
+    made = object.__new__(kind)
+    vars(made).update(values)
+    return made
+
+
+def changed(one: Any, **values: Any) -> Any:
+    """Frozen dataclass with other values, as by `dataclasses.replace` in a quarter of its time."""
+    return _made(type(one), {**vars(one), **values})
 
 
 def _stacked(name: str, parts: Sequence[FloatArray]) -> FloatArray:
     """Arrays behind one another, padded to equal shape but for the first axis."""
+    if len(parts) == 1:
+        return parts[0]
     if parts[0].ndim == 1 or len({part.shape[1:] for part in parts}) == 1:
         return np.concatenate(parts)
     sizes = np.array([part.shape for part in parts])
@@ -300,7 +316,7 @@ def stretched(wheels: Wheels, load: FloatArray) -> Wheels:
     if grid is not None:
         pressure = wide[:, :, None] * grid.pressure
         grid = PatchGrid(s * grid.x_lead, s * grid.cell_length, pressure)
-    patch = replace(
+    patch = changed(
         patch,
         y=wide * patch.y,
         width=s * patch.width,
@@ -310,7 +326,7 @@ def stretched(wheels: Wheels, load: FloatArray) -> Wheels:
         grid=grid,
     )
     centre, middle = normal.centre_y[:, None], wheels.wheel_y[:, None]
-    normal = replace(
+    normal = changed(
         normal,
         patch=patch,
         approach=s**2 * normal.approach,
@@ -320,7 +336,7 @@ def stretched(wheels: Wheels, load: FloatArray) -> Wheels:
         vertical_displacement=normal.vertical_displacement
         + (s**2 - 1.0) * normal.approach / np.cos(normal.contact_angle),
     )
-    return replace(
+    return changed(
         wheels,
         load=ratio * wheels.load,
         normal=normal,

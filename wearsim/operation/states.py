@@ -32,7 +32,14 @@ from numpy.typing import NDArray
 
 from wearsim.contact.equilibrium import falling_root
 from wearsim.contact.patch import FloatArray, IntArray
-from wearsim.contact.problem import ContactConditions, ContactModels, ContactPatches, Counterface, Wheelset
+from wearsim.contact.problem import (
+    NEARBY,
+    ContactConditions,
+    ContactModels,
+    ContactPatches,
+    Counterface,
+    Wheelset,
+)
 from wearsim.contact.solve import ContactSolution, solve_each
 from wearsim.contact.wheels import joined
 from wearsim.errors import ContactError, say
@@ -150,6 +157,7 @@ class Search:
     load: FloatArray
     stiffness: FloatArray
     beyond: FloatArray  # shift, both loads, share and gap past a jump (n, 5); NaN: there is none
+    nearby: FloatArray  # (n, 14) where contact began and came to at last, as in `ContactPatches`; NaN: anew
 
     def solve(
         self,
@@ -161,8 +169,9 @@ class Search:
     ) -> tuple[Resultants, NDArray[np.bool_]]:
         """Resultants at shifts (k,) under loads (k, 2) of `rows` (k,), and which have a solution."""
         here = replace(
-            self.conditions.at(rows), shift=shift, wheel_load=load, yaw=self.yaw[rows] if yaw is None else yaw
-        )
+            self.conditions.at(rows), shift=shift, wheel_load=load, yaw=self.yaw[rows] if yaw is None else yaw,
+            nearby=None if coarse else self.nearby[rows],
+        )  # fmt: skip
         number, solved, parts = self.corrected.model[rows], np.ones(rows.size, dtype=bool), []
         for one in np.unique(number).tolist():
             models, index = self.corrected.chain[one], np.flatnonzero(number == one)
@@ -174,6 +183,9 @@ class Search:
                 threads=self.threads, failed=failed, fields="work",
             )  # fmt: skip
             parts += [replace(part, point=index[part.point]) for part in found]
+            if yaw is None and not coarse:
+                for part in found:
+                    self.nearby[rows[index[part.point]]] = part.nearby
             solved[index[list(failed)]] = False
         forces = resultants(joined(parts), here, self.wheelset, self.counterface)
         difference = self.corrected.differences.at(rows, shift, here.yaw)
@@ -251,7 +263,7 @@ def settle(
         conditions, controlled, wheelset, counterface, models, threads,
         np.where(forced, start.shift, conditions.shift), conditions.yaw.copy(),
         np.where(loaded[:, None], start.load, load), np.where(forced, start.stiffness, 0.0),
-        np.full((count, 5), np.nan),
+        np.full((count, 5), np.nan), np.full((count, NEARBY), np.nan),
     )  # fmt: skip
     if (two := start.beyond) is not None:
         search.beyond[two.point] = np.column_stack([two.shift, two.load, two.share, two.gap])
