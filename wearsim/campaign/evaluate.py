@@ -150,7 +150,11 @@ def solve_passage(
     bodies, parts, last = worn_bodies(state, setup), [], len(setup.chain) - 1
     failed: Failed = {}
     conditions, of, share = points.runs
-    nearby = conditions if state.nearby.size == 0 else replace(conditions, nearby=state.nearby[of])
+    nearby = conditions
+    if state.nearby.size > 0:
+        known = state.nearby[of]
+        known[len(points.label) :] = np.nan  # past a jump
+        nearby = replace(conditions, nearby=known)
     nowhere = np.zeros(len(points.label), dtype=np.int64)
     before = nowhere > 0 if state.points is None else state.points.left_out
     place = nowhere if state.correction is None else state.correction.model.copy()

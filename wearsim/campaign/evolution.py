@@ -186,7 +186,7 @@ class WheelsetEvolution:
         if reprofiling_due(state, setup, evaluation.measures):
             fresh = self._on_new_profiles(reprofile(state, setup), points.weight, wheels=True)
             return handover.few_handed_over(fresh, setup), NO_STEP
-        if begins_nearby(here) and points.controlled is None:  # whose forces are searched for from anew
+        if begins_nearby(here):
             state = nearby.remembered(state, evaluation.passage.contact, len(points.label))
         ahead_of = to_next_reprofiling(state, setup.control)
         known = {evaluation.weight.tobytes(): evaluation.collective}

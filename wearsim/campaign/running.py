@@ -47,7 +47,7 @@ def settled_state(
     if state.running is None or points.controlled is None:
         return state
     known, bodies, last = state.correction, worn_bodies(state, setup), len(setup.chain) - 1
-    before = state.running
+    before, nearby = state.running, state.nearby.copy() if state.nearby.size else None
     count, bogies = len(points.label), points.controlled.bogies
     fast = Corrected(setup.chain, np.zeros(count, dtype=np.int64), Differences.none(count))
     if known is not None:
@@ -60,7 +60,7 @@ def settled_state(
         try:
             after = settle(
                 points.conditions, points.controlled, *bodies, models, before.at(state.distance), stage=stage,
-                threads=setup.threads,
+                nearby=nearby, threads=setup.threads,
             )  # fmt: skip
             break
         except StateError as error:
@@ -73,7 +73,8 @@ def settled_state(
     gone, rate = state.distance - before.distance, before.rate
     if gone > 0.0:
         rate = np.where(np.isfinite(points.controlled.lateral_force), after.shift - before.shift, 0.0) / gone
-    return replace(state, running=replace(after, rate=rate, distance=state.distance))
+    running = replace(after, rate=rate, distance=state.distance)
+    return replace(state, running=running, nearby=state.nearby if nearby is None else nearby)
 
 
 def refreshed_where_it_runs(

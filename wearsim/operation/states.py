@@ -41,6 +41,7 @@ from wearsim.contact.problem import (
     Wheelset,
 )
 from wearsim.contact.solve import ContactSolution, solve_each
+from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.contact.wheels import joined
 from wearsim.errors import ContactError, say
 from wearsim.operation.bogie import Bogies, curved
@@ -157,7 +158,8 @@ class Search:
     load: FloatArray
     stiffness: FloatArray
     beyond: FloatArray  # shift, both loads, share and gap past a jump (n, 5); NaN: there is none
-    nearby: FloatArray  # (n, 14) where contact began and came to at last, as in `ContactPatches`; NaN: anew
+    nearby: FloatArray  # (n, 14) what contact came to at last, as in `ContactPatches`; NaN: unknown
+    tracked: bool  # whether it begins there
 
     def solve(
         self,
@@ -167,25 +169,30 @@ class Search:
         coarse: bool = False,
         yaw: FloatArray | None = None,
     ) -> tuple[Resultants, NDArray[np.bool_]]:
-        """Resultants at shifts (k,) under loads (k, 2) of `rows` (k,), and which have a solution."""
+        """Resultants at shifts (k,) under loads (k, 2) of `rows` (k,), and which have a solution.
+
+        With a `yaw` (k,) of their own they are for slopes: on the branch of the solution before.
+        """
         here = replace(
-            self.conditions.at(rows), shift=shift, wheel_load=load, yaw=self.yaw[rows] if yaw is None else yaw,
-            nearby=None if coarse else self.nearby[rows],
-        )  # fmt: skip
+            self.conditions.at(rows), shift=shift, wheel_load=load, yaw=self.yaw[rows] if yaw is None else yaw
+        )
         number, solved, parts = self.corrected.model[rows], np.ones(rows.size, dtype=bool), []
         for one in np.unique(number).tolist():
             models, index = self.corrected.chain[one], np.flatnonzero(number == one)
             if coarse:
                 models = replace(models, strips=_COARSE, cells=_COARSE, cell_size=_COARSE_CELL)
+            # forces of coarse cells of the half-space would hang on where it began
+            kept = not coarse and not TANGENTIAL_MODELS[models.tangential].warm
+            begins = kept and (self.tracked or yaw is not None)
+            part_of = replace(here, nearby=self.nearby[rows] if begins else None).at(index)
             failed: dict[int, ContactError] = {}
             found: list[ContactPatches] = solve_each(
-                here.at(index), self.wheelset, self.counterface, models, ContactSolution.patches,
+                part_of, self.wheelset, self.counterface, models, ContactSolution.patches,
                 threads=self.threads, failed=failed, fields="work",
             )  # fmt: skip
             parts += [replace(part, point=index[part.point]) for part in found]
-            if yaw is None and not coarse:
-                for part in found:
-                    self.nearby[rows[index[part.point]]] = part.nearby
+            for part in found if kept and yaw is None else ():
+                self.nearby[rows[index[part.point]]] = part.nearby
             solved[index[list(failed)]] = False
         forces = resultants(joined(parts), here, self.wheelset, self.counterface)
         difference = self.corrected.differences.at(rows, shift, here.yaw)
@@ -219,6 +226,7 @@ def settle(
     start: Running | None = None,
     *,
     stage: NDArray[np.bool_] | None = None,
+    nearby: FloatArray | None = None,
     threads: int = 1,
 ) -> Running:
     """Shift and wheel loads at which the controlled forces are balanced.
@@ -237,6 +245,10 @@ def settle(
     stage : (n,) bool array, optional
         Points that act in a stage of a wear step: only they move, and all bogies, and by a last step without
         solution where at most 2e-3 of the axle load were missing.
+    nearby : (n, 14) array, optional
+        Where the contact of each point begins, as in `ContactPatches`; what it came to at last is put there,
+        NaN at jumps. Where two solutions carry the same loads it stays with that which it began with; without
+        it each contact is solved anew.
     threads : int
         Of the contact solver; their number does not change the bits.
 
@@ -263,7 +275,8 @@ def settle(
         conditions, controlled, wheelset, counterface, models, threads,
         np.where(forced, start.shift, conditions.shift), conditions.yaw.copy(),
         np.where(loaded[:, None], start.load, load), np.where(forced, start.stiffness, 0.0),
-        np.full((count, 5), np.nan), np.full((count, NEARBY), np.nan),
+        np.full((count, 5), np.nan), np.full((count, NEARBY), np.nan) if nearby is None else nearby,
+        nearby is not None,
     )  # fmt: skip
     if (two := start.beyond) is not None:
         search.beyond[two.point] = np.column_stack([two.shift, two.load, two.share, two.gap])
@@ -277,6 +290,7 @@ def settle(
     known = ~forced[rows] | (search.stiffness[rows] > 0.0)
     rest = np.append(_corrected(search, rows[known], MOST_WARM, stage is not None), rows[~known])
     if rest.size:
+        search.tracked = False
         _walked(search, np.sort(rest[forced[rest]]))
         rest = _corrected(search, np.sort(rest), 20)
     if rest.size:
@@ -301,12 +315,16 @@ def _curved(search: Search, bogies: Bogies, start: Running, stage: bool) -> None
     warm = bool((start.stiffness[rows] > 0.0).all())
     left = curved(search, bogies, warm, TOLERANCE, soon=stage)
     if left.size and warm and not stage:
+        search.nearby[bogies.at(left).points] = np.nan
         left = left[curved(search, bogies.at(left), False, TOLERANCE)]
     if left.size:
         curvature = search.conditions.track_curvature
         lost = bogies.leading[left].tolist()
         raise StateError({point: say("state.no_curving", radius=1.0 / curvature[point]) for point in lost})
     search.stiffness[rows] = 1.0  # found before: the next search starts here
+
+
+_NO_ENDS = np.array([[-np.inf, np.nan], [np.inf, np.nan]])
 
 
 def _corrected(search: Search, rows: IntArray, most: int, stage: bool = False) -> IntArray:
@@ -320,11 +338,12 @@ def _corrected(search: Search, rows: IntArray, most: int, stage: bool = False) -
     count = search.shift.size
     before, moved = np.zeros(count), np.zeros(count)
     # shifts on both sides of the one sought, and the force missing there
-    ends = np.tile([[-np.inf, np.nan], [np.inf, np.nan]], (count, 1, 1))
+    ends = np.tile(_NO_ENDS, (count, 1, 1))
     third, end_loads, end_moves = np.full((count, 2), np.nan), np.zeros((count, 2, 4)), np.zeros((count, 2))
     beyond, lost = search.beyond.copy(), rows[:0]
     width_before = np.where(np.isfinite(beyond[:, 0]), beyond[:, 0] - search.shift, 0.0)
     search.beyond[rows] = np.nan
+    anew = np.isfinite(beyond[:, 0])  # near a jump, whose place would hang on the branch it is come to by
     for trial in range(_MOST_TRIALS):
         if trial >= most:
             found = np.isfinite(ends[rows, :, 0]).all(axis=1)
@@ -332,6 +351,7 @@ def _corrected(search: Search, rows: IntArray, most: int, stage: bool = False) -
         if not rows.size:
             break
         shift, load = search.shift[rows], search.load[rows]
+        search.nearby[rows[anew[rows]]] = np.nan
         forces, solved = search.solve(rows, shift, load)
         wanted = search.controlled.lateral_force[rows]
         forced = np.isfinite(wanted)
@@ -350,7 +370,9 @@ def _corrected(search: Search, rows: IntArray, most: int, stage: bool = False) -
         between = np.isfinite(low) & np.isfinite(high) & (low < high)
         width = np.where(between, high, 1.0) - np.where(between, low, 0.0)
         widest = 2.0 * _JUMP if stage and trial == most - 1 else _JUMP
-        jumps = between & (width <= widest) & (high_off - low_off > _STIFFEST * width)
+        steep = between & (high_off - low_off > _STIFFEST * width)
+        fresh = steep & ~anew[rows] & search.tracked  # sides of it are looked for once more
+        jumps = steep & (width <= widest) & ~fresh
         worse = np.argmax(end_moves[rows], axis=1)  # of a jump the end whose loads are further off
         again = jumps & (end_moves[rows, worse] > _PROMISING)
         jumps &= ~again
@@ -395,6 +417,9 @@ def _corrected(search: Search, rows: IntArray, most: int, stage: bool = False) -
             search.shift[own], search.load[own] = ends[own, 0, 0], end_loads[own, 0, :2]
             share = -ends[own, 0, 1] / gap
             search.beyond[own] = np.column_stack([ends[own, 1, 0], end_loads[own, 1, :2], share, gap])
+            search.nearby[own] = np.nan
+        own = rows[fresh]
+        anew[own], ends[own], third[own] = True, _NO_ENDS, np.nan
         rows = rows[~(still | quick | last)]
     return np.append(lost, rows)
 
