@@ -9,11 +9,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from wearsim.contact.solve import ContactConditions, solve
+from wearsim.contact.problem import NEARBY
+from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset, solve
 from wearsim.errors import ContactError
 from wearsim.operation import states
 from wearsim.operation.resultants import Resultants, patch_forces, resultants
 from wearsim.operation.states import Controlled, Running, StateError, settle
+from wearsim.profile import standard
 
 AXLE = 160e3
 
@@ -85,6 +87,58 @@ def test_shifts_by_force_are_those_of_the_reference_and_need_few_solutions_when_
         # both within the tolerance of the force
         near = 2.0 * states.TOLERANCE * AXLE / running.stiffness
         assert (np.abs(again.shift - running.shift) <= near).all()
+
+
+@pytest.fixture
+def begun(monkeypatch):
+    """Whether contact began nearby, of each point in each solution."""
+    found = []
+    solve_each = states.solve_each
+
+    def watching(conditions, *others, **options):
+        known = conditions.nearby is not None and np.isfinite(conditions.nearby).all(axis=1)
+        found.extend(np.broadcast_to(known, conditions.shift.size))
+        return solve_each(conditions, *others, **options)
+
+    monkeypatch.setattr(states, "solve_each", watching)
+    return found
+
+
+def test_contact_begins_where_it_was_and_the_state_is_the_same(bodies, models, reference, begun):
+    for curvature, table in reference("operation_rig.csv").items():
+        count = table["H_kN"].size
+        given = conditions_of(table, shift=np.zeros(count), friction=0.35)
+        wanted = under(1e3 * table["H_kN"], count)
+        anew = settle(given, wanted, *bodies(curvature), models)
+        assert not any(begun)
+        nearby = np.full((count, NEARBY), np.nan)
+        before = Running(anew.shift - 2e-6, anew.load + 30.0, anew.stiffness, anew.yaw)
+        for _ in range(2):
+            begun.clear()
+            running = settle(given, wanted, *bodies(curvature), models, before, nearby=nearby)
+            assert np.isfinite(nearby).all()
+            # of the force, and of the roll it is solved to
+            near = 2.0 * states.TOLERANCE * AXLE / anew.stiffness + states._NOISE
+            assert (np.abs(running.shift - anew.shift) <= near).all()
+        assert all(begun)
+        begun.clear()
+
+
+def test_a_jump_is_where_it_is_on_whatever_branch_contact_is():
+    """P8 on 60E1 carries 43 to 56 kN in two ways at 8.8 mm, which contact keeps to that begins nearby."""
+    wheel, rail = standard.wheel("P8"), standard.rail("60E1", 1 / 40, 1.435, 0.75)
+    bodies = Wheelset(wheel, wheel, 0.46, 0.75), Counterface(rail, 0.0)
+    given, models = ContactConditions.of([0.0], speed=20.0, free_roll=True, friction=0.35), ContactModels()
+    alone = settle(given, under(51e3, 1), *bodies, models)
+    for force in (30e3, 65e3):  # below and above it
+        nearby = np.full((1, NEARBY), np.nan)
+        start = settle(given, under(force, 1), *bodies, models, nearby=nearby)
+        assert np.isfinite(nearby).all()
+        running = settle(given, under(51e3, 1), *bodies, models, start, nearby=nearby)
+        # both brackets are 1 um wide at most
+        np.testing.assert_allclose(running.shift, alone.shift, atol=1e-6)
+        np.testing.assert_allclose(running.beyond.shift, alone.beyond.shift, atol=1e-6)
+        assert np.isnan(nearby).all()  # its sides begin anew
 
 
 def test_a_mirrored_state_is_the_mirror_image(bodies, models):
