@@ -137,8 +137,18 @@ def test_a_jump_is_where_it_is_on_whatever_branch_contact_is():
         running = settle(given, under(51e3, 1), *bodies, models, start, nearby=nearby)
         # both brackets are 1 um wide at most
         np.testing.assert_allclose(running.shift, alone.shift, atol=1e-6)
-        np.testing.assert_allclose(running.beyond.shift, alone.beyond.shift, atol=1e-6)
-        assert np.isnan(nearby).all()  # its sides begin anew
+        beyond = running.beyond
+        np.testing.assert_allclose(beyond.shift, alone.beyond.shift, atol=1e-6)
+        # and contact that begins there carries the same force as anew
+        sides = (running.shift, running.load, nearby), (beyond.shift, beyond.load, beyond.nearby)
+        for shift, load, near in sides:
+            here = replace(given, shift=shift, wheel_load=load)
+            ours, theirs = (
+                resultants(solve(replace(here, nearby=begin), *bodies, models), here, *bodies).force
+                for begin in (near, None)
+            )
+            assert np.isfinite(near).all()
+            assert ours == pytest.approx(theirs, abs=states.TOLERANCE * AXLE)
 
 
 def test_a_mirrored_state_is_the_mirror_image(bodies, models):
