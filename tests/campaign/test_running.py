@@ -79,6 +79,29 @@ def test_every_row_holds_the_forces_that_are_controlled(steps):
     assert {"lateral_position", "wheel_loads", "wear_share"} <= set(QUANTITIES)
 
 
+def test_rows_at_a_jump_hold_the_force_and_stored_states_take_the_same_step():
+    """P8 on 60E1: the force of the flange jumps past 51 kN, and goes on jumping as it wears."""
+    block = {"name": "flange", "lateral_force_kN": 51, "axle_load_kN": 160, "speed_km_h": 72}
+    block |= {"friction": 0.35, "distance_km": 1}
+    operation = {**SCENE["operation"], "block": [block]}
+    scene = {**SCENE, "wheelset": {"profile": "P8"}, "operation": operation}
+    evolution = WheelsetEvolution(build(load_scene(scene)))
+    state, taken = evolution.start()
+    shares = []
+    for _ in range(3):
+        evaluation = evolution.evaluate(state, taken)
+        row = evolution.row(state, evaluation, taken)
+        assert row["lateral_force"][0] == pytest.approx(51e3, abs=2.0 * TOLERANCE * 160e3)
+        shares.append(row["share_beyond_jump"][0])
+        stored = rebuilt(State, flattened(state))
+        again, _ = evolution.advance(stored, evolution.evaluate(stored))
+        state, taken = evolution.advance(state, evaluation)
+        for name, value in flattened(state).items():
+            assert flattened(again)[name].tobytes() == value.tobytes(), name
+    assert state.nearby.size > 0
+    assert min(shares) > 0.0
+
+
 def test_a_stored_state_takes_the_same_step_to_the_last_bit(steps):
     evolution, found, after = steps
     state, _ = found[-1]

@@ -11,7 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from wearsim.contact.problem import NEARBY
 from wearsim.contact.solve import ContactConditions, Wheelset, solve
+from wearsim.operation import states
 from wearsim.operation.bogie import GRAVITY, Bogies, Vehicle, curved, suspension
 from wearsim.operation.resultants import Resultants, resultants
 from wearsim.operation.route import Motion, resting
@@ -191,3 +193,35 @@ def test_springs_of_a_bogie_exert_no_force_on_it_as_a_whole():
     np.testing.assert_allclose(springs[:, 0] + springs[:, 2], 0.0, atol=1e-12 * size)
     turning = VEHICLE.half_wheelbase * (springs[:, 0] - springs[:, 2]) + springs[:, 1] + springs[:, 3]
     np.testing.assert_allclose(turning, 0.0, atol=1e-12 * size)
+
+
+def test_only_slopes_begin_nearby_where_each_contact_is_to_be_solved_anew(bodies, models, monkeypatch):
+    """And nothing does with the half-space, whose cells would lie otherwise."""
+    asked = []
+    solve_each = states.solve_each
+
+    def watch(conditions):
+        known = conditions.nearby is not None and bool(np.isfinite(conditions.nearby).all())
+        asked.append((conditions.shift.size, known))
+
+    def watching(conditions, *others, **options):
+        watch(conditions)
+        return solve_each(conditions, *others, **options)
+
+    monkeypatch.setattr(states, "solve_each", watching)
+    conditions, controlled = task(600.0, 0.04)
+    settle(conditions, controlled, *bodies(0.0), models)
+    # both axles, then either of them moved and turned
+    assert set(asked) == {(2, False), (4, True)}
+    asked.clear()
+
+    def refusing(conditions, *others, **options):
+        watch(conditions)
+        raise StateError({})
+
+    monkeypatch.setattr(states, "solve_each", refusing)
+    half_space = replace(models, normal="half_space", tangential="half_space")
+    for given, known in ((models, True), (half_space, False)):
+        with pytest.raises(StateError):
+            settle(conditions, controlled, *bodies(0.0), given, nearby=np.zeros((2, NEARBY)))
+        assert asked.pop() == (2, known)

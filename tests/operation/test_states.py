@@ -124,7 +124,7 @@ def test_contact_begins_where_it_was_and_the_state_is_the_same(bodies, models, r
         begun.clear()
 
 
-def test_a_jump_is_where_it_is_on_whatever_branch_contact_is():
+def test_a_jump_that_is_found_is_where_contact_solved_anew_has_it():
     """P8 on 60E1 carries 43 to 56 kN in two ways at 8.8 mm, which contact keeps to that begins nearby."""
     wheel, rail = standard.wheel("P8"), standard.rail("60E1", 1 / 40, 1.435, 0.75)
     bodies = Wheelset(wheel, wheel, 0.46, 0.75), Counterface(rail, 0.0)
@@ -137,18 +137,8 @@ def test_a_jump_is_where_it_is_on_whatever_branch_contact_is():
         running = settle(given, under(51e3, 1), *bodies, models, start, nearby=nearby)
         # both brackets are 1 um wide at most
         np.testing.assert_allclose(running.shift, alone.shift, atol=1e-6)
-        beyond = running.beyond
-        np.testing.assert_allclose(beyond.shift, alone.beyond.shift, atol=1e-6)
-        # and contact that begins there carries the same force as anew
-        sides = (running.shift, running.load, nearby), (beyond.shift, beyond.load, beyond.nearby)
-        for shift, load, near in sides:
-            here = replace(given, shift=shift, wheel_load=load)
-            ours, theirs = (
-                resultants(solve(replace(here, nearby=begin), *bodies, models), here, *bodies).force
-                for begin in (near, None)
-            )
-            assert np.isfinite(near).all()
-            assert ours == pytest.approx(theirs, abs=states.TOLERANCE * AXLE)
+        np.testing.assert_allclose(running.beyond.shift, alone.beyond.shift, atol=1e-6)
+        assert np.isnan(nearby).all()  # its sides begin anew
 
 
 def test_a_mirrored_state_is_the_mirror_image(bodies, models):

@@ -152,9 +152,8 @@ def solve_passage(
     conditions, of, share = points.runs
     nearby = conditions
     if state.nearby.size > 0:
-        known, past = state.nearby[of], points.beyond
-        if past is not None:
-            known[len(points.label) :] = past.nearby if past.nearby.size else np.nan
+        known = state.nearby[of]
+        known[len(points.label) :] = np.nan  # past a jump
         nearby = replace(conditions, nearby=known)
     nowhere = np.zeros(len(points.label), dtype=np.int64)
     before = nowhere > 0 if state.points is None else state.points.left_out

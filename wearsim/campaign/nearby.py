@@ -2,7 +2,7 @@
 
 Roll, rotation speed and loads of a wheelset follow the worn depth: those of the stages of a wear step are
 linear in the distance, but for the second order. What the contact solver finds does not depend on where it
-begins, beyond its tolerances.
+begins, beyond its tolerances; where two solutions carry the loads of a wheelset it is the one it began with.
 """
 
 from __future__ import annotations

@@ -47,7 +47,7 @@ def settled_state(
     if state.running is None or points.controlled is None:
         return state
     known, bodies, last = state.correction, worn_bodies(state, setup), len(setup.chain) - 1
-    before, nearby = state.running, state.nearby.copy() if state.nearby.size else None
+    before = state.running
     count, bogies = len(points.label), points.controlled.bogies
     fast = Corrected(setup.chain, np.zeros(count, dtype=np.int64), Differences.none(count))
     if known is not None:
@@ -57,6 +57,7 @@ def settled_state(
         if bogies is not None:
             true[bogies.points] |= np.roll(true[bogies.points], bogies.leading.size)
         models = Corrected(setup.chain, np.where(true, last, fast.model), fast.differences.of(~true))
+        nearby = state.nearby.copy() if state.nearby.size else None
         try:
             after = settle(
                 points.conditions, points.controlled, *bodies, models, before.at(state.distance), stage=stage,

@@ -59,8 +59,9 @@ class ContactConditions:
         Which of the pairs of rails of the counterface each point runs on, by default the first.
     nearby : (n, 14) array, optional
         Equilibria of like points to begin with, as solutions have them: saves work and changes nothing beyond
-        the tolerance, or what the cells of a `half_space` leave open, as they lie otherwise. A point where it
-        leads nowhere, or is not finite, begins anew.
+        the tolerance, or what the cells of a `half_space` leave open, as they lie otherwise, but that where
+        two equilibria carry the loads it is the one begun with. A point where it leads nowhere, or is not
+        finite, begins anew.
     """
 
     shift: FloatArray

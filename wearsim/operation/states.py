@@ -105,8 +105,6 @@ class BeyondJump:
     load: FloatArray  # (k, 2) [N]
     share: FloatArray  # (k,) of the distance of the point, between 0 and 1 [-]
     gap: FloatArray  # (k,) between the lateral forces at both shifts [N]
-    # (k, 14) where its contact begins, as in `ContactPatches`; NaN, or none of them: unknown
-    nearby: FloatArray = field(default_factory=lambda: np.zeros((0, NEARBY)))
 
 
 @dataclass(frozen=True)
@@ -160,9 +158,7 @@ class Search:
     load: FloatArray
     stiffness: FloatArray
     beyond: FloatArray  # shift, both loads, share and gap past a jump (n, 5); NaN: there is none
-    # what contact came to at last, and past a jump, (n, 14) as in `ContactPatches`; NaN: unknown
-    nearby: FloatArray
-    nearby_beyond: FloatArray
+    nearby: FloatArray  # (n, 14) what contact came to at last, as in `ContactPatches`; NaN: unknown
     tracked: bool  # whether it begins there
 
     def solve(
@@ -250,9 +246,9 @@ def settle(
         Points that act in a stage of a wear step: only they move, and all bogies, and by a last step without
         solution where at most 2e-3 of the axle load were missing.
     nearby : (n, 14) array, optional
-        Where the contact of each point begins, as in `ContactPatches`; what it came to at last is put there.
-        Where two solutions carry the same loads it stays with that which it began with; sides of jumps are
-        found by contact that is solved anew, as all without it.
+        Where the contact of each point begins, as in `ContactPatches`; what it came to at last is put there,
+        of points that were solved by models that begin so, NaN at jumps. Where two solutions carry the same
+        loads it stays with that which it began with; without it each contact is solved anew.
     threads : int
         Of the contact solver; their number does not change the bits.
 
@@ -280,11 +276,10 @@ def settle(
         np.where(forced, start.shift, conditions.shift), conditions.yaw.copy(),
         np.where(loaded[:, None], start.load, load), np.where(forced, start.stiffness, 0.0),
         np.full((count, 5), np.nan), np.full((count, NEARBY), np.nan) if nearby is None else nearby,
-        np.full((count, NEARBY), np.nan), nearby is not None,
+        nearby is not None,
     )  # fmt: skip
     if (two := start.beyond) is not None:
         search.beyond[two.point] = np.column_stack([two.shift, two.load, two.share, two.gap])
-        search.nearby_beyond[two.point] = two.nearby if two.nearby.size else np.nan
     alone = controlled.any
     if controlled.bogies is not None:
         axles = controlled.bogies.points
@@ -302,10 +297,7 @@ def settle(
         raise StateError(dict.fromkeys(rest.tolist(), say("state.unsettled")))
     at = np.flatnonzero(np.isfinite(search.beyond[:, 0]))
     past = search.beyond[at]
-    beyond = None
-    if at.size:
-        shift, share, gap = past[:, [0, 3, 4]].T
-        beyond = BeyondJump(at, shift, past[:, 1:3], share, gap, search.nearby_beyond[at])
+    beyond = BeyondJump(at, past[:, 0], past[:, 1:3], *past[:, 3:].T) if at.size else None
     return Running(search.shift, search.load, search.stiffness, search.yaw, beyond)
 
 
@@ -348,15 +340,14 @@ def _corrected(search: Search, rows: IntArray, most: int, stage: bool = False) -
     # shifts on both sides of the one sought, and the force missing there
     ends = np.tile(_NO_ENDS, (count, 1, 1))
     third, end_loads, end_moves = np.full((count, 2), np.nan), np.zeros((count, 2, 4)), np.zeros((count, 2))
-    end_nearby = np.full((count, 2, NEARBY), np.nan)
     beyond, lost = search.beyond.copy(), rows[:0]
     width_before = np.where(np.isfinite(beyond[:, 0]), beyond[:, 0] - search.shift, 0.0)
     search.beyond[rows] = np.nan
+    limit = np.full(count, most)
     anew = np.isfinite(beyond[:, 0])  # near a jump, whose place would hang on the branch it is come to by
     for trial in range(_MOST_TRIALS):
-        if trial >= most:
-            found = np.isfinite(ends[rows, :, 0]).all(axis=1)
-            lost, rows = np.append(lost, rows[~found]), rows[found]
+        late = (trial >= limit[rows]) & ~np.isfinite(ends[rows, :, 0]).all(axis=1)
+        lost, rows = np.append(lost, rows[late]), rows[~late]
         if not rows.size:
             break
         shift, load = search.shift[rows], search.load[rows]
@@ -375,11 +366,11 @@ def _corrected(search: Search, rows: IntArray, most: int, stage: bool = False) -
             third[own] = ends[own, side]
             ends[own, side] = np.column_stack([shift, off])[here]
             end_loads[own, side], end_moves[own, side] = np.hstack([load, after])[here], moves[here]
-            end_nearby[own, side] = search.nearby[own]
         (low, low_off), (high, high_off) = np.moveaxis(ends[rows], 0, 2)
         between = np.isfinite(low) & np.isfinite(high) & (low < high)
         width = np.where(between, high, 1.0) - np.where(between, low, 0.0)
-        widest = 2.0 * _JUMP if stage and trial == most - 1 else _JUMP
+        ending = trial == limit[rows] - 1
+        widest = np.where(stage & ending, 2.0 * _JUMP, _JUMP)
         steep = between & (high_off - low_off > _STIFFEST * width)
         fresh = steep & ~anew[rows] & search.tracked  # sides of it are looked for once more
         jumps = steep & (width <= widest) & ~fresh
@@ -414,7 +405,7 @@ def _corrected(search: Search, rows: IntArray, most: int, stage: bool = False) -
         step = np.where(again, ends[rows, worse, 0] - shift, step)
         step = np.where(forced & solved & ~still & (np.abs(off) > 0.5 * TOLERANCE * total), step, 0.0)
         small = (np.abs(step) <= _SMALL_STEP) & ~between
-        small |= trial == most - 1
+        small |= ending
         quick = stage & solved & small & ~jumped & (np.maximum(np.abs(off) / total, moves) <= _PROMISING)
         search.shift[rows] = shift + step
         search.load[rows] = np.where((still & balanced)[:, None], load, after)
@@ -427,9 +418,10 @@ def _corrected(search: Search, rows: IntArray, most: int, stage: bool = False) -
             search.shift[own], search.load[own] = ends[own, 0, 0], end_loads[own, 0, :2]
             share = -ends[own, 0, 1] / gap
             search.beyond[own] = np.column_stack([ends[own, 1, 0], end_loads[own, 1, :2], share, gap])
-            search.nearby[own], search.nearby_beyond[own] = end_nearby[own].swapaxes(0, 1)
+            search.nearby[own] = np.nan
         own = rows[fresh]
-        anew[own], ends[own], third[own] = True, _NO_ENDS, np.nan
+        anew[own], ends[own], third[own], moved[own] = True, _NO_ENDS, np.nan, 0.0
+        limit[own] = trial + 1 + most  # as many solutions as from the start
         rows = rows[~(still | quick | last)]
     return np.append(lost, rows)
 
