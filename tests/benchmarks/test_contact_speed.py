@@ -129,15 +129,25 @@ def test_full_solution(show, best, scene, normal, target):
     )
 
 
-def test_threads(show, best, scene):
-    """Two threads against one, wall clock."""
+@pytest.mark.parametrize(
+    ("normal", "times"), [("kik_piotrowski", 1), ("kik_piotrowski", 4), ("knothe_le_the", 1)]
+)
+def test_threads(show, scene, normal, times):
+    """Two threads against one, wall clock; what one waits for in the end counts less in more chunks."""
+    conditions, *others = scene
+    each = {name: value for name, value in vars(conditions).items() if isinstance(value, np.ndarray)}
+    many = replace(conditions, **{name: np.tile(value, times) for name, value in each.items()}), *others
+    options = {"normal": normal, "sides": (0, 1), "points": times * POINTS}
     for threads in (1, 2):
-        solved(scene, sides=(0, 1), threads=threads)
+        solved(many, threads=threads, **options)
     one, two = (
-        min(wall(lambda threads=threads: solved(scene, sides=(0, 1), threads=threads)) for _ in range(7))
+        min(wall(lambda threads=threads: solved(many, threads=threads, **options)) for _ in range(7))
         for threads in (1, 2)
     )
-    show(f"two threads: {one / two:.2f} times as fast as one (target 1.8; {os.cpu_count()} cores)")
+    show(
+        f"two threads, {normal}, {times * POINTS} points: {one / two:.2f} times as fast as one "
+        f"(target 1.8; {os.cpu_count()} cores)"
+    )
 
 
 def wall(function):
