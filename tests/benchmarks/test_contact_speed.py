@@ -109,9 +109,9 @@ def solved(
     models = replace(
         models, normal=normal, tangential=tangential, strips=grid, cells=grid, most_cells=grid, cell_size=1.0
     )
-    few = {name: value[:points] for name, value in vars(conditions).items() if isinstance(value, np.ndarray)}
+    conditions = conditions.at(np.arange(points) % POINTS)
     contact.solve_each(
-        replace(conditions, **few), wheelset, counterface, models, lambda part: part.fields.strip_work,
+        conditions, wheelset, counterface, models, lambda part: part.fields.strip_work,
         sides=sides, threads=threads, fields=fields,
     )  # fmt: skip
 
@@ -134,14 +134,11 @@ def test_full_solution(show, best, scene, normal, target):
 )
 def test_threads(show, scene, normal, times):
     """Two threads against one, wall clock; what one waits for in the end counts less in more chunks."""
-    conditions, *others = scene
-    each = {name: value for name, value in vars(conditions).items() if isinstance(value, np.ndarray)}
-    many = replace(conditions, **{name: np.tile(value, times) for name, value in each.items()}), *others
     options = {"normal": normal, "sides": (0, 1), "points": times * POINTS}
     for threads in (1, 2):
-        solved(many, threads=threads, **options)
+        solved(scene, threads=threads, **options)
     one, two = (
-        min(wall(lambda threads=threads: solved(many, threads=threads, **options)) for _ in range(7))
+        min(wall(lambda threads=threads: solved(scene, threads=threads, **options)) for _ in range(7))
         for threads in (1, 2)
     )
     show(

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from wearsim.contact.solve import ContactModels, Counterface, Wheelset
+from wearsim.operation import states
 from wearsim.profile import standard
 
 DATA = Path(__file__).parents[1] / "data"
@@ -38,3 +39,19 @@ def reference():
         return found
 
     return read
+
+
+@pytest.fixture
+def begun(monkeypatch):
+    """Whether contact began nearby, of the points of each solution that a search asked for."""
+    found = []
+    solve_each = states.solve_each
+
+    def watching(conditions, *others, **options):
+        nearby = conditions.nearby
+        known = np.zeros(conditions.shift.size, bool) if nearby is None else np.isfinite(nearby).all(axis=1)
+        found.append(tuple(known.tolist()))
+        return solve_each(conditions, *others, **options)
+
+    monkeypatch.setattr(states, "solve_each", watching)
+    return found

@@ -195,33 +195,21 @@ def test_springs_of_a_bogie_exert_no_force_on_it_as_a_whole():
     np.testing.assert_allclose(turning, 0.0, atol=1e-12 * size)
 
 
-def test_only_slopes_begin_nearby_where_each_contact_is_to_be_solved_anew(bodies, models, monkeypatch):
+def test_only_slopes_begin_nearby_where_each_contact_is_to_be_solved_anew(bodies, models, begun, monkeypatch):
     """And nothing does with the half-space, whose cells would lie otherwise."""
-    asked = []
-    solve_each = states.solve_each
-
-    def watch(conditions):
-        known = conditions.nearby is not None and bool(np.isfinite(conditions.nearby).all())
-        asked.append((conditions.shift.size, known))
-
-    def watching(conditions, *others, **options):
-        watch(conditions)
-        return solve_each(conditions, *others, **options)
-
-    monkeypatch.setattr(states, "solve_each", watching)
     conditions, controlled = task(600.0, 0.04)
     settle(conditions, controlled, *bodies(0.0), models)
     # both axles, then either of them moved and turned
-    assert set(asked) == {(2, False), (4, True)}
-    asked.clear()
+    assert set(begun) == {(False,) * 2, (True,) * 4}
+    nearby = np.full((2, NEARBY), np.nan)
+    settle(conditions, controlled, *bodies(0.0), models, nearby=nearby)
 
-    def refusing(conditions, *others, **options):
-        watch(conditions)
+    def refuse(*_):
         raise StateError({})
 
-    monkeypatch.setattr(states, "solve_each", refusing)
-    half_space = replace(models, normal="half_space", tangential="half_space")
+    monkeypatch.setattr(states, "resultants", refuse)
+    half_space = replace(models, normal="half_space", tangential="half_space", cells=8, most_cells=8)
     for given, known in ((models, True), (half_space, False)):
         with pytest.raises(StateError):
-            settle(conditions, controlled, *bodies(0.0), given, nearby=np.zeros((2, NEARBY)))
-        assert asked.pop() == (2, known)
+            settle(conditions, controlled, *bodies(0.0), given, nearby=nearby)
+        assert begun.pop() == (known,) * 2

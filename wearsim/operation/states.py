@@ -61,6 +61,7 @@ _FURTHER = 8e-6  # that a jump moves by the force at one side of it [m]
 _LOADS_LEFT = 0.1  # of a correction of the loads that the next one takes, at the same shift
 _MOST_TRIALS = 24
 _NOISE = 1e-8  # difference of shifts below which the roll's tolerance decides that of the forces [m]
+_NO_ENDS = np.array([[-np.inf, np.nan], [np.inf, np.nan]])  # of a bracket: shifts and the force missing there
 _JUMP = 1e-6  # widest bracket in which the force jumps: it changes by more than `_STIFFEST` explains [m]
 # In a stage a last step without a solution is enough from these on:
 _PROMISING = 2e-3  # force and loads missing, over the axle load
@@ -159,7 +160,7 @@ class Search:
     stiffness: FloatArray
     beyond: FloatArray  # shift, both loads, share and gap past a jump (n, 5); NaN: there is none
     nearby: FloatArray  # (n, 14) what contact came to at last, as in `ContactPatches`; NaN: unknown
-    tracked: bool  # whether it begins there
+    begins: NDArray[np.bool_]  # (n,) whether it begins there; else anew
 
     def solve(
         self,
@@ -183,16 +184,18 @@ class Search:
                 models = replace(models, strips=_COARSE, cells=_COARSE, cell_size=_COARSE_CELL)
             # forces of coarse cells of the half-space would hang on where it began
             kept = not coarse and not TANGENTIAL_MODELS[models.tangential].warm
-            begins = kept and (self.tracked or yaw is not None)
-            part_of = replace(here, nearby=self.nearby[rows] if begins else None).at(index)
+            begins = kept & (self.begins[rows] | (yaw is not None))
+            nearby = np.where(begins[:, None], self.nearby[rows], np.nan) if begins.any() else None
+            part_of = replace(here, nearby=nearby).at(index)
             failed: dict[int, ContactError] = {}
             found: list[ContactPatches] = solve_each(
                 part_of, self.wheelset, self.counterface, models, ContactSolution.patches,
                 threads=self.threads, failed=failed, fields="work",
             )  # fmt: skip
             parts += [replace(part, point=index[part.point]) for part in found]
-            for part in found if kept and yaw is None else ():
-                self.nearby[rows[index[part.point]]] = part.nearby
+            if kept and yaw is None:
+                for part in found:
+                    self.nearby[rows[index[part.point]]] = part.nearby
             solved[index[list(failed)]] = False
         forces = resultants(joined(parts), here, self.wheelset, self.counterface)
         difference = self.corrected.differences.at(rows, shift, here.yaw)
@@ -276,7 +279,7 @@ def settle(
         np.where(forced, start.shift, conditions.shift), conditions.yaw.copy(),
         np.where(loaded[:, None], start.load, load), np.where(forced, start.stiffness, 0.0),
         np.full((count, 5), np.nan), np.full((count, NEARBY), np.nan) if nearby is None else nearby,
-        nearby is not None,
+        np.full(count, nearby is not None),
     )  # fmt: skip
     if (two := start.beyond) is not None:
         search.beyond[two.point] = np.column_stack([two.shift, two.load, two.share, two.gap])
@@ -290,7 +293,7 @@ def settle(
     known = ~forced[rows] | (search.stiffness[rows] > 0.0)
     rest = np.append(_corrected(search, rows[known], MOST_WARM, stage is not None), rows[~known])
     if rest.size:
-        search.tracked = False
+        search.begins[:] = False
         _walked(search, np.sort(rest[forced[rest]]))
         rest = _corrected(search, np.sort(rest), 20)
     if rest.size:
@@ -324,9 +327,6 @@ def _curved(search: Search, bogies: Bogies, start: Running, stage: bool) -> None
     search.stiffness[rows] = 1.0  # found before: the next search starts here
 
 
-_NO_ENDS = np.array([[-np.inf, np.nan], [np.inf, np.nan]])
-
-
 def _corrected(search: Search, rows: IntArray, most: int, stage: bool = False) -> IntArray:
     """Correct shifts and loads, in place; the rows that are not balanced then.
 
@@ -344,14 +344,13 @@ def _corrected(search: Search, rows: IntArray, most: int, stage: bool = False) -
     width_before = np.where(np.isfinite(beyond[:, 0]), beyond[:, 0] - search.shift, 0.0)
     search.beyond[rows] = np.nan
     limit = np.full(count, most)
-    anew = np.isfinite(beyond[:, 0])  # near a jump, whose place would hang on the branch it is come to by
+    search.begins &= ~np.isfinite(beyond[:, 0])  # the place of a jump would hang on the branch of the contact
     for trial in range(_MOST_TRIALS):
         late = (trial >= limit[rows]) & ~np.isfinite(ends[rows, :, 0]).all(axis=1)
         lost, rows = np.append(lost, rows[late]), rows[~late]
         if not rows.size:
             break
         shift, load = search.shift[rows], search.load[rows]
-        search.nearby[rows[anew[rows]]] = np.nan
         forces, solved = search.solve(rows, shift, load)
         wanted = search.controlled.lateral_force[rows]
         forced = np.isfinite(wanted)
@@ -372,7 +371,7 @@ def _corrected(search: Search, rows: IntArray, most: int, stage: bool = False) -
         ending = trial == limit[rows] - 1
         widest = np.where(stage & ending, 2.0 * _JUMP, _JUMP)
         steep = between & (high_off - low_off > _STIFFEST * width)
-        fresh = steep & ~anew[rows] & search.tracked  # sides of it are looked for once more
+        fresh = steep & search.begins[rows]  # sides of it are looked for once more
         jumps = steep & (width <= widest) & ~fresh
         worse = np.argmax(end_moves[rows], axis=1)  # of a jump the end whose loads are further off
         again = jumps & (end_moves[rows, worse] > _PROMISING)
@@ -420,7 +419,7 @@ def _corrected(search: Search, rows: IntArray, most: int, stage: bool = False) -
             search.beyond[own] = np.column_stack([ends[own, 1, 0], end_loads[own, 1, :2], share, gap])
             search.nearby[own] = np.nan
         own = rows[fresh]
-        anew[own], ends[own], third[own], moved[own] = True, _NO_ENDS, np.nan, 0.0
+        search.begins[own], ends[own], third[own], moved[own] = False, _NO_ENDS, np.nan, 0.0
         limit[own] = trial + 1 + most  # as many solutions as from the start
         rows = rows[~(still | quick | last)]
     return np.append(lost, rows)
