@@ -14,7 +14,14 @@ from matplotlib.figure import Figure
 from wearsim.cli import main
 from wearsim.errors import ResultError
 from wearsim.results.file import load_derived
-from wearsim.whole_files import raising_handlers, replacing, signals_wait, write_netcdf, write_whole
+from wearsim.whole_files import (
+    NETCDF_LOCK,
+    raising_handlers,
+    replacing,
+    signals_wait,
+    write_netcdf,
+    write_whole,
+)
 
 
 @pytest.fixture(scope="module")
@@ -153,14 +160,18 @@ def test_a_signal_where_xarray_takes_its_lock_waits_for_the_whole_file(tmp_path,
     """It would leave the lock taken, and closing the file would wait for it for ever."""
     from xarray.backends.locks import SerializableLock
 
-    taken, own = SerializableLock.acquire, signal.getsignal(signal.SIGINT)
+    own = signal.getsignal(signal.SIGINT)
 
-    def acquire(lock, *arguments, **named):
-        assert taken(lock, *arguments, timeout=10.0, **named), "the lock was left taken"
-        signal.raise_signal(signal.SIGINT)
-        return True
+    def interrupted(taken):
+        def acquire(lock, *arguments, **named):
+            assert taken(lock, *arguments, timeout=10.0, **named), "the lock was left taken"
+            signal.raise_signal(signal.SIGINT)
+            return True
 
-    monkeypatch.setattr(SerializableLock, "acquire", acquire)
+        return acquire
+
+    for kind in (SerializableLock, type(NETCDF_LOCK)):  # that of xarray's writer, and ours
+        monkeypatch.setattr(kind, "acquire", interrupted(kind.acquire))
     path = tmp_path / "factors.nc"
     with pytest.raises(KeyboardInterrupt):
         write_netcdf(xr.Dataset({"factor": 2.0}), path, "", {})

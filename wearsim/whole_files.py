@@ -1,7 +1,7 @@
 """Files that are written as a whole or not at all; what the system cannot write is one line with advice.
 
 Signals wait for the netCDF library: one that interrupts xarray where it takes a lock leaves it locked, and
-the file is never closed.
+the file is never closed.  Threads wait for each other there: the library is not thread-safe.
 """
 
 from __future__ import annotations
@@ -28,6 +28,34 @@ STOPPING_SIGNALS = [
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
 ]
 """Signals of terminals and batch systems after which a run stops in a valid state, where they raise."""
+
+
+class _ProcessLock:
+    """Reentrant lock of which a process has one: a copy, or what a pickle gives, is the lock itself."""
+
+    def __init__(self) -> None:
+        self._lock = threading.RLock()
+
+    def acquire(self, blocking: bool = True, timeout: float = -1.0) -> bool:
+        """Take the lock; return whether it is taken."""
+        return self._lock.acquire(blocking, timeout)
+
+    def release(self) -> None:
+        """Release what `acquire` took."""
+        self._lock.release()
+
+    def __enter__(self) -> None:
+        self.acquire()
+
+    def __exit__(self, *_: object) -> None:
+        self.release()
+
+    def __reduce__(self) -> str:
+        return "NETCDF_LOCK"  # lazy datasets hold it, and are copied and pickled
+
+
+NETCDF_LOCK = _ProcessLock()
+"""Held wherever a netCDF file is read or written: two threads in the library end the interpreter."""
 
 
 NO_FILL = {"_FillValue": None}
@@ -131,7 +159,7 @@ def replacing(path: Path, advice: str = "choose another folder") -> Iterator[Pat
 @signals_wait()
 def write_netcdf(dataset: xr.Dataset, path: Path, advice: str, encoding: Mapping[Hashable, Any]) -> None:
     """Write a dataset as netCDF-4 so that `path` always has the complete old or the complete new one."""
-    with replacing(path, advice) as part:
+    with NETCDF_LOCK, replacing(path, advice) as part:
         dataset.to_netcdf(part, engine="netcdf4", format="NETCDF4", encoding=encoding)
 
 

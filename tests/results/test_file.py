@@ -1,6 +1,7 @@
 import contextlib
 import importlib.util
 import os
+import pickle
 import re
 import shutil
 import subprocess
@@ -297,3 +298,77 @@ def test_an_open_file_keeps_little_in_memory(tmp_path, monkeypatch, header, rows
     append(path, header, rows[1:], 1)
     assert len(kept) == 2
     assert max(kept) <= 20e6
+
+
+def test_an_open_file_that_has_grown_shows_the_rows_it_had(path, header, rows):
+    opened = open_results(path)
+    copied = opened.copy(deep=True)
+    pickled = pickle.loads(pickle.dumps(opened))
+    opened.close()  # its handle, which the copies share
+    append(path, header, [{**rows[-1], "distance": rows[-1]["distance"] + 1000.0}], 4)
+    with open_results(path) as longer:
+        assert longer.sizes["step"] == 5
+    for dataset in (opened, copied, pickled):
+        assert dataset["profile_z"].values.shape[0] == 4
+        np.testing.assert_array_equal(dataset["profile_z"][-1], rows[-1]["profile_z"])
+        dataset.close()
+
+
+AT_ONCE = """
+import pickle, sys, threading
+from wearsim.results import append, create, load_results, open_results
+
+paths, header, rows = pickle.loads(sys.stdin.buffer.read())
+failed = []
+
+def campaign(path):
+    try:
+        for _ in range(3):
+            create(path, header, rows[:1])
+            for index in range(1, len(rows)):
+                append(path, header, rows[index : index + 1], index)
+            load_results(path)
+            open_results(path)["profile_z"].load()
+    except BaseException as error:
+        failed.append(error)
+
+threads = [threading.Thread(target=campaign, args=(path,)) for path in paths]
+for thread in threads:
+    thread.start()
+for thread in threads:
+    thread.join()
+sys.exit(repr(failed) if failed else 0)
+"""
+
+
+def test_campaigns_in_two_threads_write_and_read_their_files(tmp_path, header, rows):
+    given = pickle.dumps(([tmp_path / "one.nc", tmp_path / "two.nc"], header, rows))
+    ended = subprocess.run([sys.executable, "-c", AT_ONCE], input=given, capture_output=True, check=False)
+    assert (ended.returncode, ended.stderr) == (0, b"")
+    assert_rows(tmp_path / "one.nc", rows)
+
+
+AGAIN = """
+import sys
+from pathlib import Path
+import wearsim
+from wearsim.results import attribute_of, load_results, open_results, row_count
+
+rig, field = map(Path, sys.argv[1:])
+opened = open_results(rig)
+for _ in range(2):
+    load_results(rig)
+    wearsim.translate(opened, field)
+    another = open_results(rig)
+    row_count(rig), attribute_of(rig, "title")
+    another["wheel_name"].load()
+    opened["regime_name"].load()
+another.close()
+opened.load()
+"""
+
+
+def test_an_open_result_is_loaded_again_and_translated_twice(tmp_path, write_campaign):
+    files = [write_campaign(tmp_path / f"{kind}.nc", kind, 3, 10e-9) for kind in ("rig", "field")]
+    ended = subprocess.run([sys.executable, "-c", AGAIN, *files], capture_output=True, check=False)
+    assert (ended.returncode, ended.stderr) == (0, b"")

@@ -3,6 +3,10 @@
 A campaign creates the file once, then opens, appends one row and closes it at each step, so that the
 file can be read at any time between steps.  Variables, units and long names come from
 `wearsim.quantities`.  Readers use `open_results`, which gives a lazy xarray Dataset.
+
+Threads of a process take turns at netCDF files (`NETCDF_LOCK`), and all readers of a file in a process share
+one handle of it: with two, HDF5 reads texts of the one that was closed, which ends the interpreter
+(https://github.com/Unidata/netcdf-c/issues/2510).
 """
 
 from __future__ import annotations
@@ -13,6 +17,7 @@ import os
 import shutil
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -37,10 +42,11 @@ from wearsim.results.schema import (
     structure_fault,
     value_fault,
 )
-from wearsim.whole_files import replacing, require_utf8, signals_wait, utf8
+from wearsim.whole_files import NETCDF_LOCK, replacing, require_utf8, signals_wait, utf8
 
 if TYPE_CHECKING:
     import xarray as xr
+    from xarray.backends import CachingFileManager
 
 RETRY_SECONDS = 1.5
 """Reader and writer of one file wait for each other for this time [s]."""
@@ -76,7 +82,7 @@ def create(path: Path, header: Header, rows: Iterable[Row] = ()) -> None:
     rows : iterable of mappings
         First rows, see `Row`; taken a few at a time.
     """
-    with replacing(path, _ADVICE) as temporary:
+    with NETCDF_LOCK, replacing(path, _ADVICE) as temporary:
         with netCDF4.Dataset(temporary, "w", format="NETCDF4") as file:
             _define(file, header)
             _keep_little(file)
@@ -116,13 +122,14 @@ def append(
     """
 
     def write() -> None:
-        file = netCDF4.Dataset(path, "a")  # an OSError: a reader holds it, or it is damaged
-        try:
-            with file:
-                _keep_little(file)
-                _write_rows(file, first, rows)
-        except (OSError, RuntimeError) as error:  # written in part: HDF5 may crash if it goes on with it
-            raise _not_written(path, _reason(error)) from error
+        with NETCDF_LOCK:
+            file = netCDF4.Dataset(path, "a")  # an OSError: a reader holds it, or it is damaged
+            try:
+                with file:
+                    _keep_little(file)
+                    _write_rows(file, first, rows)
+            except (OSError, RuntimeError) as error:  # in part: HDF5 may crash if it goes on with it
+                raise _not_written(path, _reason(error)) from error
 
     for row in rows:
         check_row(header, row)
@@ -141,7 +148,7 @@ def row_count(path: Path) -> int:
         If it is missing, damaged or not a result of wearsim.
     """
     try:
-        with _open(path) as file:
+        with _opened(path) as file:
             return len(file.dimensions["step"])
     except RuntimeError as error:  # on closing: a write before has failed
         raise ResultError(f"{path} is damaged: {_reason(error)}") from error
@@ -149,7 +156,7 @@ def row_count(path: Path) -> int:
 
 def attribute_of(path: Path, name: str) -> str:
     """Return an attribute of a result file, empty without it, at a tenth of the price of opening it all."""
-    with _open(path) as file:
+    with _opened(path) as file:
         return str(getattr(file, name, ""))
 
 
@@ -169,7 +176,7 @@ def verify(path: Path, rows: Sequence[Callable[[], Row]]) -> int | None:
         None if the file is missing, damaged, longer or different in any bit.
     """
     try:
-        with _open(path) as file:
+        with _opened(path) as file:
             count = len(file.dimensions["step"])
             if count > len(rows):
                 return None
@@ -216,12 +223,10 @@ def open_results(path: str | Path) -> xr.Dataset:
     >>> pressure.attrs["units"]
     'Pa'
     """
-    import xarray as xr
-
     from wearsim.results.index import INDEXES, DistanceIndex
 
     path = Path(path)
-    with _open(path) as file:
+    with _opened(path) as file:
         try:
             for variable in file.variables.values():
                 if "step" in variable.dimensions:
@@ -230,17 +235,16 @@ def open_results(path: str | Path) -> xr.Dataset:
             sound = int(np.count_nonzero(np.asarray(file.variables["distance"][:]) < FILL_FLOAT))
         except RuntimeError as error:
             raise _unreadable(path, "was damaged while it was written", error) from error
-    if sound == 0:
-        raise _damaged(path, "distance has no value")
-    try:
-        opened = _with_retries(lambda: xr.open_dataset(path, engine="netcdf4", decode_times=False))
-    except UNREADABLE as error:
-        raise _unreadable(path, "cannot be read", error) from error
-    dataset = opened
-    if dataset.sizes["step"] != sound:
-        dataset = dataset.isel(step=slice(0, sound))
-    for dimension in INDEXES:
-        label = dataset[f"{dimension}_name"]
+        if sound == 0:
+            raise _damaged(path, "distance has no value")
+        try:
+            opened = _lazy(path, decode_times=False)
+            # also where all rows are sound: the file may have grown when they are read
+            dataset = opened.isel(step=slice(0, sound))
+            labels = {dimension: dataset[f"{dimension}_name"].load() for dimension in INDEXES}
+        except UNREADABLE as error:
+            raise _unreadable(path, "cannot be read", error) from error
+    for dimension, label in labels.items():
         dataset = dataset.assign_coords({dimension: (dimension, label.values, label.attrs)})
     dataset = dataset.set_xindex("distance", DistanceIndex)
     dataset.set_close(opened.close)
@@ -271,38 +275,66 @@ def load_results(path: str | Path) -> xr.Dataset:
 @signals_wait()
 def load_derived(path: Path) -> xr.Dataset:
     """Load factors or bands; ValueError if the file states more than its size holds."""
-    import xarray as xr
-
-    with netCDF4.Dataset(path) as file:
+    with _handle(path) as file:
         unpacked = 8 * sum(math.prod(variable.shape) for variable in file.variables.values())
         if unpacked > PACKED * path.stat().st_size:
             raise ValueError("it states more values than a file of its size holds")
         if any(len(set(one.dimensions)) < len(one.dimensions) for one in file.variables.values()):
             raise ValueError("a variable has a dimension twice")
-    with xr.open_dataset(path, engine="netcdf4") as opened:
-        return opened.load()
+        return _lazy(path).load()
 
 
-def _open(path: Path) -> netCDF4.Dataset:
-    """Open for reading, exact values unmasked, or raise with what is wrong with the file."""
+def _shared(path: Path) -> CachingFileManager[Any]:
+    """Return the handle of a file that all who read it in this process share, opened again where closed."""
+    from xarray.backends import CachingFileManager
+
+    found, place = path.stat(), os.path.realpath(path)
+    same = f"{found.st_dev} {found.st_ino}"  # not a file that was replaced since
+    return CachingFileManager(netCDF4.Dataset, place, mode="r", lock=NETCDF_LOCK, manager_id=same)
+
+
+@contextmanager
+def _handle(path: Path) -> Iterator[netCDF4.Dataset]:
+    """Open a netCDF file for reading, and close it: lazy datasets of it open it again when they are read."""
+    with NETCDF_LOCK:
+        shared = _shared(path)
+        file = _with_retries(shared.acquire)
+        try:
+            yield file
+        finally:
+            shared.close()
+
+
+def _lazy(path: Path, **decoding: Any) -> xr.Dataset:
+    """Return the content of an open netCDF file, whose values are read when they are used."""
+    import xarray as xr
+    from xarray.backends import NetCDF4DataStore
+
+    store = NetCDF4DataStore(_shared(path), lock=NETCDF_LOCK)  # type: ignore[no-untyped-call]
+    return xr.open_dataset(store, engine="store", **decoding)
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[netCDF4.Dataset]:
+    """Open a result file for reading, exact values unmasked, or raise with what is wrong with the file."""
     require_utf8(path)
     if not path.exists():
         raise ResultError(f"{path} does not exist; `wearsim run SCENE --out DIR` writes result files")
     if not path.is_file():
         raise ResultError(f"{path} is not a file; give a .nc file that `wearsim run` wrote")
-    try:
-        file = _with_retries(lambda: netCDF4.Dataset(path, "r"))
-    except (OSError, RuntimeError) as error:
-        raise _unreadable(path, "cannot be read as netCDF", error) from error
-    try:
-        file.set_auto_maskandscale(False)
-        fault = _foreign(file, path)
-    except UNREADABLE as error:
-        fault = _unreadable(path, "is damaged", error)
-    if fault is not None:
-        file.close()
-        raise fault
-    return file
+    with ExitStack() as stack:
+        try:
+            file = stack.enter_context(_handle(path))
+        except (OSError, RuntimeError) as error:
+            raise _unreadable(path, "cannot be read as netCDF", error) from error
+        try:
+            file.set_auto_maskandscale(False)
+            fault = _foreign(file, path)
+        except UNREADABLE as error:
+            fault = _unreadable(path, "is damaged", error)
+        if fault is not None:
+            raise fault
+        yield file
 
 
 def _foreign(file: netCDF4.Dataset, path: Path) -> ResultError | None:

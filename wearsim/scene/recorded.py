@@ -14,7 +14,7 @@ from wearsim.quantities import QUANTITIES
 from wearsim.results.file import UNREADABLE
 from wearsim.scene.models import FieldScene
 from wearsim.toml_faults import LARGEST_TABLE, content_of, suggestion, text_of
-from wearsim.whole_files import signals_wait
+from wearsim.whole_files import NETCDF_LOCK, signals_wait
 
 _UNITS: dict[str, tuple[str, float]] = {
     "time_s": ("time", 1.0), "time_h": ("time", 3600.0), "distance_m": ("place", 1.0),
@@ -132,7 +132,7 @@ def _columns(path: Path) -> dict[str, FloatArray]:
         import xarray as xr
 
         try:
-            with xr.open_dataset(path, decode_times=False) as data:
+            with NETCDF_LOCK, xr.open_dataset(path, decode_times=False) as data:
                 flat = [name for name in data.variables if data[name].ndim == 1]
                 if sum(data[name].nbytes for name in flat) > LARGEST_TABLE:
                     raise ValueError("it is too large")
