@@ -1,4 +1,4 @@
-"""CSV tables of users: header and rows with their lines, and the faults of their form."""
+"""CSV tables of users: header and rows with their lines, and the faults of their form; tables as CSV."""
 
 from __future__ import annotations
 
@@ -58,3 +58,12 @@ def csv_table(
         else:
             rows.append((at, cells[:wide]))
     return CsvTable(top, header, rows, faults)
+
+
+def csv_text(table: CsvTable) -> str:
+    """Write header and rows of a table as CSV."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(table.header)
+    writer.writerows(cells for _, cells in table.rows)
+    return text.getvalue()

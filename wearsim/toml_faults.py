@@ -9,7 +9,7 @@ import tomllib
 import types
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypeVar, Union, get_args, get_origin
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic.fields import FieldInfo
@@ -232,12 +232,30 @@ def table_name(path: Sequence[str | int]) -> str:
 
 def is_key(model: type[BaseModel], keys: Sequence[str]) -> bool:
     """Whether a dotted key, as an override writes it, exists in a scene."""
-    return _field(model, [int(key) if key.isdecimal() else key for key in keys]) is not None
+    return _field(model, _model_path(model, keys)) is not None
+
+
+def is_text(model: type[BaseModel], keys: Sequence[str]) -> bool:
+    """Whether a dotted key, as an override writes it, exists in a scene and holds a text."""
+    info = _field(model, _model_path(model, keys))
+    return info is not None and any(_is_text(one) for one in _types(info.annotation))
 
 
 def unknown_key(keys: Sequence[str], model: type[BaseModel]) -> str:
     """Message on a dotted key that no table has."""
-    return _unknown(keys[-1], tuple(keys[:-1]), model, "")
+    path = _model_path(model, keys)
+    return _unknown(str(path[-1]), path[:-1], model, "")
+
+
+def _model_path(model: type[BaseModel], keys: Sequence[str]) -> KeyPath:
+    """Path of a dotted key; what selects an entry of a list of tables, its number or its name, becomes 0."""
+    path: KeyPath = ()
+    for key in keys[:-1]:
+        table = _field(model, path) if path else None
+        inner = None if table is None or isinstance(path[-1], int) else _element(table)
+        selects = table is not None and _is_list(table) and inner is not None and key not in _fields(inner)
+        path = (*path, 0 if selects else key)
+    return (*path, keys[-1])
 
 
 def syntax_fault(error: ValueError, text: str, file: str) -> Fault:
@@ -389,6 +407,15 @@ def _types(annotation: Any) -> Iterator[Any]:
     if get_origin(annotation) in (tuple, Union, types.UnionType):
         for item in get_args(annotation):
             yield from _types(item)
+
+
+def _is_text(annotation: Any) -> bool:
+    """Whether an annotation, without those that may stand in its place, is that of a text."""
+    if get_origin(annotation) is Annotated:
+        annotation = get_args(annotation)[0]
+    if get_origin(annotation) is Literal:
+        return all(isinstance(choice, str) for choice in get_args(annotation))
+    return annotation is str
 
 
 def _choices(info: FieldInfo) -> list[str]:

@@ -86,6 +86,24 @@ def test_a_fault_of_an_override_names_the_flag(scene, capsys, words, message):
     assert "(in rig.toml)" in lines[0] or "unknown key" in lines[0]
 
 
+def test_names_that_look_like_numbers_and_lists_are_read_as_what_the_key_holds(scene, capsys):
+    values = ("counterface.profile=54E1", "scene.title=2024", 'wear.also_evaluate=["archard"]')
+    flags = (word for value in values for word in ("--set", value))
+    (result,) = settings(capsys, str(scene), *flags)
+    assert result["counterface"]["profile"] == "54E1"
+    assert result["scene"]["title"] == "2024"
+    assert result["wear"]["also_evaluate"] == ["archard"]
+
+
+def test_a_block_is_set_by_its_name(scene, capsys):
+    (result,) = settings(capsys, str(scene), "--set", "operation.block.curving.friction=0.21")
+    frictions = {block["name"]: block["friction"] for block in result["operation"]["block"]}
+    assert frictions.pop("curving") == 0.21
+    assert 0.21 not in frictions.values()
+    assert cli.main(["check", str(scene), "--set", "operation.block.curving.frition="]) == 2
+    assert "unknown key frition in [[operation.block]]" in capsys.readouterr().err
+
+
 def test_an_empty_value_removes_a_key_or_a_table(scene, tmp_path, capsys):
     """Its default applies, also from the copy that a run directory would keep."""
     words = [

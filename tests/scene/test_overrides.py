@@ -48,6 +48,8 @@ def merged(key, value):
         ("campaign.distance", 1e-7, ["campaign", "distance"]),
         ("block.2.name", 'a "quoted" \\ text\n', ["block", 1, "name"]),
         ("block.2.monitor.shifts", [0], ["block", 1, "monitor", "shifts"]),
+        ("block.right.monitor.shifts", [0], ["block", 1, "monitor", "shifts"]),
+        ("block.left.friction", 0.1, ["block", 0, "friction"]),
     ],
 )
 def test_one_value_changes_and_all_others_stay(key, value, path):
@@ -135,9 +137,23 @@ def test_written_scenes_are_read_back(data):
         ("1:40", "1:40"),
         ("nan", "nan"),
         ("", None),
+        ('["archard", "brr"]', ["archard", "brr"]),
+        ("[1, -2.5]", [1, -2.5]),
+        ("{ share = 0.5 }", {"share": 0.5}),
+        ('"54E1"', "54E1"),
+        ("[archard]", "[archard]"),
+        ("[1]\nother = 2", "[1]\nother = 2"),
+        ("[" * 5000, "[" * 5000),
     ],
 )
-def test_cells_and_flags_are_numbers_truths_or_texts(text, value):
+def test_cells_and_flags_are_values_of_toml_or_texts(text, value):
     result = value_of(text)
     assert result == value
     assert type(result) is type(value)
+
+
+@pytest.mark.parametrize("text", ["54E1", "3", "true", "[draft]", "1e3"])
+def test_a_cell_or_flag_of_a_text_is_a_text(text):
+    assert value_of(text, as_text=True) == text
+    assert value_of(f'"{text}"', as_text=True) == text
+    assert value_of("", as_text=True) is None

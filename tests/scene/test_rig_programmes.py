@@ -1,5 +1,6 @@
 """Blocks by force, loads by side, programmes as tables, rigs as data: what they become, what is refused."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -7,9 +8,11 @@ import pytest
 
 import wearsim
 from wearsim.campaign.row import header_of
+from wearsim.cli.flags import overrides_of
 from wearsim.errors import SceneError
 from wearsim.profile.standard import shipped_path
-from wearsim.scene import build, load_scene
+from wearsim.scene import build, files_to_copy, load_scene
+from wearsim.scene.sweep import sweep_of_flags
 
 HEAD = """[scene]
 kind = "rig"
@@ -185,3 +188,81 @@ def test_radii_of_both_rollers_and_the_speeds_of_one_shaft(folder):
 def test_faults_of_the_radius_of_the_left_roller(folder, changed, faults_of, new, reason):
     faults = faults_of(changed(RIG, ('rig = "full_scale"', f'rig = "full_scale"\n{new}')))
     assert any(reason in fault for fault in faults), faults
+
+
+ROWS = """name,shift_mm,load_kN,speed_km_h,friction,distance_km
+up,0,80,72,0.3,2
+
+hold 2,3,80,72,0.3,4
+"""
+
+
+@pytest.fixture
+def programme(folder):
+    """Function that loads a scene whose programme is a table, with overrides of flags."""
+    Path("scene.toml").write_text(HEAD + 'programme = "table.csv"\n' + END)
+    Path("table.csv").write_text(ROWS)
+    return lambda *flags: load_scene("scene.toml", overrides=overrides_of(flags))
+
+
+def test_rows_of_a_programme_are_set_by_name_by_number_and_all(programme):
+    flags = ("block.friction=0.4", "block.hold 2.friction=0.2", "block.1.yaw_mrad=1", "block.2.load_kN=90")
+    scene = programme(*(f"operation.{flag}" for flag in flags))
+    up, hold = scene.operation.blocks
+    assert (up.friction, up.yaw_mrad, up.load_kN) == (0.4, 1.0, 80.0)
+    assert (hold.friction, hold.yaw_mrad, hold.load_kN) == (0.2, 0.0, 90.0)
+    assert Path("table.csv").read_text() == ROWS
+
+
+def test_a_run_directory_keeps_a_programme_with_its_overrides(programme, tmp_path):
+    scene = programme("operation.block.hold 2.friction=0.2", "operation.block.up.yaw_mrad=1")
+    kept = tmp_path / "kept"
+    kept.mkdir()
+    for name, content in files_to_copy(scene).items():
+        (kept / name).write_bytes(content)
+    again = load_scene(kept / "scene.toml", copied=True)
+    assert again.model_dump() == scene.model_dump()
+    assert again.operation.blocks[1].friction == 0.2
+    header = (kept / "scene.toml").read_text().splitlines()[0]
+    assert header == "# scene with operation.block.hold 2.friction = 0.2, operation.block.up.yaw_mrad = 1"
+
+
+@pytest.mark.parametrize(
+    ("flag", "reason"),
+    [
+        ("block.hodl.friction=0.2", 'table.csv has no row "hodl"; .* name (up, hold 2), or by their number'),
+        ("block.3.friction=0.2", 'table.csv has no row "3"'),
+        ("block.up.frition=0.2", "unknown key frition in [[operation.block]]; did you mean friction?"),
+        ("block.up.friction=high", 'friction = "high" must be a number'),
+        ("block.up.friction=9", "friction = 9.0 must be"),
+        ("block.up.speed_km_h=400", "speed_km_h = 400 is beyond the rig"),
+        ("block.up.friction=", "key friction is missing"),
+    ],
+)
+def test_faults_of_overridden_rows_name_the_flag(programme, flag, reason):
+    pattern = re.escape(reason).replace(r"\.\*", ".*")
+    with pytest.raises(SceneError, match=rf"^--set operation\.{re.escape(flag)}: .*{pattern}") as caught:
+        programme(f"operation.{flag}")
+    assert "\n" not in str(caught.value)
+
+
+def test_faults_of_other_cells_of_an_overridden_row_keep_their_line(programme):
+    Path("table.csv").write_text(ROWS.replace("3,80,72", "3,80,720"))
+    with pytest.raises(SceneError, match=r"^table.csv:4: .*speed_km_h = 720"):
+        programme("operation.block.hold 2.friction=0.2")
+
+
+def test_rows_of_a_programme_are_swept_by_name(programme):
+    flags = ("operation.block.hold 2.friction=0.2,0.4", "counterface.profile=54E1,60E1")
+    cases = sweep_of_flags("scene.toml", flags, None).cases
+    frictions = [
+        load_scene(case.base, overrides=case.overrides).operation.blocks[1].friction for case in cases
+    ]
+    assert frictions == [0.2, 0.2, 0.4, 0.4]
+    assert cases[0].label == 'friction = 0.2, profile = "54E1"'
+    Path("cases.csv").write_text("operation.block.hold 2.friction,counterface.profile\n0.2,54E1\n,60E1\n")
+    first, second = sweep_of_flags("scene.toml", (), "cases.csv").cases
+    scene = load_scene(first.base, overrides=first.overrides)
+    assert (scene.operation.blocks[1].friction, scene.counterface.profile) == (0.2, "54E1")
+    scene = load_scene(second.base, overrides=second.overrides)
+    assert (scene.operation.blocks[1].friction, scene.counterface.profile) == (0.3, "60E1")

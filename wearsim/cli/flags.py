@@ -7,7 +7,8 @@ from collections.abc import Sequence
 
 from wearsim.errors import Fault, SceneError, raise_any, say
 from wearsim.scene import Scene, SweepScene, load_scene
-from wearsim.scene.overrides import Override, value_of
+from wearsim.scene.overrides import Override
+from wearsim.scene.sweep import override_of
 
 _SMOOTHING = {"off": 0.0, "half": 0.5, "double": 2.0}
 
@@ -20,7 +21,7 @@ def overrides_of(texts: Sequence[str]) -> list[Override]:
         removes_table = not value and key not in ("rig", "field")
         if not (equals and all(key.split(".")) and ("." in key or removes_table)):
             faults.append(Fault(say("flags.set"), f"--set {text}"))
-        overrides.append(Override(key, value_of(value), f"--set {text}"))
+        overrides.append(override_of(key, value, f"--set {text}"))
     raise_any(faults)
     return overrides
 

@@ -121,10 +121,13 @@ class Files:
             raise SceneError([self.scene.fault(key, say("scene.no_file", key=key[-1], name=name, what=what))])
         return path
 
-    def note(self, role: str, name: str, path: Path, most: int = LARGEST_FILE) -> None:
-        """Read a file and keep its content; definitions of wearsim itself count as shipped."""
+    def note(
+        self, role: str, name: str, path: Path, most: int = LARGEST_FILE, content: bytes | None = None
+    ) -> None:
+        """Keep the content of a file, by default as it is; definitions of wearsim itself count as shipped."""
         shipped = path.suffix == ".toml" and path.is_relative_to(shipped_path("profiles"))
-        self.read.append(InputFile(role, name, path, content_of(path, "another file", most), shipped))
+        content = content_of(path, "another file", most) if content is None else content
+        self.read.append(InputFile(role, name, path, content, shipped))
 
 
 def read_profile_of(

@@ -19,6 +19,7 @@ from wearsim.operation.states import Running as Settled
 from wearsim.profile.standard import shipped_path
 from wearsim.scene.campaign import CampaignSection, RailWearSection, RollerWearSection
 from wearsim.scene.damage import FatigueSection, WearSection
+from wearsim.scene.overrides import Override
 from wearsim.scene.section import Registered, Section, SetPoints, Text, range_of
 from wearsim.scene.uncertainty import UncertaintySection
 from wearsim.scene.vehicle import CurveRadius, Inclination, Route, VehicleSection
@@ -343,6 +344,7 @@ class _Campaign(SceneModel):
     campaign: CampaignSection
     uncertainty: UncertaintySection | None = None
     # set once the files they follow from were read, or once they are asked for
+    _row_overrides: tuple[Override, ...] = PrivateAttr(())  # of rows of its programme
     _running: Settled | None = PrivateAttr(None)  # where the new wheelset runs under controlled forces
     _samples: Samples = PrivateAttr()  # of a record
     _reduction: Reduction | None = PrivateAttr(None)  # of a record to operating points
@@ -364,7 +366,10 @@ class RigScene(_Campaign):
     def fault(self, path: KeyPath, message: str) -> Fault:
         """Fault or warning at the line of a key, of a block in the table it is from."""
         block = self.operation.blocks[int(path[2])] if path[1:2] == ("block",) and path[2:] else None
-        return Fault(message, *block._place) if block and block._place else super().fault(path, message)
+        if block is None or block._place is None:
+            return super().fault(path, message)
+        file, lines = block._place
+        return Fault(message, file, line_of(lines, path[3:]))
 
 
 class FieldScene(_Campaign):

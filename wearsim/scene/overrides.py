@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import json
 import re
+import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date, time
@@ -14,6 +15,7 @@ from typing import Any
 from wearsim.errors import Fault, SceneError, brief, raise_any, shown
 from wearsim.toml_faults import DEEPEST, KeyPath, Lines, line_of
 
+_QUOTES = ('"', "'")
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 
 
@@ -22,7 +24,8 @@ class Override:
     """Another value for one key of a scene.
 
     The key is dotted, such as "wheelset.radius_mm". In a list of tables a number counted from 1 selects one
-    of them ("operation.block.2.friction"), a key without one means all of them.
+    of them ("operation.block.2.friction"), a name those of that name ("operation.block.curve.friction"); a
+    key without them means all tables. Rows of a programme are selected like blocks.
     """
 
     key: str
@@ -41,10 +44,17 @@ class Override:
         return f"{self.keys[-1]} {'removed' if self.value is None else f'= {shown(self.value)}'}"
 
 
-class _OverriddenLine(int):
+class OverriddenLine(int):
     """Line of a key whose value was overridden; carries the override to the fault."""
 
     override: Override
+
+    @classmethod
+    def of(cls, line: int, override: Override) -> OverriddenLine:
+        """Return the line with the override that acts there."""
+        overridden = cls(line)
+        overridden.override = override
+        return overridden
 
 
 def merge(data: Mapping[str, Any], overrides: Sequence[Override], lines: Lines) -> dict[str, Any]:
@@ -62,19 +72,21 @@ def merge(data: Mapping[str, Any], overrides: Sequence[Override], lines: Lines) 
     for override in overrides:
         paths = list(paths_of(merged, override.keys)) if len(override.keys) <= DEEPEST else []
         if not paths or not all([_put(merged, path, override.value) for path in paths]):
-            message = f"the scene has no table for {brief(override.key)}; tables of a list are counted from 1"
+            message = (
+                f"the scene has no table for {brief(override.key)}; tables of a list are selected by their "
+                "name, or by their number counted from 1"
+            )
             faults.append(Fault(message, override.source, override.line))
             continue
         for path in paths:
-            lines[path] = _OverriddenLine(line_of(lines, path))
-            lines[path].override = override  # type: ignore[attr-defined]
+            lines[path] = OverriddenLine.of(line_of(lines, path), override)
     raise_any(faults)
     return merged
 
 
 def at_its_source(fault: Fault) -> Fault:
     """Return the fault of an overridden value at the flag or line that asks for the value."""
-    if not isinstance(fault.line, _OverriddenLine):
+    if not isinstance(fault.line, OverriddenLine):
         return fault
     override = fault.line.override
     if override.source is None:
@@ -91,12 +103,31 @@ def overridden_text(data: Mapping[str, Any], overrides: Sequence[Override]) -> s
     return f"# scene with {note}\n\n{toml_text(data)}"
 
 
-def value_of(text: str) -> Any:
-    """Read a value from a flag or a cell of a table: a number, true or false, or else the text.
+def value_of(text: str, *, as_text: bool = False) -> Any:
+    """Read a value from a flag or a cell of a table.
 
-    None for an empty text, which removes the key.
+    Parameters
+    ----------
+    text : str
+        What stands there.
+    as_text : bool
+        Whether the key holds a text, such as a name: 54E1 is no number then.
+
+    Returns
+    -------
+    object
+        A number, true or false; a list, a table or a text in quotes, as TOML has them; or else the text. None
+        for an empty text, which removes the key.
     """
     text = text.strip()
+    if text.startswith(_QUOTES if as_text else (*_QUOTES, "[", "{")):
+        try:
+            read = tomllib.loads(f"value = {text}")
+        except (tomllib.TOMLDecodeError, RecursionError):
+            return text
+        return read["value"] if len(read) == 1 else text
+    if as_text:
+        return text or None
     if re.fullmatch(r"[+-]?\d{1,18}", text):
         return int(text)
     if _NUMBER.fullmatch(text):
@@ -107,10 +138,16 @@ def value_of(text: str) -> Any:
 def paths_of(data: Any, keys: Sequence[str]) -> Iterator[KeyPath]:
     """Paths that a dotted key means in a scene; keys that are not there yet end the search."""
     first, *rest = keys
+    chosen: Sequence[int]
     if isinstance(data, list) and any(isinstance(item, Mapping) for item in data):
         chosen = range(len(data))
+        named = [
+            index for index, item in enumerate(data) if isinstance(item, dict) and item.get("name") == first
+        ]
         if first.isdecimal():  # one of the tables, if it has the number
             chosen, keys = chosen[max(int(first) - 1, 0) : int(first)] if rest else range(0), rest
+        elif named and rest:
+            chosen, keys = named, rest
         for index in chosen:
             yield from ((index, *path) for path in paths_of(data[index], keys))
     elif rest and isinstance(data, Mapping) and first in data:

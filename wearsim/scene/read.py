@@ -152,9 +152,14 @@ def _read(path: Path, role: str, overrides: Sequence[Override] = (), content: by
     header = data.get("scene")
     kind = header.get("kind") if isinstance(header, dict) else None
     named = kind if isinstance(kind, str) else ""
-    own = _overrides_of(overrides, kind, role)
+    own, rows = _overrides_of(overrides, kind, role), list[Override]()
     if own:
-        data = merge(data, own, lines)
+        rows = [item for item in own if item.keys[:2] == ("operation", "block") and len(item.keys) > 2]
+        data = merge(data, [item for item in own if item not in rows], lines)
+        operation = data.get("operation")
+        of_file = isinstance(operation, dict) and "programme" in operation and not operation.get("block")
+        if not of_file:  # they act on the scene, not on the rows of its programme
+            data, rows = merge(data, rows, lines), []
         content = overridden_text(data, own).encode()
     model: type[Scene | AnyScene] = MODELS.get(named, AnyScene)
     try:
@@ -168,6 +173,8 @@ def _read(path: Path, role: str, overrides: Sequence[Override] = (), content: by
             [Fault(unknown_key(item.keys, model), item.source or file, item.line) for item in unknown]
         )
     scene._origin = Origin(path, role, content, lines)
+    if isinstance(scene, RigScene):
+        scene._row_overrides = tuple(rows)
     return scene
 
 
@@ -346,11 +353,14 @@ def _operated(scene: FieldScene, clearance: tuple[float | None, float | None], f
 def _with_rig(scene: RigScene, files: Files) -> RigScene:
     """Scene with its programme and its rig."""
     faults: list[Fault] = []
-    for table, key, step in (("operation", "programme", with_programme), ("counterface", "rig", with_rig)):
-        with _gathered(faults):
-            scene, path = step(scene, files.place)
-            if path is not None:
-                files.note(f"{table}.{key}", getattr(getattr(scene, table), key), path)
+    with _gathered(faults):
+        scene, path, content = with_programme(scene, files.place)
+        if path is not None:
+            files.note("operation.programme", str(scene.operation.programme), path, content=content)
+    with _gathered(faults):
+        scene, path = with_rig(scene, files.place)
+        if path is not None:
+            files.note("counterface.rig", str(scene.counterface.rig), path)
     raise_any(by_line(faults))
     return scene
 

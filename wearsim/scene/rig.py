@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal
 
 from pydantic import Field
 
+from wearsim.csv_tables import CsvTable, csv_text
 from wearsim.errors import Fault, SceneError, raise_any, say
 from wearsim.scene.models import BlockSection, RigScene
-from wearsim.scene.section import Section, Text, read_rows
+from wearsim.scene.overrides import OverriddenLine, Override, toml_value
+from wearsim.scene.section import Section, Text, csv_rows, validated_rows
 from wearsim.scene.vehicle import Place, shipped_or_own
-from wearsim.toml_faults import read_toml
+from wearsim.toml_faults import Lines, line_of, read_toml, unknown_key
 
 
 class RigLimits(Section):
@@ -75,13 +78,13 @@ def _beyond(scene: RigScene, rig: RigFile, k: int) -> list[Fault]:
     return faults
 
 
-def with_programme(scene: RigScene, place: Place) -> tuple[RigScene, Path | None]:
-    """Scene with the blocks of the CSV file it names, and that file.
+def with_programme(scene: RigScene, place: Place) -> tuple[RigScene, Path | None, bytes | None]:
+    """Scene with the blocks of the CSV file it names, that file, and its content where overrides change it.
 
     Raises
     ------
     SceneError
-        With all faults of the file, each with its line.
+        With all faults of the file, each with its line, and the overrides of rows that it has not.
     """
     operation, key = scene.operation, ("operation", "programme")
     if operation.programme is None or operation.blocks:
@@ -89,10 +92,48 @@ def with_programme(scene: RigScene, place: Place) -> tuple[RigScene, Path | None
             raise SceneError([scene.fault(("operation",), say("rig.no_blocks"))])
         if operation.programme is not None:
             raise SceneError([scene.fault(key, say("rig.programme_and_blocks"))])
-        return scene, None
+        return scene, None, None
     path = place("operation.programme", operation.programme)
     if path is None:
         raise SceneError([scene.fault(key, say("rig.no_programme", operation=operation))])
-    blocks = read_rows(path, BlockSection, "block")
+    table, file, lines = csv_rows(path, "block"), str(path), list[Lines]()
+    content = None
+    if scene._row_overrides and not table.faults:
+        table, lines = _overridden(table, file, scene._row_overrides)
+        content = csv_text(table).encode()
+    blocks = validated_rows(table, file, BlockSection, "block", lines=lines)
     changed = operation.model_copy(update={"blocks": blocks})
-    return scene.model_copy(update={"operation": changed}), path
+    return scene.model_copy(update={"operation": changed}), path, content
+
+
+def _overridden(table: CsvTable, file: str, overrides: Sequence[Override]) -> tuple[CsvTable, list[Lines]]:
+    """Programme with the values of overrides, and the lines of each of its rows by key.
+
+    Raises a SceneError with the overrides of rows and keys that are not there.
+    """
+    header, faults = list(table.header), list[Fault]()
+    rows = [dict(zip(header, cells, strict=False)) for _, cells in table.rows]
+    lines: list[Lines] = [{(): line} for line, _ in table.rows]
+    for override in overrides:
+        *selected, key = override.keys[2:]
+        names = [str(number) for number in range(1, len(rows) + 1)]
+        if selected and not selected[0].isdecimal():
+            names = [row.get("name", "") for row in rows]
+        chosen = [k for k, name in enumerate(names) if not selected or selected == [name]]
+        if key not in BlockSection.model_fields:
+            text = unknown_key(("operation", "block", "1", key), RigScene)
+            faults.append(Fault(text, override.source or file, override.line))
+        elif not chosen:
+            known = [row.get("name", "") for row in rows]
+            text = say("rig.no_row", row=".".join(selected), file=Path(file).name, known=known)
+            faults.append(Fault(text, override.source or file, override.line))
+        if key not in header:
+            header.append(key)
+        for k in chosen:
+            value = override.value
+            rows[k][key] = "" if value is None else value if isinstance(value, str) else toml_value(value)
+            lines[k][(key,)] = OverriddenLine.of(line_of(lines[k], ()), override)
+    raise_any(faults)
+    cells = [[row.get(key, "") for key in header] for row in rows]
+    places = [line for line, _ in table.rows]
+    return CsvTable(table.line, header, list(zip(places, cells, strict=True)), table.faults), lines

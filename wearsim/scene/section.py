@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 import tomllib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, TypeVar
@@ -14,10 +14,10 @@ from pydantic import AfterValidator, Field, GetCoreSchemaHandler, PrivateAttr, V
 from pydantic.annotated_handlers import GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from wearsim.csv_tables import csv_table
+from wearsim.csv_tables import CsvTable, csv_table
 from wearsim.errors import Fault, raise_any, say, shown
 from wearsim.quantities import QUANTITIES
-from wearsim.toml_faults import Table, content_of, decimal, suggestion, text_of, validation_faults
+from wearsim.toml_faults import Lines, Table, content_of, decimal, suggestion, text_of, validation_faults
 
 _SI = {
     "_kN_m": (1e3, 1.0), "_percent": (1e-2, 1.0), "_km_h": (1.0, 3.6),
@@ -96,7 +96,8 @@ class Section(Table):
 
     not_here: ClassVar[dict[str, str]] = {}
     others: ClassVar[str] = "float"  # type of keys that stand in `keys.toml` alone and may be missing
-    _place: tuple[str, int] | None = PrivateAttr(None)  # file and line of a table that is a row of a CSV file
+    # file and lines of a table that is a row of a CSV file
+    _place: tuple[str, Lines] | None = PrivateAttr(None)
 
     @staticmethod
     def laws_that_take(parameter: str) -> str:
@@ -147,21 +148,41 @@ def read_rows(
     SceneError
         With all faults of the file, each with its line; also if it has no rows.
     """
+    return validated_rows(csv_rows(path, what), str(path), model, what, defaults)
+
+
+def csv_rows(path: Path, what: str) -> CsvTable:
+    """Read a CSV file of tables, or raise a SceneError; the faults of its form are not raised."""
     file = str(path)
-    table = csv_table(text_of(content_of(path, f"a table of {what}s"), file), file, short=True)
+    return csv_table(text_of(content_of(path, f"a table of {what}s"), file), file, short=True)
+
+
+def validated_rows(
+    table: CsvTable,
+    file: str,
+    model: type[Row],
+    what: str,
+    defaults: Mapping[str, Any] | None = None,
+    lines: Sequence[Lines] = (),
+) -> tuple[Row, ...]:
+    """Make tables of `model` of the rows of a CSV file, as `read_rows` does.
+
+    Where values of rows come from elsewhere, `lines` has the lines of each row by key.
+    """
     known = list(model.model_fields)
     unknown = [name for name in table.header if name not in known]
     texts = [f"column {shown(name)} is no key of a {what}; {suggestion(name, known)}" for name in unknown]
     faults = [*(Fault(text, file, table.line) for text in texts), *table.faults]
     found = []
-    for line, cells in table.rows if not unknown else ():
+    for index, (line, cells) in enumerate(table.rows if not unknown else ()):
+        at: Lines = lines[index] if lines else {(): line}
         named = zip(table.header, cells, strict=False)
         values = {name: _cell(name, cell) for name, cell in named if cell}
         try:
             found.append(model.model_validate({**(defaults or {}), **values}))
-            found[-1]._place = file, line
+            found[-1]._place = file, at
         except ValidationError as error:
-            faults += [Fault(one.message, file, line) for one in validation_faults(error, model, {}, file)]
+            faults += validation_faults(error, model, at, file)
     if not faults and not found:
         faults.append(Fault(say("table.empty", what=what), file))
     raise_any(faults)

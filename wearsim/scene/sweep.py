@@ -15,10 +15,10 @@ from pydantic import Field
 from wearsim.csv_tables import csv_table
 from wearsim.errors import Fault, SceneError, brief, say, shown
 from wearsim.quantities import QUANTITIES
-from wearsim.scene.models import Header, SceneModel, find_file
+from wearsim.scene.models import CompareScene, FieldScene, Header, RigScene, SceneModel, find_file
 from wearsim.scene.overrides import Override, value_of
 from wearsim.scene.section import Section, Text
-from wearsim.toml_faults import KeyPath, content_of, text_of
+from wearsim.toml_faults import KeyPath, content_of, is_text, text_of
 
 MOST_CASES = int(QUANTITIES["sweep_cases"].range.high)
 
@@ -75,6 +75,14 @@ class Sweep:
     title: str
     file: str
     cases: tuple[Case, ...]
+
+
+def override_of(key: str, text: str, source: str, line: int | None = None) -> Override:
+    """Override as a flag or a cell of a table writes it."""
+    keys = key.split(".")
+    of_scene = keys[1:] if keys[0] in ("rig", "field") and len(keys) > 1 else keys
+    as_text = any(is_text(model, of_scene) for model in (RigScene, FieldScene, CompareScene, SweepScene))
+    return Override(key, value_of(text, as_text=as_text), source, line)
 
 
 def read_sweep(scene: SweepScene) -> Sweep:
@@ -136,7 +144,7 @@ def sweep_of_flags(scene: str, vary: Sequence[str], table: str | None) -> Sweep:
         key, _, values = (part.strip() for part in flag.partition("="))
         if values and key:
             texts = next(csv.reader([values]))
-            varied.append([Override(key, value_of(text), f"--vary {flag}") for text in texts])
+            varied.append([override_of(key, text, f"--vary {flag}") for text in texts])
         else:
             faults.append(Fault(say("sweep.vary"), f"--vary {flag}"))
     if bool(vary) == (table is not None):
@@ -184,10 +192,7 @@ def _table_rows(path: Path, faults: list[Fault]) -> list[Row]:
     unlike = [key for key in table.header if "." not in key]
     faults += [Fault(say("sweep.column", key=key), file, table.line) for key in unlike]
     rows = [(line, zip(table.header, cells, strict=True)) for line, cells in table.rows]
-    return [
-        tuple(Override(key, value_of(cell), file, line) for key, cell in pairs if cell)
-        for line, pairs in rows
-    ]
+    return [tuple(override_of(key, cell, file, line) for key, cell in pairs if cell) for line, pairs in rows]
 
 
 def _cases(bases: Sequence[Path], rows: Sequence[Row]) -> tuple[Case, ...]:
