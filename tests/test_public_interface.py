@@ -165,6 +165,38 @@ def test_grid_models_add_the_pressure_of_their_cells(case):
     np.testing.assert_allclose(load, data["normal_force"], rtol=1e-9)
 
 
+def test_fields_of_several_points_on_unlike_grids_are_those_of_each_point(case):
+    """Points are solved a few at a time, each with strips and cells by the size of its patch."""
+    wheelset, counterface, _, _ = case
+    models = wearsim.ContactModels("half_space", "half_space", strips=8, cells=8, cell_size=2e-3)
+    shifts, loads = [0.0, 3e-3, 1e-3], [80e3, 30e3, 150e3]
+
+    def solved(shift, load):
+        conditions = wearsim.ContactConditions.of(shift=shift, wheel_load=load, friction=0.35)
+        return wearsim.solve_contact(wheelset, counterface, conditions, models, sides="right", fields=True)
+
+    whole = solved(shifts, loads)
+    assert whole["point"].values.tolist() == [0, 1, 2]
+    for k, (shift, load) in enumerate(zip(shifts, loads, strict=True)):
+        one, same = solved(shift, load).isel(patch=0), whole.isel(patch=k)
+        strips, cells = one.sizes["strip"], one.sizes["cell"]
+        own = {"strip": slice(strips), "cell": slice(cells), "grid_cell": slice(one.sizes["grid_cell"])}
+        for name in ("lateral", "x_lead", "cells_lead", "strip_work", "pressure", "slip_x", "cell_pressure"):
+            given = {dimension: own[dimension] for dimension in one[name].dims}
+            np.testing.assert_array_equal(same[name].isel(given), one[name], err_msg=name)
+            if name not in ("lateral", "cells_lead"):
+                assert np.count_nonzero(same[name]) == np.count_nonzero(one[name]), name
+        for ends in ("cells_lead", "cells_trail"), ("grid_lead", "grid_trail"):
+            dimension = "cell" if "cells_lead" in ends else "grid_cell"
+            lengths = [(data[ends[0]] - data[ends[1]]) / data.sizes[dimension] for data in (same, one)]
+            own_strips = [length.isel(strip=slice(strips), missing_dims="ignore") for length in lengths]
+            np.testing.assert_allclose(*own_strips, rtol=1e-9)
+        edges = same["strip_wheel_y_edges"].values
+        np.testing.assert_array_equal(edges[: strips + 1], one["strip_wheel_y_edges"])
+        assert (edges[strips:] == edges[strips]).all()
+    assert len({int((edges > 0).sum()) for edges in np.diff(whole["strip_wheel_y_edges"])}) > 1
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -273,12 +305,20 @@ def test_translate_gives_the_same_factors_for_files_and_datasets(folder):
     rig, field = folder / "out" / "rig.nc", folder / "out" / "field.nc"
     by_path = wearsim.translate(rig, str(field))
     with wearsim.open_results(rig) as one, wearsim.open_results(field) as other:
+        one.load()
+        other.load()
         by_dataset = wearsim.translate(one, other)
     assert by_path.identical(by_dataset)
     with xr.open_dataset(folder / "out" / "translation.nc") as stored:
         assert stored.attrs["rig_sha256"] == by_dataset.attrs["rig_sha256"]
     with pytest.raises(wearsim.WearsimError, match="cannot be read as netCDF"):
         wearsim.translate(folder / "rig.toml", field)
+    for exchanged in ((field, rig), (other, one)):
+        with pytest.raises(wearsim.WearsimError, match=r"results are exchanged: .* give the rig first"):
+            wearsim.translate(*exchanged)
+    for twice in ((rig, rig), (one, one), (other, field)):
+        with pytest.raises(wearsim.WearsimError, match="same result twice; give the results of two"):
+            wearsim.translate(*twice)
 
 
 def test_faults_of_a_dict_name_the_key(folder):

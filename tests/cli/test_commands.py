@@ -220,7 +220,23 @@ def test_what_a_result_deserves_to_be_doubted_for_is_told_after_the_run(out, tmp
     assert "at most by the factor 1.25" in output[0]
 
 
-def test_results_in_the_wrong_order_are_warned_of(out, tmp_path, capsys):
+@pytest.mark.parametrize(
+    ("names", "reason"),
+    [
+        (("field.nc", "rig.nc"), "the results are exchanged: "),
+        (("rig.nc", "rig.nc"), "rig and field are the same result twice; "),
+        (("field.nc", "field.nc"), "rig and field are the same result twice; "),
+    ],
+)
+def test_results_exchanged_or_given_twice_are_one_line_and_exit_code_2(out, capsys, names, reason):
+    assert cli.main(["translate", *(str(out / name) for name in names)]) == 2
+    printed = capsys.readouterr()
+    (line,) = printed.err.splitlines()
+    assert reason in line
+    assert printed.out == ""
+
+
+def test_results_of_other_kinds_are_warned_of(out, tmp_path, capsys):
     """A kind of any length is repeated in 40 characters."""
     rig = shutil.copy(out / "rig.nc", tmp_path)
     with netCDF4.Dataset(rig, "a") as file:

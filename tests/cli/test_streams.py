@@ -3,6 +3,7 @@
 import io
 import json
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -81,7 +82,9 @@ def test_names_in_another_encoding_are_escaped_where_they_are_shown(
     assert main(["profile", wheel, "--plot", "w.svg"]) == 0
     assert "w\\udce9" in Path("w.svg").read_text() or b"w\\udce9" in capsysbinary.readouterr().out
     capsysbinary.readouterr()
-    for words in (["run", scene, "--out"], ["translate", "out/rig.nc", "out/rig.nc", "--out"]):
+    with netCDF4.Dataset(shutil.copy("out/rig.nc", "other.nc"), "a") as file:
+        file["environment"][:] = 0.5
+    for words in (["run", scene, "--out"], ["translate", "out/rig.nc", "other.nc", "--out"]):
         assert main([*words, os.fsdecode(b"r\xe9sults")]) == 2
         (line,) = [line for line in capsysbinary.readouterr().err.splitlines() if b"warning" not in line]
         assert b"must be UTF-8; choose another" in line

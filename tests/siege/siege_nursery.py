@@ -8,6 +8,7 @@ import gc
 import multiprocessing
 import os
 import resource
+import shutil
 import signal
 import sys
 import tempfile
@@ -16,6 +17,7 @@ from multiprocessing import forkserver
 from pathlib import Path
 from unittest import mock
 
+import netCDF4
 from siege import outline
 
 from wearsim.campaign import record
@@ -102,7 +104,9 @@ def warm():
         mock.patch.object(html, "to_svg", outline),
     ):
         main(["run", str(RIG), "--out", "out"])
-        main(["translate", "out/rig.nc", "out/rig.nc"])
+        with netCDF4.Dataset(shutil.copy("out/rig.nc", "other.nc"), "a") as file:
+            file["environment"][:] = 0.5
+        main(["translate", "out/rig.nc", "other.nc"])
     gc.collect()
     gc.freeze()  # what stands already is no concern of the processes to come
 

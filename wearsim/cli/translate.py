@@ -21,13 +21,13 @@ from wearsim.translation.compare import answers
 def execute(arguments: argparse.Namespace) -> int:
     """Print the factors where both campaigns end; write all of them on request."""
     rig, field = load_results(arguments.rig), load_results(arguments.field)
-    for kind, path, result in (("rig", arguments.rig, rig), ("field", arguments.field, field)):
-        held = result.attrs.get("scene_kind")
-        if held != kind:  # allowed, to compare two rigs, but an exchange would invert every factor
-            text = f"warning: {path} holds a {brief(str(held))} campaign and is taken as the {kind}"
-            print(text, file=sys.stderr)
     known = Path(arguments.rig).with_name("translation.nc")
     factors = factor.with_known_causes(factor.translate(rig, field), known)
+    for kind, path, result in (("rig", arguments.rig, rig), ("field", arguments.field, field)):
+        held = result.attrs.get("scene_kind")
+        if held != kind:  # allowed, to compare two rigs
+            text = f"warning: {path} holds a {brief(str(held))} campaign and is taken as the {kind}"
+            print(text, file=sys.stderr)
     rows, points = factor.table(factors), factor.point_table(factors)
     causes, power = factor.cause_table(factors), factor.power_cause_table(factors)
     hashes = {role: str(factors.attrs[f"{role}_sha256"]) for role in ("rig", "field")}

@@ -13,6 +13,7 @@ from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.problem import ContactConditions, ContactModels, ContactSolution, Counterface, Wheelset
 from wearsim.contact.solve import solve_each
 from wearsim.contact.tangential import TANGENTIAL_MODELS
+from wearsim.contact.wheels import joined
 from wearsim.errors import ContactError, ProfileError, say
 from wearsim.profile.files import load_profile
 from wearsim.profile.placement import GAUGE, INCLINATION
@@ -261,16 +262,18 @@ def solve_contact(
         wheelset,
         counterface,
         models,
-        lambda solution: patch_columns(solution, fields),
+        lambda solution: (patch_columns(solution), solution if fields else None),
         sides=tuple(sorted({SIDES.index(side) for side in sides})),
         vertical=load == "wheel",
         threads=threads,
         fields=fields or "work",
     )
     columns: Columns = {
-        name: (dimensions, np.concatenate([part[name][1] for part in parts]))
-        for name, (dimensions, _) in parts[0].items()
+        name: (dimensions, np.concatenate([of_patches[name][1] for of_patches, _ in parts]))
+        for name, (dimensions, _) in parts[0][0].items()
     }
+    if fields:
+        columns |= field_columns(joined([solution for _, solution in parts]))
     first = np.searchsorted(columns["point"][1], np.arange(conditions.shift.size))
     for name in ("roll", "rotation_speed"):  # alike for all patches of a point
         columns[name] = (("operating_point",), columns[name][1][first])
@@ -316,31 +319,32 @@ def _check_models(models: ContactModels) -> None:
             raise ContactError(fault)
 
 
-def patch_columns(solution: ContactSolution, fields: bool) -> Columns:
-    """Quantities of the patches of a solution.
-
-    Parameters
-    ----------
-    solution : ContactSolution
-        Of m patches.
-    fields : bool
-        Whether quantities of strips and cells are among them.
+def patch_columns(solution: ContactSolution) -> Columns:
+    """Quantities of the m patches of a solution.
 
     Returns
     -------
     dict
-        Dimensions, `patch` first, and values by name.
+        Dimensions, and values (m,) by name.
     """
-    columns: Columns = {
+    return {
         "point": (("patch",), solution.point),
         "side": (("patch",), np.array(SIDES)[solution.side]),
         **{name: (("patch",), getattr(solution, name)) for name in (*_PATCH, "roll", "rotation_speed")},
     }
-    if not fields:
-        return columns
+
+
+def field_columns(solution: ContactSolution) -> Columns:
+    """Quantities of the strips and cells of the m patches of a solution.
+
+    Returns
+    -------
+    dict
+        Dimensions, `patch` first, and values (m, ...) by name.
+    """
     patch, cells = solution.patch, solution.fields
     strip, edge, cell = ("patch", "strip"), ("patch", "strip_edge"), ("patch", "cell", "strip")
-    columns |= {
+    columns: Columns = {
         "lateral": (strip, np.where(solution.side == 1, -1.0, 1.0)[:, None] * patch.y),
         "strip_width": (("patch",), patch.width),
         "strip_wheel_y_edges": (edge, solution.strip_edges_wheel_y),

@@ -65,7 +65,8 @@ def translate(
     Raises
     ------
     ResultError
-        If a file cannot be read, a variable is missing or wheels were reprofiled.
+        If a file cannot be read, a variable is missing or wheels were reprofiled; also if the results are
+        exchanged, or one result is given twice.
 
     Examples
     --------
@@ -75,11 +76,16 @@ def translate(
     ('basis', 'progress', 'wheel_group')
     """
     rig, field = (one if isinstance(one, xr.Dataset) else load_results(one) for one in (rig, field))
+    if [data.attrs.get("scene_kind") for data in (rig, field)] == ["field", "rig"]:
+        raise ResultError(say("translation.exchanged"))
     for role, data in zip(CAMPAIGN, (rig, field), strict=True):
         if missing := [name for name in _NEEDED if name not in data]:
             raise ResultError(say("translation.incomplete", role=role, missing=missing[0]))
         if "last_reprofiling" in data and (data["last_reprofiling"].values > 0).any():
             raise ResultError(say("translation.reprofiled", role=role))
+    hashes = [content_hash(data) for data in (rig, field)]
+    if hashes[0] == hashes[1]:
+        raise ResultError(say("translation.same"))
     comparison = compare.Comparison(rig, field, count, reach)
     axes = comparison.axes
     comparison.add("basis_name", "basis", list(BASIS), "what is equal in both campaigns")
@@ -101,7 +107,7 @@ def translate(
             "stage": ("stage", np.array(STAGES), share),
             "arc": ("arc", rig["arc_length"].values, arc),
         },
-        attrs=_attributes(comparison),
+        attrs=_attributes(comparison, hashes),
     )
 
 
@@ -312,7 +318,7 @@ def _text(value: Any, unit: str) -> str:
     return f"{float(value):.10g} {unit}".rstrip()
 
 
-def _attributes(comparison: compare.Comparison) -> dict[str, Any]:
+def _attributes(comparison: compare.Comparison, hashes: Sequence[str]) -> dict[str, Any]:
     rig, field = comparison.pair
     attrs: dict[str, Any] = {
         "Conventions": "CF-1.11",
@@ -322,8 +328,8 @@ def _attributes(comparison: compare.Comparison) -> dict[str, Any]:
         "comment": "factors are rig over field; a fill value means undefined, the status variable says why",
         "matched_points": np.int32(len(comparison.matched)),
     }
-    for role, data in zip(CAMPAIGN, comparison.pair, strict=True):
-        attrs[f"{role}_sha256"] = content_hash(data)
+    for role, data, digest in zip(CAMPAIGN, comparison.pair, hashes, strict=True):
+        attrs[f"{role}_sha256"] = digest
         for key in ("title", "counterface_curvature", "counterface_curvature_left", *factors.COMPARED_KEYS):
             if str(data.attrs.get(key, "")) != "":
                 attrs[f"{role}_{key}"] = data.attrs[key]
