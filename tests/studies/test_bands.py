@@ -1,5 +1,6 @@
 """Bands of a small comparison: run by draws, continued, read by report and translate."""
 
+import json
 import shutil
 from pathlib import Path
 
@@ -8,8 +9,9 @@ import pytest
 import xarray as xr
 
 import wearsim.cli as cli
+from wearsim.campaign.directory import locked
 from wearsim.campaign.run import run_scene
-from wearsim.errors import SceneError
+from wearsim.errors import ResultError, SceneError
 from wearsim.studies.bands import plan_of, run_bands
 from wearsim.studies.ensemble import check_cases
 
@@ -89,6 +91,32 @@ def test_steels_are_ranked_in_the_same_draws(tmp_path):
     wide.write_text(scene.read_text().replace("within = 1.5", "within = 90.0"))
     with pytest.raises(SceneError, match="environment"):
         run_bands(wide, tmp_path / "out")
+
+
+def test_status_counts_the_draws_of_bands(tmp_path, capsys):
+    """A draw counts with all its steels; run directories of the draws are made of that of the scene here."""
+    scene, out = write(tmp_path, "rig", 1, STEEL + OTHER), tmp_path / "out"
+    whole = tmp_path / "whole"
+    run_scene(scene, out, command=f"wearsim run {scene} --out {out} --bands")
+    shutil.copytree(out, whole)
+
+    def told(*words):
+        capsys.readouterr()
+        assert cli.main(["status", str(out), *words]) == 0
+        return capsys.readouterr().out
+
+    assert told().endswith("bands: not begun, 0 of 16 draws done\n")
+    for number in (1, 2, 3, 4, 5):
+        shutil.copytree(whole, out / "bands" / f"case_{number:04d}")
+    advice = "nobody works on the draws; the same command again continues them\n"
+    assert told().endswith(f"bands: stopped, 2 of 16 draws done\n{advice}")
+    assert json.loads(told("--json"))["bands"] == {"state": "stopped", "draws": 16, "done": 2, "failed": 0}
+    with locked(out / "bands"):
+        assert told().endswith("bands: running, 2 of 16 draws done\n")
+        with pytest.raises(ResultError, match=r"another wearsim run works in .*bands"):
+            run_bands(scene, out)
+    shutil.copytree(whole, out / "bands" / "case_0033")  # of the 17th draw
+    assert "bands: stopped, 2 of 32 draws done" in told()
 
 
 def test_the_shipped_example_draws_what_can_be_run():

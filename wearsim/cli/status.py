@@ -18,8 +18,14 @@ def execute(arguments: argparse.Namespace) -> int:
     out = Path(arguments.directory)
     if (out / "sweep.json").is_file():
         return _sweep(out, arguments.json)
-    read_manifest(out)  # a clear fault where there is no campaign
-    status = read_status(out)
+    manifest = read_manifest(out)  # a clear fault where there is no campaign
+    status, draws = read_status(out), None
+    if "--bands" in manifest.command.split() or (out / "bands").is_dir():
+        from wearsim.studies.bands import progress_of  # takes long to import
+
+        draws = progress_of(out)
+    if draws is not None:
+        status["bands"] = draws
     if arguments.json:
         print_json(status)
         return 0
@@ -30,6 +36,11 @@ def execute(arguments: argparse.Namespace) -> int:
         print(status_line(name, item))
     if any(item.get("state") in ("stopped", "interrupted") for item in campaigns.values()):
         print(f"nobody works in {out}; `wearsim resume {out}` continues it")
+    if draws is not None:
+        failed = f", {draws['failed']} failed" if draws["failed"] else ""
+        print(f"bands: {draws['state']}, {draws['done']} of {draws['draws']} draws done{failed}")
+    if draws is not None and draws["state"] == "stopped":
+        print("nobody works on the draws; the same command again continues them")
     return 0
 
 

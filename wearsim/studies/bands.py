@@ -11,12 +11,14 @@ from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
-from wearsim.campaign.record import readable_errors, write_atomically
+from wearsim.campaign.directory import SCENE_FOLDER, is_locked, locked, read_manifest
+from wearsim.campaign.record import write_atomically
 from wearsim.errors import ResultError, say
 from wearsim.results import load_results
 from wearsim.scene import CampaignScene, load_campaign
@@ -116,10 +118,23 @@ def run_bands(
     SceneError
         With all faults of [uncertainty] and of all draws; nothing is run then.
     ResultError
-        If a draw failed; the finished ones are kept.
+        If a draw failed, the finished ones are kept; or if another process runs them.
     """
     out = Path(out).absolute()
     plan = plan_of(Path(base), overrides)
+    with locked(out / FOLDER):
+        return _run_draws(plan, out, executor, jobs, command, report)
+
+
+def _run_draws(
+    plan: Plan,
+    out: Path,
+    executor: Executor | None,
+    jobs: int | None,
+    command: str,
+    report: Callable[[int, Outcome], None] | None,
+) -> tuple[xr.Dataset, pd.DataFrame]:
+    """Run the draws of a plan, or continue them, and write the bands; see `run_bands`."""
     section = plan.scene.uncertainty
     assert section is not None
     folder, each = out / FOLDER, len(plan.steels)
@@ -132,8 +147,6 @@ def run_bands(
         if plan.fast and not done:
             cases.insert(0, Case(_NOMINAL, plan.base, plan.overrides))
         check_cases(cases, folder)
-        with readable_errors(f"{folder} cannot be made"):
-            folder.mkdir(exist_ok=True)
         left = [case for case in cases if outcome_in(folder / case.name, case.number).state != "finished"]
         show = None if report is None else partial(report, len(left))
         outcomes = run_cases(left, folder, executor, jobs=jobs, command=command, report=show)
@@ -162,7 +175,7 @@ def run_bands(
     models = "those of the draws are kik_piotrowski + fastsim" if plan.fast else "those of the scene"
     made = made.assign(drawn=(("draw", "input"), np.array(rows), about)).assign_attrs(
         Conventions="CF-1.11",
-        title=utf8(f"bands of {plan.scene.scene.title or Path(base).stem}"),
+        title=utf8(f"bands of {plan.scene.scene.title or plan.base.stem}"),
         history=utf8(command or "wearsim run --bands"),
         seed=section.seed,
         largest_error_over_width=sure,
@@ -177,6 +190,38 @@ def run_bands(
         text = ranked.to_csv(index=False, lineterminator="\n", float_format="%.6g")
         write_atomically(out / MATERIALS, text.encode())
     return made, ranked
+
+
+def progress_of(out: Path) -> dict[str, Any] | None:
+    """Count the draws of a run directory that are done.
+
+    Returns
+    -------
+    dict or None
+        JSON values: state ("not begun", "running", "stopped" or "finished"), and the numbers of draws, of
+        those done and of those failed; None for a scene without uncertain inputs.
+    """
+    folder = out / FOLDER
+    scene = load_campaign(out / SCENE_FOLDER / read_manifest(out).main, copied=True)
+    if scene.uncertainty is None:
+        return None
+    each, count = 1 + len(scene.uncertainty.material), scene.uncertainty.draws
+    numbers = (path.name.removeprefix("case_") for path in folder.glob("case_*"))
+    last = max((int(number) for number in numbers if number.isdecimal()), default=0)
+    while last > count * each:  # draws are doubled until the bands are sure
+        count *= 2
+    done = failed = 0
+    for draw in range(count):
+        cases = [Case(1 + draw * each + k, scene.origin.path) for k in range(each)]
+        states = [outcome_in(folder / case.name, case.number).state for case in cases]
+        done += states.count("finished") == each
+        failed += "failed" in states
+    state = "stopped" if folder.is_dir() else "not begun"
+    if is_locked(folder):
+        state = "running"
+    elif done == count and (out / FILE).is_file():
+        state = "finished"
+    return {"state": state, "draws": count, "done": done, "failed": failed}
 
 
 def _results(directory: Path) -> dict[str, xr.Dataset]:
