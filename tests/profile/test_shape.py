@@ -177,3 +177,37 @@ def test_crossing_next_to_a_turn_is_linear():
 
 def test_an_edge_at_the_level_is_crossed_at_its_beginning():
     assert crossing(np.array([0.0, 1.0, 2.0]), np.array([0.0, 5.0, 5.0]), 1, 5.0) == 1.0
+
+
+Y = np.linspace(-0.07, 0.06, 100)
+
+
+@pytest.mark.parametrize(
+    ("y", "z", "reason"),
+    [
+        (1e3 * Y, 1e3 * Y**2, "y spans 130 m, .* look like millimetres; divide y and z by 1000"),
+        (Y, 1e6 * Y**2, "z spans 4900 m, .* look like millimetres"),
+        (
+            np.where(Y > 0.0, np.nan, Y),
+            Y**2,
+            r"y\[54\] = nan must be a finite number; delete the point",
+        ),
+        (Y, np.where(Y > 0.0, -np.inf, Y), r"z\[54\] = -inf must be a finite number"),
+        (Y, Y[:-1] ** 2, "y has 100 points and z has 99; give both coordinates of each point"),
+        (Y[:, None], Y[:, None], r"y has the shape \(100, 1\); give a list"),
+        ([], [], r"y has the shape \(0,\); give a list of at least 2 coordinates"),
+        (["a", "b"], [0.0, 1.0], "y is no array of numbers; give the coordinates"),
+        (None, Y, r"y has the shape \(\); give a list"),
+    ],
+)
+def test_a_profile_of_impossible_points_is_refused(y, z, reason):
+    with pytest.raises(ProfileError, match=f'^profile "mine": {reason}') as caught:
+        Profile("mine", "wheel", y, z)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_profile_of_lists_has_arrays():
+    profile = Profile("mine", "wheel", [0, 0.01, 0.02], [0, 0.001, 0])
+    assert profile.y.dtype == profile.z.dtype == np.float64
+    kept = Profile("mine", "wheel", profile.y, profile.z)
+    assert kept.y is profile.y

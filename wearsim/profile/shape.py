@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 Kind = Literal["wheel", "rail"]
+_WIDEST = 1.0
+"""Largest width or height of a cross-section; in millimetres part of one has more [m]."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +38,11 @@ class Profile:
         Wheel: positive radially outward, 0 at the running circle; rail: positive down, 0 at the top [m].
     source : str
         Where the shape comes from.
+
+    Raises
+    ------
+    ProfileError
+        If y and z are not equally many finite numbers, or cannot be in metres.
     """
 
     name: str
@@ -43,6 +50,27 @@ class Profile:
     y: FloatArray = field(repr=False)
     z: FloatArray = field(repr=False)
     source: str = ""
+
+    def __post_init__(self) -> None:  # some 20 us: campaigns make few profiles in each step
+        for key in ("y", "z"):
+            given = getattr(self, key)
+            try:
+                values = np.asarray(given, dtype=np.float64)
+            except (TypeError, ValueError):
+                raise ProfileError(say("profile.no_numbers", profile=self, key=key)) from None
+            if values.ndim != 1 or values.size < 2:
+                raise ProfileError(say("profile.no_points", profile=self, key=key, shape=values.shape))
+            if not np.isfinite(values).all():
+                place = int(np.flatnonzero(~np.isfinite(values))[0])
+                raise ProfileError(
+                    say("profile.not_finite", profile=self, key=key, place=place, value=values[place])
+                )
+            if (span := float(values.max() - values.min())) > _WIDEST:
+                raise ProfileError(say("profile.no_metres", profile=self, key=key, span=span))
+            if values is not given:
+                object.__setattr__(self, key, values)
+        if self.y.size != self.z.size:
+            raise ProfileError(say("profile.unlike_points", profile=self, y=self.y.size, z=self.z.size))
 
 
 def arc_length(y: FloatArray, z: FloatArray) -> FloatArray:

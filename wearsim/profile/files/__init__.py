@@ -208,8 +208,7 @@ def write_profile(
     Raises
     ------
     ProfileError
-        The format is not written, the extension is that of the other kind, the file exists, or a point is not
-        finite.
+        The format is not written, the extension is that of the other kind, or the file exists.
     ResultError
         The file cannot be written.
 
@@ -226,9 +225,7 @@ def write_profile(
     """
     path = Path(path)
     _known("format", format, WRITTEN_FORMATS, path)
-    name, kind = profile.name, profile.kind
-    if not (np.all(np.isfinite(profile.y)) and np.all(np.isfinite(profile.z))):
-        raise ProfileError(f"{path}: profile {name!r} holds points that are not finite; nothing was written")
+    kind = profile.kind
     stands_for = {**miniprof.SUFFIXES, **simpack.SUFFIXES}.get(path.suffix.lower(), kind)
     if stands_for != kind:
         raise ProfileError(say("profile.other_extension", path=path, kind=stands_for, profile=profile))
