@@ -10,8 +10,6 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple, Unpack
 
-import numpy as np
-
 from wearsim.errors import ProfileError, say, suggestion
 from wearsim.profile import placement, standard
 from wearsim.profile.files import miniprof, simpack
