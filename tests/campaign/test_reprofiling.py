@@ -334,7 +334,7 @@ def test_report_and_summary_tell_the_turnings(data, finished):
     cracked["fatigue_damage"] = damage
     page = render([cracked])
     assert "(1 is a crack of 5 mm) and left at most 0.012 of it." in page
-    assert "the lathe left cracks of wlrm, up to 0.06 mm deep: damage among at_limits" in page
+    assert "the lathe left cracks of wlrm, up to 0.06 mm deep; damage among at_limits" in page
     assert f"{first.distance / 1e3:.3f} km, wheel diameter right 920.00 to 919." in summary_text(result)
 
 

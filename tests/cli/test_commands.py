@@ -174,8 +174,8 @@ def test_translate_prints_a_table_and_writes_the_factors(out, tmp_path, capsys):
     assert "max_wear_depth" in printed.out
     assert "Factors at equal operating points, new wheels, by shift [mm]:" in printed.out
     lines = [line for line in printed.out.splitlines() if line.startswith("worn area of the profile per")]
-    # 8 words, wheel, 9 shifts; 2 wheels in 3 states
-    assert [len(line.split()) for line in lines] == [8 + 1 + 9] * 6
+    # 11 words, wheel, 9 shifts; 2 wheels in 3 states
+    assert [len(line.split()) for line in lines] == [11 + 1 + 9] * 6
     assert "nan" not in printed.out.lower()
     assert (tmp_path / "factors.nc").is_file()
     asked = [line for line in printed.out.splitlines() if line.startswith("  by ")]

@@ -1,10 +1,24 @@
+import re
 import shutil
+from html import unescape
 
 import pytest
 
 from wearsim.campaign.run import run_scene
 from wearsim.report.html import write_report
 from wearsim.results import open_results
+
+
+@pytest.fixture
+def page_one():
+    """Function that gives the words of page one, as people count them: without the figure and its slider."""
+
+    def words(text):
+        part = text[text.index("<h1>") : text.index("<nav aria")]
+        part = re.sub(r"<svg.*?</svg>|<h3>.*?</h3>|<label.*?</label>", " ", part, flags=re.DOTALL)
+        return " ".join(unescape(re.sub(r"<[^>]*>", " ", part)).split())
+
+    return words
 
 
 @pytest.fixture

@@ -14,6 +14,7 @@ from wearsim.report.inspect import inspect, summary_text
 from wearsim.report.style import plain
 from wearsim.report.texts import words
 from wearsim.results.fatigue import crack_distances, cycles
+from wearsim.results.limits import attributes_of
 from wearsim.scene import build, load_scene
 from wearsim.translation.translate import translate
 
@@ -121,7 +122,7 @@ def test_report_states_what_the_numbers_of_every_law_hold_for(pair, text):
     assert values[2, 2:].tolist() == [None] * 4
     life = tables_damage.life(pair[0])
     assert "numbers of rail steels R220 and R260 (burstow_2004), not of wheel steel" in life.caption
-    assert text.count("not of wheel steel") == 2  # rig and field
+    assert text.count("not of wheel steel") == 3  # page one, rig and field
     older = pair[0].copy()
     older.attrs = {k: v for k, v in older.attrs.items() if not k.startswith(("fatigue_", "comparison_"))}
     assert sources.laws([older]).frame.iloc[1, 3:].tolist() == [None] * 3
@@ -181,16 +182,40 @@ def test_first_crack_of_page_one_is_that_of_the_table(pair, text):
     assert [1e-3 * at for at in found["wlrm"]] == pytest.approx(
         [np.inf if one == "never" else one for one in texts], rel=1e-12
     )
-    told = [line for line in answer.sentences(pair, translate(*pair)) if line.startswith("First crack")]
+    told = [line for line in answer.sentences(pair, translate(*pair)) if "first crack" in line]
     assert len(told) == 1
+    assert answer.limits(pair) == []  # without limits the sentence is all there is
+    limited = [data.assign_attrs(attributes_of({"max_wear_depth": 2e-3}, True)) for data in pair]
+    cracks = answer.limits(limited)[0].frame.set_index("Limit").loc["First crack by fatigue (wlrm)"]
     for role, data in zip(("rig", "field"), pair, strict=True):
-        first = 1e-3 * crack_distances(data)["wlrm"].min()
-        assert f"{role} after {plain(first, 3)} km (wlrm)" in told[0]
-        assert f"after {plain(first, 3)} km (" in answer.limits(pair)[0].frame[role.capitalize()].iloc[-1]
+        first = plain(1e-3 * crack_distances(data)["wlrm"].min(), 3)
+        assert f"after {first} km ({role})" in told[0]
+        assert cracks[role.capitalize()].startswith(f"after {first} km (")
     net = pair[1].copy()
     net["fatigue_crack_depth"] = net["fatigue_crack_depth"] * np.nan  # the law counts the removal itself
     rate = net["fatigue_damage_rate"].values[-1, :, 0].max(axis=1)
     np.testing.assert_allclose(crack_distances(net)["wlrm"], 1.0 / rate, rtol=1e-12)
+
+
+def test_page_one_states_fatigue_and_whose_numbers_count_the_cracks(pair, text):
+    """Distances from numbers of rail steel are no more certain than these; the ratio hangs less on them."""
+    factors = translate(*pair)
+    (told,) = (line for line in answer.sentences(pair, factors) if line.startswith("RCF"))
+    assert "wlrm (numbers of rail steels R220 and R260, not of wheel steel)" in told
+    ratio = factors["fatigue_damage_factor"].values[0, -1, 0, -1]
+    assert f"{plain(ratio, 3)} times the damage of the field at equal distance" in told
+    own = pair[0].copy()
+    who = "damage_function: given by the user, who says: a guess"
+    own["fatigue_warnings"] = ("fatigue", [who, ""])
+    (told,) = (line for line in answer.sentences([own]) if line.startswith("RCF"))
+    assert "wlrm (numbers of the scene, certainty: a guess): first crack after" in told
+    assert "times the damage" not in told
+
+
+def test_page_one_with_fatigue_has_at_most_250_words(pair, without_figures, page_one):
+    limited = [data.assign_attrs(attributes_of({"max_wear_depth": 2e-3}, True)) for data in pair]
+    page = render(limited)
+    assert len(page_one(page).split()) <= 250
 
 
 def test_report_without_such_laws_has_no_section(run_directory):

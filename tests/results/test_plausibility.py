@@ -1,9 +1,12 @@
 import numpy as np
 import pytest
+import xarray as xr
 
 from wearsim.results import open_results, result_warnings
 from wearsim.results.checks import (
     TREAD_WEAR_BAND,
+    cracks_left,
+    cracks_warning,
     load_scaling,
     low_friction_warning,
     outside_warning,
@@ -171,3 +174,30 @@ def test_lubrication_counted_twice_is_warned_of(make):
     assert low_friction_warning(data) is None
     data["environment"].values[0] = 0.2
     assert "1 of" in low_friction_warning(data)
+
+
+@pytest.mark.parametrize(
+    ("damage", "warned", "told"),
+    [
+        (0.6, "left cracks of wlrm, up to 3 mm deep;", "left at most 0.6 of it."),
+        (
+            12.8,
+            "left cracks of wlrm, damage index up to 12.8: cracked, 5 mm deep or deeper;",
+            ": cracked, as",
+        ),
+    ],
+)
+def test_damage_above_one_is_no_depth_of_a_crack(damage, warned, told):
+    """A crack of damage 1 is 5 mm deep here: 12.8 is not one of 64 mm."""
+    of_points = ("step", "wheel", "fatigue", "point")
+    turned = xr.Dataset(
+        {
+            "last_reprofiling": ("step", [0, 1]),
+            "fatigue_name": ("fatigue", ["wlrm"]),
+            "fatigue_crack_depth": ("fatigue", [5e-3]),
+            "fatigue_damage": (of_points, np.full((2, 2, 1, 3), damage)),
+        }
+    )
+    assert warned in cracks_warning(turned)
+    assert told in cracks_left(turned)
+    assert "64 mm" not in cracks_warning(turned) + cracks_left(turned)

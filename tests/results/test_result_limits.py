@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from wearsim.quantities import QUANTITIES
 from wearsim.results import FILL_FLOAT, GROUPS, layout_of, open_results
@@ -9,7 +10,9 @@ from wearsim.results.limits import (
     END,
     LIMITED,
     REPROFILED_AT,
+    REPROFILED_PLACES,
     attributes_of,
+    distances_to,
     ending_limits,
     first_met,
     limits_met,
@@ -131,3 +134,64 @@ def test_limits_that_have_wheels_reprofiled_end_no_campaign():
     assert ending_limits(given) == limits_of(given)
     assert ending_limits({**given, REPROFILED_AT: "hollowing flange_gradient"}) == {"flange_thickness": 22e-3}
     assert ending_limits(attributes_of({"hollowing": 2e-3}, False)) == {}
+
+
+def turned_wheels(spans):
+    """Wheels reprofiled every 40 km at 2 mm of hollowing, the last span 20 km long.
+
+    A span wears 0.5 mm off the diameter and 1 mm off the flange, the lathe takes 1.5 mm of the diameter and
+    restores the shape. The left wheel wears half as fast.
+    """
+    rows, last = [], 0
+    for span in range(spans):
+        for part in (0.0, 0.25, 0.5, 0.75, 1.0)[: 5 if span < spans - 1 else 3]:
+            last = len(rows) if part == 0.0 else last
+            wear = part * np.array([1.0, 0.5])
+            rows.append((
+                40e3 * (span + part), last, 2e-3 * wear, 32e-3 - 1e-3 * wear, 0.92 - 2e-3 * span - 5e-4 * wear
+            ))  # fmt: skip
+    names = ("hollowing", "flange_thickness", "wheel_diameter")
+    run, reprofiled, *measures = map(np.array, zip(*rows, strict=True))
+    wheels = {name: (("step", "wheel"), values) for name, values in zip(names, measures, strict=True)}
+    limits = {"hollowing": 2e-3, "flange_thickness": 31.3e-3, "wheel_diameter": 0.9}
+    return xr.Dataset(
+        {"distance": ("step", run), "last_reprofiling": ("step", reprofiled), **wheels},
+        attrs={**attributes_of(limits, False), REPROFILED_AT: "hollowing", REPROFILED_PLACES: ""},
+    )
+
+
+@pytest.mark.parametrize("spans", [2, 3, 6])
+def test_the_diameter_is_projected_through_reprofilings(spans):
+    """2 mm are lost in 40 km, of 20 mm: the lathe takes the last of them at 400 km."""
+    data = turned_wheels(spans)
+    worn = data.isel(step=[0]).assign(wheel_diameter=(("step", "wheel"), [[0.922, 0.923]]))
+    later = data.assign(last_reprofiling=data["last_reprofiling"] + 1)
+    turned_at_once = xr.concat([worn, later], "step")
+    for wheels in (data, turned_at_once):
+        (diameter,) = (one for one in limits_met(wheels) if one.name == "wheel_diameter")
+        at, met = distances_to(wheels, diameter)
+        assert not met.any()
+        np.testing.assert_allclose(at, 400e3, rtol=1e-9)
+
+
+def test_a_shape_that_is_restored_is_projected_to_the_next_reprofiling_only():
+    """The flange loses 0.7 mm in 28 km, before it is turned at 40 km, the left one 0.35 mm in as much."""
+    for spans, expected in ((1, [28e3, np.inf]), (3, [28e3, np.inf])):
+        data = turned_wheels(spans)
+        (flange,) = (one for one in limits_met(data) if one.name == "flange_thickness")
+        at, met = distances_to(data, flange)
+        np.testing.assert_allclose(at, expected)
+        assert met.tolist() == [spans > 1, False]
+    sooner = turned_wheels(1).assign_attrs({REPROFILED_PLACES: "10000 25000"})
+    assert np.isinf(distances_to(sooner, flange._replace(distance=(None, None)))[0]).all()
+
+
+def test_what_the_lathe_leaves_adds_up_to_a_limit():
+    """Hollowing by 0.1 mm more from span to span: 2.1 mm at the end of the second, 2.5 mm of the sixth."""
+    data = turned_wheels(3)
+    span = (data["last_reprofiling"] == np.arange(data.sizes["step"])).cumsum("step") - 1
+    data["hollowing"] += 1e-4 * span
+    data.attrs |= {"limit_hollowing": 2.5e-3}
+    (hollow,) = (one for one in limits_met(data) if one.name == "hollowing")
+    at, _ = distances_to(data, hollow)
+    assert at[0] == pytest.approx(6 * 40e3, rel=1e-9)

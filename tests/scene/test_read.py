@@ -241,6 +241,14 @@ def test_shipped_workflows_have_no_faults_and_no_warnings(name):
     assert check_contact(scene) == ()
 
 
+@pytest.mark.parametrize("name", ["rig.toml", "rig_given.toml", "field.toml", "field_given.toml"])
+def test_shipped_rig_and_field_judge_fatigue(name):
+    """A law that counts cycles to a crack, and one of shakedown, alike so that rig and field compare."""
+    laws = build(load_scene(standard.shipped_path("workflows", name))).fatigue
+    assert [law.law for law in laws] == ["wlrm", "surface_fatigue_index"]
+    assert laws == build(load_scene(standard.shipped_path("workflows", "field.toml"))).fatigue
+
+
 def test_the_shipped_rig_and_field_watch_the_same_states():
     scene = load_scene(standard.shipped_path("workflows", "rig_vs_field.toml"))
     assert scene.rig.operation.monitor == scene.field.operation.monitor

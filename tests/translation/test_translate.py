@@ -61,8 +61,25 @@ def test_contact_factors_at_equal_points(translation):
     assert (translation["creepage_y_point_factor_status"].values == STATUS["zero_denominator"]).all()
     np.testing.assert_allclose(translation["wear_area_rate_point_factor"].values, 1.3**2, rtol=1e-12)
     np.testing.assert_allclose(translation["wear_depth_rate_max_point_factor"].values, 1.3, rtol=1e-12)
-    comment = translation["wear_area_rate_point"].attrs["comment"]
-    assert comment.endswith("the environment factor does not enter")
+    meaning = translation["wear_area_rate_point"].attrs["long_name"]
+    assert meaning.endswith("without environment factor at equal operating points")
+
+
+def test_wear_rates_of_the_collective_contain_the_environment_factor(translation, rig, field):
+    """Of 1 on the rig and 0.2 in the field, as all wear depths and areas do."""
+
+    def mean_at_60_km(data, name):
+        mean = factors.collective_mean(factors.per_wheel(data, name), data["weight"].values)
+        return mean[6].mean()
+
+    for name in ("wear_area_rate", "wear_depth_rate_max"):
+        bare = [mean_at_60_km(data, name) for data in (rig, field)]
+        actual = translation[f"{name}_collective"].values[0, -1, :, -1]
+        np.testing.assert_allclose(actual, [bare[0], 0.2 * bare[1]], rtol=1e-12)
+        ratio = translation[f"{name}_collective_factor"].values[0, -1, -1]
+        np.testing.assert_allclose(ratio, 5.0 * bare[0] / bare[1], rtol=1e-12)
+    power = translation["power_collective"].values[0, -1, 1, -1]
+    assert power == pytest.approx(mean_at_60_km(field, "power"), rel=1e-12)
 
 
 def test_equivalent_distance_ends_with_the_field(translation):

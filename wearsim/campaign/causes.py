@@ -34,7 +34,7 @@ from wearsim.operation.points import OperatingPoints
 from wearsim.profile.shape import Profile
 from wearsim.profile.worn import WHEEL_ZONES
 from wearsim.translation.compare import STAGES
-from wearsim.translation.factors import common_axes, match_points, rows_at
+from wearsim.translation.factors import at_distances, between_solutions, common_axes, match_points
 
 if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
@@ -84,8 +84,13 @@ class NoSplitError(Exception):
     """Why the causes of a factor cannot be separated."""
 
 
-def world_of(setup: CampaignSetup, result: xr.Dataset | None = None, row: int = 0, threads: int = 1) -> World:
-    """Campaign in the state of a row of its result, with the operating points as found there; else new."""
+def world_of(
+    setup: CampaignSetup, result: xr.Dataset | None = None, distance: float = 0.0, threads: int = 1
+) -> World:
+    """Campaign at a distance of its result [m], else new.
+
+    Profiles, and the operating points as they were found, are linear in distance between the stored states.
+    """
     points, wheelset = setup.points, setup.wheelset
     if not isinstance(points.conditions.rotation, str) or points.conditions.creepage is not None:
         raise NoSplitError("rotation speeds or creepages were given")
@@ -96,14 +101,18 @@ def world_of(setup: CampaignSetup, result: xr.Dataset | None = None, row: int = 
     if setup.counterface.left_curvature is not None:
         raise NoSplitError("the radii of the rollers differ by side")
     if result is not None:
-        y, z = (result[f"profile_{axis}"].values[row] for axis in "yz")
+        run, target = result["distance"].values, np.array([distance])
+        y, z = (at_distances(run, result[f"profile_{axis}"].values, target)[0] for axis in "yz")
         right, left = worn_wheels(wheelset, y, z)
         wheelset = replace(wheelset, right=right, left=left)
-        if "share_beyond_jump" in result and (result["share_beyond_jump"].values[row] > 0.0).any():
-            raise NoSplitError("operating points run on both sides of a jump of their lateral force")
+        if "share_beyond_jump" in result:
+            beyond = between_solutions(result, result["share_beyond_jump"].values)
+            if (at_distances(run, beyond, target) > 0.0).any():
+                raise NoSplitError("operating points run on both sides of a jump of their lateral force")
         if "lateral_position" in result:
             names = {"shift": "lateral_position", "yaw": "wheelset_yaw", "wheel_load": "wheel_loads"}
-            there = {field: result[name].values[row] for field, name in names.items()}
+            found = {field: between_solutions(result, result[name].values) for field, name in names.items()}
+            there = {field: at_distances(run, values, target)[0] for field, values in found.items()}
             points = replace(points, conditions=replace(points.conditions, **there))
     acting, conditions = np.flatnonzero(points.weight > 0.0), points.conditions
     flange = conditions.friction if conditions.friction_flange is None else conditions.friction_flange
@@ -188,6 +197,18 @@ def split(rig: World, field: World) -> tuple[dict[str, FloatArray], FloatArray]:
     names = [*bodies, *(list(POINT_CAUSES)[k] for k in of_points)]
     shares = np.exp([shapley(one) for one in log_value]).reshape(len(log_value), -1)
     return dict(zip(names, shares.T, strict=True)), np.exp(log_value[:, -1] - log_value[:, 0])
+
+
+def area_rates(world: World) -> FloatArray:
+    """Rate (1 + zones,) of worn area of both wheels, in all and by zone [m2/m].
+
+    Of the operating points as they are: without exchange, in their own order and with their own weights.
+    """
+    rate = _area_rates(world, world.values[:, :_CONTACT])
+    known = np.isfinite(rate[:, 0])
+    weight = world.weight[known] / world.weight[known].sum()
+    every: FloatArray = (weight * world.values[known, _CONTACT]) @ rate[known]
+    return every
 
 
 def _alike(one: Any, other: Any) -> bool:
@@ -390,8 +411,9 @@ def add_causes(
     Returns
     -------
     Dataset
-        With `cause_factor` (way, cause) and their product `rate_factor` (way), in the states at equal worn
-        depth: new wheels and the quarters of the way to where both campaigns end; by zone of the wheel
+        With `rate_factor` (way), the rate of worn area of the rig over that of the field, and `cause_factor`
+        (way, cause), whose product it is, in the states at equal worn depth: new wheels and the quarters of
+        the way to where both campaigns end, interpolated between the stored states; by zone of the wheel
         `cause_zone_factor` and `rate_zone_factor`, NaN where a zone hardly wears; and `power_cause_factor`
         (matched_point, wheel, power_cause) at equal operating points.
     """
@@ -401,17 +423,19 @@ def add_causes(
     distance = common_axes(results[0], results[1], stations + 1).distance[1]
 
     def world(one: int, way: float) -> World:
-        data, there = results[one], distance[round(way * stations), one]
-        return world_of(setups[one], data, int(rows_at(data["distance"].values, there)), threads)
+        return world_of(setups[one], results[one], distance[round(way * stations), one], threads)
 
     try:
-        found = [split(world(0, way), world(1, way)) for way in ways]
+        pairs = [(world(0, way), world(1, way)) for way in ways]
+        found = [split(*pair) for pair in pairs]
+        rates = np.array([[area_rates(one) for one in pair] for pair in pairs])
     except NoSplitError as reason:
         return translation.assign_attrs(causes=f"no causes: {reason}")
     names = [name for name in (*BODY_CAUSES, *POINT_CAUSES) if any(name in causes for causes, _ in found)]
     one = np.ones(1 + len(WHEEL_ZONES))
     table = np.array([[causes.get(name, one) for name in names] for causes, _ in found])
-    rate = np.array([factor for _, factor in found])
+    caused = np.isfinite([factor for _, factor in found])
+    rate = np.divide(rates[:, 0], rates[:, 1], out=np.full(caused.shape, np.nan), where=caused)
     of_area, by_zone = "rate of worn area, both wheels, rig over field", "rate of worn area of the zone"
     share = f"share of the cause in the factor of the {of_area}"
     return translation.assign(

@@ -36,7 +36,7 @@ from wearsim.profile.conicity import equivalent_conicity
 from wearsim.profile.shape import arc_length
 from wearsim.quantities import STEP_LIMITS
 from wearsim.results import FILL_FLOAT, FILL_INT, PATCH_SLOTS, Header
-from wearsim.results.limits import REPROFILED_AT, attributes_of
+from wearsim.results.limits import REPROFILED_AT, REPROFILED_PLACES, attributes_of
 
 if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
@@ -238,7 +238,7 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
     if rules is not None:
         given |= {
             REPROFILED_AT: " ".join(rules.limits),
-            "reprofiling_distances": " ".join(f"{place:.12g}" for place in rules.places),
+            REPROFILED_PLACES: " ".join(f"{place:.12g}" for place in rules.places),
             "reprofiling_least_cut": rules.cut,
         }
     attributes: dict[str, str | int | float] = {

@@ -41,7 +41,8 @@ def build_parser() -> argparse.ArgumentParser:
     """Parser of the whole command line."""
     parser = Parser(
         prog="wearsim",
-        description="Wear of railway wheels on a roller rig and in the field, and the factors between them.",
+        description="Wear and rolling contact fatigue of railway wheels on a roller rig and in the field, "
+        "and the factors between them.",
         epilog="examples:\n  wearsim check workflows/rig_vs_field.toml\n"
         "  wearsim run workflows/rig_vs_field.toml --out out\n  wearsim COMMAND --help\n",
     )

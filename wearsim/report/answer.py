@@ -14,7 +14,7 @@ from wearsim.report.style import plain, role_of, role_title, shown, values_of
 from wearsim.report.tables import Table, limit_text, table, wear_by_class
 from wearsim.report.texts import lines
 from wearsim.results.checks import MOST_BEYOND_VALIDITY, last_worn_row, new_row, shares_beyond_validity
-from wearsim.results.fatigue import crack_distances
+from wearsim.results.fatigue import crack_distances, crack_numbers
 from wearsim.results.limits import distances_to, limits_met
 from wearsim.translation.bands import PER_KM, band_table
 from wearsim.translation.translate import table as factor_table
@@ -28,7 +28,12 @@ MOST_LIMITS = 3
 
 
 def limits(datasets: Datasets) -> list[Table]:
-    """Nearest limits, the first crack among them, each with the distance of the wheel that comes first."""
+    """Nearest limits, the first crack among them, each with the distance of the wheel that comes first.
+
+    No table without limits: `sentences` state the first crack, and whose numbers it is counted with.
+    """
+    if not any(map(limits_met, datasets)):
+        return []
     rows: dict[str, list[str | None]] = {}
     first_met: dict[str, float] = {}
     for column, data in enumerate(datasets):
@@ -43,28 +48,29 @@ def limits(datasets: Datasets) -> list[Table]:
             rows.setdefault(name, [None] * len(datasets))[column] = cell
             first_met[name] = min(at[first], first_met.get(name, np.inf))
     most = [[name, *rows[name]] for name in sorted(rows, key=first_met.__getitem__)[:MOST_LIMITS]]
-    return [table("nearest_limits", most, *map(role_title, datasets), look="text")] if most else []
+    return [table("nearest_limits", most, *map(role_title, datasets), look="text")]
 
 
 def sentences(
     datasets: Datasets, factors: xr.Dataset | None = None, bands: xr.Dataset | None = None
 ) -> list[str]:
-    """Answer in words: wear, its band unless much of it is beyond validity, main causes, first crack."""
+    """Answer in words: wear, its band unless much of it is beyond validity, main causes, fatigue."""
     beyond = any(
         part > MOST_BEYOND_VALIDITY for data in datasets for part in shares_beyond_validity(data).values()
     )
     sure = [] if bands is None or beyond else band_table(bands).to_dict("records")
     said: dict[str, Any] = {
-        "datasets": datasets, "without": bands is not None and beyond,
-        "limited": any(map(limits_met, datasets)), "say": partial(plain, digits=3),
-        "cracks": [
-            (role_of(data), law, float(shown("distance", at.min())))
-            for data in datasets for law, at in crack_distances(data).items()
-        ],
-    }  # fmt: skip
+        "datasets": datasets,
+        "without": bands is not None and beyond,
+        "limited": any(map(limits_met, datasets)),
+        "say": partial(plain, digits=3),
+        "cracks": _first_cracks(datasets),
+        "damage": {} if factors is None else _damage_factors(factors),
+    }
     if factors is None:
-        known = [row for row in sure if row["quantity"] == "largest wear depth"]
-        return lines("wear", **said, **_wear(datasets[0]), bands=known)
+        said |= {"bands": [row for row in sure if row["quantity"] == "largest wear depth"]}
+        wear = lines("wear", **said, **_wear(datasets[0]))
+        return [*wear, *lines("fatigue", **said), *lines("missing", **said)]
     rows = {(row["basis"], row["variable"]): row for row in factor_table(factors).to_dict("records")}
     for basis, alike in (("equal distance", ""), ("equal worn depth", "_alike")):
         for short, name in (("run", "distance_run"), ("depth", "max_wear_depth"), ("area", "worn_area")):
@@ -77,7 +83,27 @@ def sentences(
         said["causes"] = [(factors["cause_name"].values[k], shares[k]) for k in order[:MAIN_CAUSES]]
         said["rest"] = np.exp(np.log(shares[order[MAIN_CAUSES:]]).sum())
         said["rate"] = factors["rate_factor"].values[-1]
-    return lines("factor", **said, factor=factor[np.isfinite(factor)])
+    wear = lines("factor", **said, factor=factor[np.isfinite(factor)])
+    return [*wear, *lines("fatigue", **said), *lines("missing", **said)]
+
+
+def _first_cracks(datasets: Datasets) -> dict[tuple[str, str], list[tuple[str, float]]]:
+    """Distance to the first crack [km] with the role of the campaign, by law and whose numbers it takes."""
+    cracks: dict[tuple[str, str], list[tuple[str, float]]] = {}
+    for data in datasets:
+        for law, distance in crack_distances(data).items():
+            first = float(shown("distance", distance.min()))
+            cracks.setdefault((law, crack_numbers(data, law)), []).append((role_of(data), first))
+    return cracks
+
+
+def _damage_factors(factors: xr.Dataset) -> dict[str, float]:
+    """Largest damage, rig over field, at the end of equal distance, of the laws for which it is defined."""
+    if "fatigue_damage_factor" not in factors:
+        return {}
+    values = factors["fatigue_damage_factor"].values[0, -1, :, -1]
+    names = map(str, factors["fatigue_name"].values)
+    return {law: float(value) for law, value in zip(names, values, strict=True) if np.isfinite(value)}
 
 
 def _wear(dataset: xr.Dataset) -> dict[str, Any]:

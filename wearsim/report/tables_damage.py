@@ -13,7 +13,14 @@ from wearsim.report.figures.campaign import WHEELS
 from wearsim.report.style import shown, with_unit
 from wearsim.report.tables import Table, table
 from wearsim.results.checks import depth_by_regime, last_worn_row, new_row
-from wearsim.results.fatigue import cycles, damage_from, largest_index, quantity_of
+from wearsim.results.fatigue import (
+    cycles,
+    damage_from,
+    largest_index,
+    of_rail_steel,
+    quantity_of,
+    steel_of,
+)
 
 
 def wear_laws(dataset: xr.Dataset) -> list[Table]:
@@ -67,11 +74,10 @@ def life(dataset: xr.Dataset) -> Table | None:
     end = last_worn_row(dataset)
     wear, y = dataset["wear_depth_rate"].values[end], dataset["profile_y"].values[new_row(dataset, end)]
     rows, of_rails = [], {}
-    materials = str(dataset.attrs.get("fatigue_materials", "")).split("\n")
     for k, crack in enumerate(dataset["fatigue_crack_depth"].values.tolist()):
         name, limit = str(dataset["fatigue_name"].values[k]), float(dataset["fatigue_wear_limit"].values[k])
-        steel = materials[k] if k < len(materials) else ""
-        if np.isfinite(crack) and "rail" in steel and "wheel" not in steel:
+        steel = steel_of(dataset, name)
+        if np.isfinite(crack) and of_rail_steel(steel):
             of_rails[name] = (name, steel, str(dataset["fatigue_coefficients"].values[k]))
         for wheel, side in enumerate(WHEELS) if np.isfinite(crack) else ():
             rate = dataset["fatigue_damage_rate"].values[end, wheel, k]

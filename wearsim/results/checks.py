@@ -136,6 +136,7 @@ def cracks_left(dataset: xr.Dataset) -> str:
     for law in map(str, dataset["fatigue_name"].values):
         damage, crack = left.get(law, (0.0, 0.0))
         kept = f"left at most {damage:.3g} of it" if damage > 0.0 else "left none"
+        kept += ": cracked, as deep as a crack of damage 1 or deeper" if damage > 1.0 else ""
         reached = f"the damage its cut reached (1 is a crack of {1e3 * crack:g} mm)"
         lines.append(
             f"Of {law} the lathe took {reached} and {kept}."
@@ -329,15 +330,15 @@ def outside_warning(dataset: xr.Dataset) -> str | None:
 
 
 def cracks_warning(dataset: xr.Dataset) -> str | None:
-    """Warn of cracks deeper than the lathe has cut."""
-    parts = [
-        f"of {law}, up to {1e3 * damage * crack:.2g} mm deep"
-        for law, (damage, crack) in damage_left(dataset).items()
-        if damage > 0.0
-    ]
-    if not parts:
-        return None
-    return say("result.cracks_left", parts="; ".join(parts))
+    """Warn of cracks deeper than the lathe has cut; of damage above 1 a law gives no depth."""
+    parts = []
+    for law, (damage, crack) in damage_left(dataset).items():
+        if damage > 1.0:
+            least = f"{1e3 * crack:.2g} mm deep or deeper"
+            parts.append(f"of {law}, damage index up to {damage:.3g}: cracked, {least}")
+        elif damage > 0.0:
+            parts.append(f"of {law}, up to {1e3 * damage * crack:.2g} mm deep")
+    return say("result.cracks_left", parts="; ".join(parts)) if parts else None
 
 
 def correction_warning(dataset: xr.Dataset) -> str | None:

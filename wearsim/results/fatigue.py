@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from wearsim.damage.fatigue import FATIGUE_LAWS, counts_cycles
 from wearsim.damage.fatigue.agreement import Agreement, agreement
+from wearsim.errors import brief
 from wearsim.results.checks import last_worn_row
 from wearsim.results.limits import laws_of
 
@@ -33,6 +34,30 @@ def crack_distances(dataset: xr.Dataset) -> dict[str, NDArray[np.float64]]:
             with np.errstate(divide="ignore"):
                 found[law] = 1.0 / np.maximum(grown, 0.0)
     return found
+
+
+def steel_of(dataset: xr.Dataset, law: str) -> str:
+    """Return the materials of the coefficients of a fatigue law, "" where an older file has none."""
+    materials = str(dataset.attrs.get("fatigue_materials", "")).split("\n")
+    at = laws_of(dataset).index(law)
+    return materials[at] if at < len(materials) else ""
+
+
+def of_rail_steel(materials: str) -> bool:
+    """Whether coefficients are those of rail steel alone."""
+    return "rail" in materials and "wheel" not in materials
+
+
+def crack_numbers(dataset: xr.Dataset, law: str) -> str:
+    """State whose numbers a law counts cracks with: those of which steels, or the user's, how certain."""
+    warning = str(dataset["fatigue_warnings"].values[laws_of(dataset).index(law)])
+    _, own, certainty = warning.partition("given by the user, who says: ")
+    if own:
+        return f"numbers of the scene, certainty: {brief(certainty)}"
+    steel = steel_of(dataset, law)
+    if not steel:
+        return ""
+    return f"numbers of {steel}" + (", not of wheel steel" if of_rail_steel(steel) else "")
 
 
 def cycles(dataset: xr.Dataset) -> Agreement:

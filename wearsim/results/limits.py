@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -9,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearsim.damage.fatigue import counts_cycles
+from wearsim.results.checks import reprofiled_rows
 from wearsim.results.schema import FILL_FLOAT, STATED
 
 if TYPE_CHECKING:
@@ -22,6 +24,8 @@ SIDES = {1: ("",), 2: ("_right", "_left")}
 END = "end_at_limit"
 REPROFILED_AT = "reprofiling_limits"
 """Attribute that names, separated by spaces, the limits at which wheels are reprofiled."""
+REPROFILED_PLACES = "reprofiling_distances"
+"""Attribute that lists, separated by spaces, the distances at which wheels are reprofiled [m]."""
 
 
 def attributes_of(limits: Mapping[str, float], end: bool) -> dict[str, float | int]:
@@ -98,18 +102,93 @@ def _worst(dataset: xr.Dataset, name: str) -> NDArray[np.float64]:
 def distances_to(dataset: xr.Dataset, limit: LimitMet) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Distance at which each side, or the wheelset, meets a limit [m], and whether it has.
 
-    If not yet, at the mean rate over the last half of the way; infinite beyond ten times the way, where
-    nothing nears the limit, and where wheels are reprofiled.
+    If not yet, at the mean rate over the last half of the way, and where wheels are reprofiled at the mean
+    change from reprofiling to reprofiling; infinite beyond ten times the way, and where nothing nears the
+    limit.
     """
     run, values = dataset["distance"].values, _worst(dataset, limit.name)
-    half = int(np.argmin(np.abs(run - 0.5 * run[-1])))
-    gained, left = (LIMITED[limit.name] * d for d in (values[-1] - values[half], limit.limit - values[-1]))
-    nears = (gained > 0.0) & (REPROFILED_AT not in dataset.attrs)
-    steps = np.divide(left, gained, out=np.full(left.shape, np.inf), where=nears)
-    at = run[-1] + (run[-1] - run[half]) * np.minimum(steps, 1e300)
+    if REPROFILED_AT in dataset.attrs:
+        at = _through_reprofilings(dataset, limit, run, values)
+    else:
+        at = _at_mean_rate(run, values, limit.name, limit.limit)
     met = np.array([one is not None for one in limit.distance])
     known = np.array([one or 0.0 for one in limit.distance])
     return np.where(met, known, np.where(at > 10.0 * run[-1], np.inf, at)), met
+
+
+def _at_mean_rate(
+    run: NDArray[np.float64], values: NDArray[np.float64], name: str, limit: float
+) -> NDArray[np.float64]:
+    """Distance (sides,) of a limit at the mean rate over the last half of some rows, else infinite [m]."""
+    half = int(np.argmin(np.abs(run - 0.5 * (run[0] + run[-1]))))
+    gained, left = (LIMITED[name] * d for d in (values[-1] - values[half], limit - values[-1]))
+    steps = np.divide(left, gained, out=np.full(left.shape, np.inf), where=gained > 0.0)
+    at = run[-1] + (run[-1] - run[half]) * np.minimum(steps, 1e300)
+    return np.where(gained > 0.0, at, np.inf)
+
+
+def _through_reprofilings(
+    dataset: xr.Dataset, limit: LimitMet, run: NDArray[np.float64], values: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Distance (sides,) of a limit that is not met, for wheels that are reprofiled, else infinite [m].
+
+    The last span between two reprofilings repeats itself, moved by the mean change from reprofiling to
+    reprofiling. The first span is not repeated but for the diameter: the wheel may have been another one
+    than that of the lathe. Before there is a span to repeat, the present one goes on to its end.
+    """
+    begins = [0, *reprofiled_rows(dataset)]
+    if len(begins) > 1 and run[begins[1]] == run[0]:  # reprofiled before its first step
+        del begins[0]
+    if len(begins) < (2 if limit.name == "wheel_diameter" else 3):
+        span = slice(begins[-1], None)
+        within = _at_mean_rate(run[span], values[span], limit.name, limit.limit)
+        return np.where(within <= _next_reprofiling(dataset, span), within, np.inf)
+    *before, last = begins if len(begins) == 2 else begins[1:]
+    first = min(before, key=lambda row: abs(run[row] - 0.5 * run[last]))
+    span = slice(before[-1], last)
+    way = run[span] - run[before[-1]]
+    change = (values[last] - values[first]) / (run[last] - run[first]) * way[-1]
+    done = min(run[-1] - run[last], way[-1])
+    at = [
+        _in_later_spans(way, one - one[0], done, now, later, limit)
+        for one, now, later in zip(values[span].T, values[-1], change, strict=True)
+    ]
+    return run[-1] + np.array(at)
+
+
+def _in_later_spans(
+    way: NDArray[np.float64], shape: NDArray[np.float64], done: float, now: float, change: float,
+    limit: LimitMet,
+) -> float:  # fmt: skip
+    """Distance from now to a limit, infinite if none of the spans to come meets it [m].
+
+    Each span is `way` (n,) long and moves a measure by `shape` (n,), the next one begins `change` further.
+    The present one is `done` and has brought the measure to the value of `now`.
+    """
+    begin = now - np.interp(done, way, shape)
+    rest = np.append(done, way[way > done])
+    met = met_at(rest - done, begin + np.interp(rest, way, shape), limit.name, limit.limit)
+    if met is not None:
+        return met
+    short = LIMITED[limit.name] * (limit.limit - begin - shape)
+    if not LIMITED[limit.name] * change > 0.0 or not np.isfinite(short).any():
+        return np.inf
+    spans = max(1, math.ceil(np.nanmin(short) / abs(change)))
+    met = met_at(way, begin + spans * change + shape, limit.name, limit.limit)
+    # where rounding leaves a last bit to the limit, the span meets it where it comes nearest
+    place = way[np.nanargmin(short)] if met is None else met
+    return float(spans * way[-1] - done + place)
+
+
+def _next_reprofiling(dataset: xr.Dataset, span: slice) -> float:
+    """Distance of the next reprofiling at the rates of the present span, infinite if none is in sight [m]."""
+    run, limits = dataset["distance"].values, limits_of(dataset.attrs)
+    places = map(float, str(dataset.attrs.get(REPROFILED_PLACES, "")).split())
+    ahead = [place for place in places if place > run[-1]]
+    for name in str(dataset.attrs[REPROFILED_AT]).split():
+        at = _at_mean_rate(run[span], _worst(dataset, name)[span], name, limits[name])
+        ahead.append(float(at.min()))
+    return min(ahead, default=np.inf)
 
 
 def met_attributes(

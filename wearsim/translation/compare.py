@@ -36,7 +36,7 @@ EQUIVALENT_BY = {"max_wear_depth": "largest wear depth", "worn_area": "worn area
 """Measures of wear by which distances of rig and field are equivalent."""
 
 _BOTH_WHEELS = COMPARED["both_wheels"]
-_BARE = ("wear_area_rate", "wear_depth_rate_max")  # of the law as it is
+_WEAR_RATES = ("wear_area_rate", "wear_depth_rate_max")
 _SAME_PROFILE = 1e-7  # [m]
 
 
@@ -158,13 +158,13 @@ def add_contact(comparison: Comparison) -> None:
     """Add contact quantities of the collective and of equal operating points."""
     pair, matched = comparison.pair, comparison.matched
     for name, rule in factors.POINT_QUANTITIES.items():
-        meaning = QUANTITIES[name].meaning
-        remark = "; the environment factor does not enter" if name in _BARE else ""
+        meaning, wears = QUANTITIES[name].meaning, name in _WEAR_RATES
         wheels = [factors.between_solutions(data, factors.per_wheel(data, name)) for data in pair]
-        means = [
-            factors.collective_mean(values, data["weight"].values)
-            for values, data in zip(wheels, pair, strict=True)
-        ]
+        means = []
+        for values, data in zip(wheels, pair, strict=True):
+            acting = values * data["environment"].values[:, None] if wears else values
+            means.append(factors.collective_mean(acting, data["weight"].values))
+        remark = "; with the environment factor of each point" if wears else ""
         comparison.add_rows(
             f"{name}_collective", ("wheel_group",),
             [np.column_stack([mean, mean.mean(axis=1)]) for mean in means], name,
@@ -173,11 +173,12 @@ def add_contact(comparison: Comparison) -> None:
             f"both wheels: mean{remark}",
         )  # fmt: skip
         if len(matched):
+            # the environment factor belongs to the collective, not to the state that both have in common
             comparison.add_rows(
                 f"{name}_point", ("matched_point", "wheel"),
                 [values[:, matched[:, c]] for c, values in enumerate(wheels)], name,
-                f"{meaning} at equal operating points",
-                f"patches of a wheel: {rule}; linear between stored states{remark}",
+                f"{meaning}{', without environment factor' if wears else ''} at equal operating points",
+                f"patches of a wheel: {rule}; linear between stored states",
             )  # fmt: skip
     if len(matched):
         _add_points(comparison)

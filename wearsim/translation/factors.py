@@ -37,14 +37,15 @@ def at_distances(distance: FloatArray, values: FloatArray, targets: FloatArray) 
     Returns
     -------
     (k, ...) array
-        The row itself where a target meets one, so that a neighbour without value does no harm.
+        The row itself where a target meets one, so that a neighbour without value does no harm; between equal
+        rows their bits.
     """
     left = rows_at(distance, targets)
     right = np.minimum(left + 1, distance.size - 1)
     gap = distance[right] - distance[left]
     part = np.divide(targets - distance[left], gap, out=np.zeros_like(gap), where=gap > 0.0)
     part = part.reshape(part.shape + (1,) * (values.ndim - 1))
-    return np.where(part == 0.0, values[left], (1.0 - part) * values[left] + part * values[right])
+    return np.where(part == 0.0, values[left], values[left] + part * (values[right] - values[left]))
 
 
 def rows_at(distance: FloatArray, targets: FloatArray) -> IntArray:
