@@ -6,6 +6,7 @@ after whatever stopped it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
@@ -16,6 +17,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from wearsim.campaign.changes import distances_in
+from wearsim.campaign.directory import read_status
 from wearsim.campaign.record import readable_errors, write_atomically
 from wearsim.errors import ResultError, say
 from wearsim.results import load_results
@@ -119,7 +122,7 @@ def run_bands(
         If a draw failed; the finished ones are kept.
     """
     out = Path(out).absolute()
-    plan = plan_of(Path(base), overrides)
+    plan = plan_of(Path(base), [*overrides, *distances_in(out)])
     section = plan.scene.uncertainty
     assert section is not None
     folder, each = out / FOLDER, len(plan.steels)
@@ -134,7 +137,7 @@ def run_bands(
         check_cases(cases, folder)
         with readable_errors(f"{folder} cannot be made"):
             folder.mkdir(exist_ok=True)
-        left = [case for case in cases if outcome_in(folder / case.name, case.number).state != "finished"]
+        left = [case for case in cases if not _finished(folder, case, plan.scene)]
         show = None if report is None else partial(report, len(left))
         outcomes = run_cases(left, folder, executor, jobs=jobs, command=command, report=show)
         if failed := [one for one in outcomes if one.state != "finished"]:
@@ -177,6 +180,17 @@ def run_bands(
         text = ranked.to_csv(index=False, lineterminator="\n", float_format="%.6g")
         write_atomically(out / MATERIALS, text.encode())
     return made, ranked
+
+
+def _finished(folder: Path, case: Case, scene: CampaignScene) -> bool:
+    """Whether a draw has been run to the distances of the scene."""
+    if outcome_in(folder / case.name, case.number).state != "finished":
+        return False
+    campaigns = read_status(folder / case.name)["campaigns"]
+    targets = [
+        (1e3 * part.campaign.distance_km, campaigns[part.scene.kind]["target"]) for part in scene.parts
+    ]
+    return all(math.isclose(*pair) for pair in targets)
 
 
 def _results(directory: Path) -> dict[str, xr.Dataset]:
