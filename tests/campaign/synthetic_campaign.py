@@ -95,6 +95,12 @@ class SyntheticEvolution:
         memory = state.point_error[1] + 1e-12 * state.point_length[1]
         return 1e-9 * (1.0 + np.sin(1e3 * state.z + state.step) ** 2) + 1e-3 * memory
 
+    def ended(self, state: State) -> bool:
+        return False
+
+    def resumed(self, state: State) -> State:
+        return state
+
     def closing(self, row: Mapping[str, np.ndarray]) -> Header:
         return Header({}, {})
 

@@ -197,10 +197,20 @@ def test_a_single_point_does_not_ripple_beyond_the_bound_of_frozen_differences(e
 
 
 def test_left_and_right_are_alike_on_a_symmetric_collective(evolution_of, scene_text):
+    """With pressures solved further than by default, on any processor.
+
+    Sums over the operating points, in the other order for the other wheel, make last bits of the profiles
+    differ; which ones depends on the kernel of BLAS. Conjugate gradients let such a difference grow up to
+    the change of the pressures at which they stop: with 3e-5 in place of 3e-9 depths differ by 1e-4.
+    """
     text = scene_text({**SPREAD, "shift_mean_mm": 0}, kind="field", contact=f'model = "auto"\n{GRID}',
                       campaign="distance_km = 300\npoint_spacing_mm = 0.5")  # fmt: skip
-    state, _ = ended(evolution_of(text))
-    # the iterations of the half-space stop at 1e-5 of the traction bound
+    evolution = evolution_of(text)
+    *fast, reference = evolution.setup.fallbacks
+    further = (*reference.parameters, ("half_space_tolerance", 3e-9))
+    fallbacks = (*fast, replace(reference, parameters=further))
+    state, _ = ended(replace(evolution, setup=replace(evolution.setup, fallbacks=fallbacks)))
+    # what is left: tractions, whose residuals stop at 1e-6 of their sum
     assert state.wear_depth[0] == pytest.approx(state.wear_depth[1], abs=1e-5 * state.wear_depth.max())
 
 

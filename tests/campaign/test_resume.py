@@ -54,8 +54,9 @@ def assert_same_bits(path, reference):
 
 
 def assert_tidy(directory):
-    """Only the result, the mark of completion and the status are left."""
-    assert sorted(p.name for p in directory.iterdir()) == [".rig.finished.json", "rig.nc", "status.json"]
+    """Only the result, its last state, the mark of completion and the status are left."""
+    left = [".rig.finished.json", ".rig.last.record", "rig.nc", "status.json"]
+    assert sorted(p.name for p in directory.iterdir()) == left
 
 
 def test_finished_run_is_tidy_and_repeating_it_computes_nothing(synthetic, tmp_path, uninterrupted):

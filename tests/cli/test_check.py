@@ -168,7 +168,7 @@ def test_check_tells_that_a_step_fails(monkeypatch, capsys):
 def test_check_lists_comparison_and_fatigue_laws(capsys):
     assert cli.main(["check", "workflows/fatigue.toml"]) == 0
     output = capsys.readouterr().out
-    assert "archard (local), jendel_2002" in output
+    assert "archard (patch_mean), jendel_2002" in output
     assert "wlrm, burstow_2004, rising form, wear number with spin, wear removes cracks of 5 mm" in output
     assert "cracks of 5 mm; assumed: places 10 mm wide, 3 mm may wear" in output
     assert "stress_index, dirks_enblom_2011; assumed: places 10 mm wide\n" in output

@@ -8,6 +8,7 @@ from wearsim.campaign.comparison import comparison_laws
 from wearsim.damage import fatigue
 from wearsim.damage.wear import WEAR_LAWS, coefficients_of, energy
 from wearsim.scene import build, files_to_copy, load_scene, scene_schema
+from wearsim.scene.setup import warnings_of
 
 RIG = (Path(__file__).parents[1] / "data" / "scene_rig.toml").read_text()
 FIRST = RIG.count("\n") + 1
@@ -55,7 +56,9 @@ def test_wear_without_a_section_is_as_ever(folder):
 
 
 def test_archard_takes_the_hardness_of_the_wheel_and_a_cap(folder):
-    setup = build(loaded('[wear]\nlaw = "archard"\nhardness_GPa = 2.7\nseizure_cap = "regime"\n'))
+    setup = build(
+        loaded('[wear]\nlaw = "archard"\nform = "patch_mean"\nhardness_GPa = 2.7\nseizure_cap = "regime"\n')
+    )
     assert setup.wear.seizure_cap == "regime"
     assert coefficients_of(setup.wear)["hardness"] == pytest.approx(2.7, rel=1e-15)
     assert setup.warnings == ()
@@ -203,7 +206,7 @@ def test_break_points_of_ones_own(folder):
 
 
 def test_comparison_laws_and_fatigue_need_no_warning(folder):
-    setup = build(loaded('[wear]\nalso_evaluate = ["archard"]\n[fatigue]\n'))
+    setup = build(loaded('[wear]\nalso_evaluate = ["energy"]\n[fatigue]\n'))
     assert setup.warnings == ()
     assert (len(setup.also_evaluate), len(setup.fatigue)) == (1, 1)
 
@@ -326,3 +329,45 @@ def test_the_schema_knows_the_laws(folder):
     text = str(scene_schema())
     for name in ("krause_poll_1986", "surface_fatigue_index_local", "energy_coefficient_mm3_kJ"):
         assert name in text
+
+
+LOCAL = '[wear]\nlaw = "archard"\n'
+BY_SLIP = TABLE.replace("T_gamma_A_N_mm2", "slip_speed_m_s")
+
+
+@pytest.mark.parametrize("contact", ["", 'model = "fast"', 'normal = "knothe_le_the"'])
+@pytest.mark.parametrize(
+    ("wear", "line"),
+    [
+        (LOCAL, "law: local archard"),
+        (f'[wear]\nlaw = "table"\n{BY_SLIP}', "law: local table"),
+        ('[wear]\nalso_evaluate = ["brr", "archard"]\n', "also_evaluate: local archard"),
+    ],
+)
+def test_slip_of_single_cells_is_trusted_to_a_half_space_alone(folder, contact, wear, line):
+    """With fastsim, whose slip at the trailing edge is unbounded, it is a warning that names the fix."""
+    warnings = build(loaded(f"{wear}[contact]\n{contact}\n")).warnings
+    (warning,) = [text for text in warnings if "sliding speed of each cell" in text]
+    assert warning.startswith(f"scene.toml:{FIRST + 1}: {line}")
+    assert "patch_mean" in warning
+    assert 'tangential = "half_space" in [contact]' in warning
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        f'{LOCAL}[contact]\nmodel = "auto"\n',  # corrected by the half-space
+        f'{LOCAL}[contact]\nmodel = "accurate"\n',
+        f'{LOCAL}[contact]\ntangential = "half_space"\n',
+        f'{LOCAL}form = "patch_mean"\n',
+        f'[wear]\nlaw = "table"\n{TABLE}',
+        '[wear]\nlaw = "usfd"\nalso_evaluate = [{law = "archard", form = "patch_mean"}, "energy"]\n',
+    ],
+)
+def test_slip_of_single_cells_is_no_matter_elsewhere(folder, text):
+    assert not any("sliding speed of each cell" in line for line in build(loaded(text)).warnings)
+
+
+@pytest.mark.parametrize("name", ["fatigue.toml", "recorded.toml"])
+def test_shipped_scenes_take_archard_as_mean_over_the_patch(name):
+    assert not any("sliding speed" in str(line) for line in warnings_of(load_scene(name)))

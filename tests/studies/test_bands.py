@@ -10,8 +10,10 @@ import xarray as xr
 
 import wearsim.cli as cli
 from wearsim.campaign.directory import locked
-from wearsim.campaign.run import run_scene
+from wearsim.campaign.run import resume, run_scene
 from wearsim.errors import ResultError, SceneError
+from wearsim.results import load_results
+from wearsim.scene.overrides import Override
 from wearsim.studies.bands import plan_of, run_bands
 from wearsim.studies.ensemble import check_cases
 
@@ -72,6 +74,22 @@ def test_a_shared_linear_coefficient_cancels(tmp_path, capsys):
     capsys.readouterr()
     assert cli.main(["translate", str(out / "rig.nc"), str(out / "field.nc")]) == 0
     assert "Bands of the draws" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("by", ["scene", "resume"])
+def test_draws_follow_a_campaign_that_is_made_longer(tmp_path, by):
+    scene, out = write(tmp_path, "rig", 1, STEEL), tmp_path / "out"
+    run_scene(scene, out)
+    run_bands(scene, out, jobs=1)
+    if by == "scene":
+        run_scene(write(tmp_path, "rig", 2, STEEL), out)
+    else:
+        resume(out, overrides=[Override("campaign.distance_km", 2)])
+    made, _ = run_bands(scene, out, jobs=1)
+    ends = [float(load_results(path)["distance"][-1]) for path in out.glob("bands/case_*/rig.nc")]
+    assert ends == [2000.0] * 16
+    assert made.attrs["draws"] == 16
 
 
 @pytest.mark.slow

@@ -4,24 +4,41 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
-from wearsim.campaign.directory import MANIFEST, SCENE_FOLDER, Change, Manifest
+from wearsim.campaign.control import reached
+from wearsim.campaign.directory import (
+    MANIFEST,
+    SCENE_FOLDER,
+    Change,
+    Manifest,
+    is_claimed,
+    read_manifest,
+)
 from wearsim.campaign.record import write_atomically
-from wearsim.errors import Fault, ResultError, SceneError
-from wearsim.scene import CampaignScene, FieldScene, RigScene, build, load_campaign
-from wearsim.scene.campaign import ControlSettings
+from wearsim.errors import Fault, ResultError, raise_any, say
+from wearsim.scene import CampaignScene, CampaignSetup, FieldScene, RigScene, build, load_campaign
 from wearsim.scene.overrides import Override
 
+DISTANCE = "distance_km"
 CHANGEABLE = (
-    "max_step_depth_um", "first_step_depth_um", "max_step_km", "stability", "error_tolerance_um",
+    DISTANCE, "max_step_depth_um", "first_step_depth_um", "max_step_km", "stability", "error_tolerance_um",
     "integrator", "smoothing_wavelength_mm",
 )  # fmt: skip
-"""Keys of [campaign] that act from the next step on: length and error of the steps, and their smoothing."""
+"""Keys of [campaign] that act from the next step on: distance, length and error of the steps, smoothing."""
 
-FirstStep = Callable[[RigScene | FieldScene], int | None]
-"""First step that is not computed yet of a campaign; None if it is finished."""
+
+@dataclass(frozen=True)
+class Standing:
+    """How far a campaign is: steps recorded, distance run [m], and why it ended, "" if it has not."""
+
+    rows: int
+    distance: float
+    ended: str = ""
+
+
+StandingOf = Callable[[RigScene | FieldScene], Standing]
 
 
 def changed_scene(
@@ -33,62 +50,93 @@ def changed_scene(
 
 
 def with_changes(
-    out: Path, manifest: Manifest, overrides: Sequence[Override], first_step: FirstStep
+    out: Path, manifest: Manifest, overrides: Sequence[Override], standing_of: StandingOf
 ) -> Manifest:
     """Store changes of settings in the manifest of a locked run directory; they act from the next step on.
+
+    A finished campaign takes them if its distance becomes longer.
 
     Raises
     ------
     SceneError
         For keys that cannot change, and values out of their range.
     ResultError
-        If all campaigns are finished.
+        If changes are for finished campaigns alone.
     """
     names = ", ".join(f"campaign.{key}" for key in CHANGEABLE)
-    faults = [
-        Fault(
-            f"{one.key} cannot change in a campaign that has begun, {names} can; start the changed scene "
-            "with `wearsim run` and another --out",
-            one.source,
-        )
-        for one in overrides
-        if one.keys[-2:-1] != ("campaign",) or one.keys[-1] not in CHANGEABLE
-    ]
-    if faults:
-        raise SceneError(faults)
+    raise_any(
+        [
+            Fault(
+                f"{one.key} cannot change in a campaign that has begun, {names} can; start the changed scene "
+                "with `wearsim run` and another --out",
+                one.source,
+                one.line,
+            )
+            for one in overrides
+            if one.keys[-2:-1] != ("campaign",) or one.keys[-1] not in CHANGEABLE
+        ]
+    )
     before, after = (changed_scene(out, manifest, manifest.changes, more) for more in ((), overrides))
-    steps: dict[str, int | None] = {
-        part.scene.kind: first_step(part) for part in changed_scene(out, manifest, ()).parts
-    }
-    if not (begun := {campaign: step for campaign, step in steps.items() if step is not None}):
-        raise ResultError(
-            f"{out} is finished; nothing was changed, start the changed scene with another --out"
-        )
-    if late := [one for one in overrides if one.keys[0] in steps.keys() - begun.keys()]:
-        raise SceneError(
-            [Fault(f"{one.key} cannot change: {one.keys[0]} is finished", one.source) for one in late]
-        )
+    parts = changed_scene(out, manifest, ()).parts
+    found: dict[str, Standing] = {part.scene.kind: standing_of(part) for part in parts}
     # a step may be computed again because its record was lost
-    stored = [replace(one, step=min(one.step, begun.get(one.campaign, one.step))) for one in manifest.changes]
+    stored = [replace(one, step=min(one.step, max(found[one.campaign].rows, 1))) for one in manifest.changes]
+    faults, closed = [], set()
     for old, new in zip(before.parts, after.parts, strict=True):
-        for key in CHANGEABLE if (campaign := new.scene.kind) in begun else ():
-            values = getattr(old.campaign, key), getattr(new.campaign, key)
-            if values[0] != values[1]:
-                stored.append(Change(campaign, begun[campaign], f"campaign.{key}", *values))
+        campaign = new.scene.kind
+        done = found[campaign]
+        values = {key: (getattr(old.campaign, key), getattr(new.campaign, key)) for key in CHANGEABLE}
+        changed = {key: pair for key, pair in values.items() if pair[0] != pair[1]}
+        if DISTANCE in changed and (text := _distance_fault(campaign, new.campaign.distance_km, done)):
+            last = [one for one in overrides if one.keys[0] in (campaign, "campaign")][-1]
+            faults.append(Fault(text, last.source, last.line))
+        elif changed and done.ended and DISTANCE not in changed:
+            closed.add(campaign)
+        else:
+            step = max(done.rows, 1)
+            stored += [Change(campaign, step, f"campaign.{key}", *pair) for key, pair in changed.items()]
+    raise_any(faults)
+    if closed == found.keys():
+        raise ResultError(say("result.finished_before", out=out))
+    raise_any(
+        [
+            Fault(f"{one.key} cannot change: {one.keys[0]} is finished", one.source, one.line)
+            for one in overrides
+            if one.keys[0] in closed
+        ]
+    )
     manifest = replace(manifest, changes=tuple(stored))
     write_atomically(out / SCENE_FOLDER / MANIFEST, json.dumps(asdict(manifest), indent=2).encode())
     return manifest
 
 
-def controls(out: Path, manifest: Manifest, campaign: str) -> tuple[tuple[int, ControlSettings], ...]:
-    """First step and settings of the control of each change of a campaign, in order."""
+def _distance_fault(campaign: str, distance_km: float, done: Standing) -> str:
+    """Say why a campaign cannot get another distance, or ""."""
+    given = {"distance": distance_km, "campaign": campaign, "run": 1e-3 * done.distance}
+    if reached(done.distance, 1e3 * distance_km):
+        return say("result.shorter_distance", **given)
+    if done.ended and not done.ended.startswith("distance"):
+        return say("result.ended_by_limit", **given, ended=done.ended)
+    return ""
+
+
+def changed_setups(out: Path, manifest: Manifest, campaign: str) -> tuple[tuple[int, CampaignSetup], ...]:
+    """First step and setup of each change of a campaign, in order."""
     own = [one for one in manifest.changes if one.campaign == campaign]
     result = []
     for number, change in enumerate(own):
         scene = changed_scene(out, manifest, own[: number + 1])
         part = next(part for part in scene.parts if part.scene.kind == campaign)
-        result.append((change.step, build(part).control))
+        result.append((change.step, build(part)))
     return tuple(result)
+
+
+def distances_in(out: Path) -> tuple[Override, ...]:
+    """Distances to which the campaigns of a run directory, if it is one, were made longer."""
+    made = read_manifest(out).changes if is_claimed(out) else ()
+    return tuple(
+        Override(f"{one.campaign}.{one.key}", one.new) for one in made if one.key == f"campaign.{DISTANCE}"
+    )
 
 
 def text_of(manifest: Manifest, campaign: str) -> str:

@@ -6,6 +6,7 @@ import hashlib
 import json
 import os
 import shutil
+import tomllib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
@@ -15,8 +16,10 @@ from typing import Any
 
 import filelock
 
+from wearsim import __version__
 from wearsim.campaign.record import readable_errors, write_atomically
 from wearsim.errors import ResultError
+from wearsim.scene.inputs import INPUTS
 from wearsim.whole_files import read_json, require_utf8
 
 SCENE_FOLDER = "scene"
@@ -58,6 +61,7 @@ class Manifest:
     main: str  # name of the scene file in the scene folder
     hashes: Mapping[str, str]  # SHA-256 of each copied file
     command: str  # command line that started it
+    version: str = ""  # of wearsim that started it; no other one continues it
     changes: tuple[Change, ...] = ()  # in the order they were made
 
 
@@ -119,7 +123,7 @@ def claim(out: Path, scene: SceneFiles, command: str) -> Manifest:
     Returns
     -------
     Manifest
-        Of this start, or of an earlier one of the same scene.
+        Of this start, or of an earlier one of the same scene, which may have had another distance.
 
     Raises
     ------
@@ -132,7 +136,7 @@ def claim(out: Path, scene: SceneFiles, command: str) -> Manifest:
         manifest = read_manifest(out)
         require_same_scene(out, manifest, scene)
         return manifest
-    manifest = Manifest(scene.main, scene.hashes, command)
+    manifest = Manifest(scene.main, scene.hashes, command, __version__)
     temporary = out / f".{SCENE_FOLDER}.tmp"
     with readable_errors(f"{folder} cannot be written"):
         if temporary.exists():  # of a start that was killed here
@@ -146,20 +150,59 @@ def claim(out: Path, scene: SceneFiles, command: str) -> Manifest:
     return manifest
 
 
-def require_same_scene(out: Path, manifest: Manifest, scene: SceneFiles) -> None:
-    """Raise unless a run directory, by its manifest, belongs to a scene."""
+def require_same_scene(out: Path, manifest: Manifest, scene: SceneFiles) -> tuple[str, ...]:
+    """Raise unless a run directory, by its manifest, belongs to a scene, whatever the distances.
+
+    Returns
+    -------
+    tuple of str
+        The campaigns, rig or field, whose scene has another distance.
+    """
     names = sorted({*manifest.hashes, *scene.hashes})
     differing = [name for name in names if manifest.hashes.get(name) != scene.hashes.get(name)]
+    if manifest.main == scene.main and not differing:
+        return ()
+    if campaigns := _campaigns_of_other_distance(out / SCENE_FOLDER, scene):
+        return campaigns
+    what = f"not the same as in {out / SCENE_FOLDER}: {', '.join(differing)}"
     if manifest.main != scene.main:
         what = f"it was started with {manifest.main}, not {scene.main}"
-    elif differing:
-        what = f"not the same as in {out / SCENE_FOLDER}: {', '.join(differing)}"
-    else:
-        return
     raise ResultError(
         f"{out} belongs to another campaign: {what}; nothing was changed, "
         f"choose another --out, or continue that one: `wearsim resume {out}`"
     )
+
+
+def _campaigns_of_other_distance(folder: Path, scene: SceneFiles) -> tuple[str, ...]:
+    """Campaigns of a scene that differs from the copied one in their distances alone; none if it does not."""
+    campaigns = []
+    try:
+        roles, copied = (json.loads(text) for text in (scene.files[INPUTS], (folder / INPUTS).read_bytes()))
+        if roles.keys() != copied.keys():
+            return ()
+        for role, name in roles.items():
+            content, other = scene.files[name], (folder / copied[role]).read_bytes()
+            if content != other:
+                campaigns.append(_kind_but_for_distance(content, other))
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):  # a file that is no scene
+        return ()
+    return tuple(dict.fromkeys(campaigns))
+
+
+def _kind_but_for_distance(*contents: bytes) -> str:
+    """Kind of two scene files that differ in the distance of the campaign alone; ValueError for others."""
+    one, other = (tomllib.loads(content.decode("utf-8-sig")) for content in contents)
+    distances = [table["campaign"].pop("distance_km") for table in (one, other)]
+    if one != other or distances[0] == distances[1]:
+        raise ValueError
+    return str(one["scene"]["kind"])
+
+
+def campaigns_of(out: Path, manifest: Manifest) -> tuple[str, ...]:
+    """Names of the campaigns of a run directory: rig, field or both."""
+    text = (out / SCENE_FOLDER / manifest.main).read_text(encoding="utf-8-sig")
+    kind = tomllib.loads(text)["scene"]["kind"]
+    return ("rig", "field") if kind == "compare" else (str(kind),)
 
 
 def is_claimed(out: Path) -> bool:
@@ -186,7 +229,8 @@ def read_manifest(out: Path) -> Manifest:
     try:
         content = read_json(folder / MANIFEST)
         changes = tuple(Change(**one) for one in content.get("changes", ()))
-        manifest = Manifest(str(content["main"]), dict(content["hashes"]), str(content["command"]), changes)
+        own = str(content["main"]), dict(content["hashes"]), str(content["command"])
+        manifest = Manifest(*own, str(content.get("version", "")), changes)
         names = [manifest.main, *manifest.hashes]
         present = {name: hashlib.sha256((folder / name).read_bytes()).hexdigest() for name in names}
     except FileNotFoundError as error:

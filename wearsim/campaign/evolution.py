@@ -69,14 +69,14 @@ class WheelsetEvolution:
     setup: CampaignSetup
     command: str = ""  # command line, for the history attribute
     threads: int = 1  # of the contact solver; their number does not change the bits of the result
-    # first step and control of each change of the settings, in order, and its text for the results
+    # first step and control of each change of the settings, in order, and their text for the results
     controls: tuple[tuple[int, ControlSettings], ...] = ()
     changes: str = ""
 
     @property
     def target(self) -> float:
         """Distance to run [m]."""
-        return self.setup.control.distance
+        return (self.controls[-1][1] if self.controls else self.setup.control).distance
 
     @cached_property
     def digest(self) -> str:
@@ -90,17 +90,40 @@ class WheelsetEvolution:
     def header(self) -> Header:
         """Static part of the result file."""
         header = header_of(self.setup, self.command)
-        return replace(header, attributes={**header.attributes, CHANGES: self.changes})
+        own: dict[str, str | float] = {"target_distance": self.target, CHANGES: self.changes}
+        return replace(header, attributes={**header.attributes, **own})
 
     @cached_property
     def _contact(self) -> Setup:
         """What a wear rate depends on."""
         return setup_of(self.setup, self.threads)
 
+    def _control(self, number: int) -> ControlSettings:
+        """Return the control of a step."""
+        made = [control for first, control in self.controls if first <= number]
+        return made[-1] if made else self.setup.control
+
     def _in_force(self, state: State) -> CampaignSetup:
         """Return the setup with the settings of the step from a state."""
-        made = [control for first, control in self.controls if first <= state.step + 1]
-        return replace(self.setup, control=made[-1]) if made else self.setup
+        return replace(self.setup, control=self._control(state.step + 1))
+
+    def ended(self, state: State) -> bool:
+        """Whether the distance was reached in a state, by the settings of the step that led to it.
+
+        A longer campaign goes on from there.
+        """
+        return control.reached(state.distance, self._control(state.step).distance)
+
+    def resumed(self, state: State) -> State:
+        """Return the state from which the next step begins, of one that was stored.
+
+        Rollers are not redressed at the end of the distance; a longer campaign begins with that.
+        """
+        wear = self.setup.counterface_wear
+        if wear is None or not self.ended(state):
+            return state
+        changed = redressed(state, self.setup.counterface, wear)
+        return state if changed is state else self._on_new_profiles(changed, state.active_weight)
 
     def start(self) -> tuple[State, StepTaken]:
         """Return the new wheelset."""
@@ -149,7 +172,7 @@ class WheelsetEvolution:
         """
         points, weight = self._where(state).points, state.active_weight
         end = None if taken is None else taken.end
-        ends = control.reached(state.distance, self.target)
+        ends = taken is not None and self.ended(state)
         if ends or not weight.any():
             weight, end = points.weight, None
         if end is None:
@@ -286,7 +309,7 @@ class WheelsetEvolution:
                     state, tried, choice, ahead, here, end.passage, rule, setup.tolerance
                 )
                 # while drifts are unknown, fewer points than all may be enough after the next step
-                if drifts_known and not control.reached(worn.distance, self.target):
+                if drifts_known and not self.ended(worn):
                     worn = handed_over(worn, tried, choice, factor * length)
                 if not correction.unchanged(state, tried.state, worn):
                     worn, taken = self._settled(worn), replace(taken, end=None)
@@ -318,7 +341,7 @@ class WheelsetEvolution:
         after = replace(worn, active_weight=weight, **kept)
         if correction.stale(after, weight).any():  # given back by the reference: their row is corrected
             after, taken = self._solved_with_reference(after, weight), replace(taken, end=None)
-        if setup.counterface_wear is None or control.reached(after.distance, self.target):
+        if setup.counterface_wear is None or self.ended(after):
             return after, taken
         changed = redressed(after, setup.counterface, setup.counterface_wear)
         if changed is after:

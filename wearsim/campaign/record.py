@@ -32,6 +32,7 @@ from wearsim.results import (
     create,
     open_results,
     row_count,
+    stored_rows,
     verify,
 )
 from wearsim.results.checks import step_limits
@@ -71,19 +72,27 @@ class Records:
 
     def write(self, state: State, row: Mapping[str, np.ndarray], source: str) -> None:
         """Write the record of a step: its row, the full state, and the program versions behind them."""
+        self._write(state.step, row, flattened(state), source)
+
+    def write_row(self, index: int, row: Mapping[str, np.ndarray], source: str) -> None:
+        """Write the record of a step whose state is not known any more."""
+        self._write(index, row, {}, source)
+
+    def _write(
+        self, index: int, row: Mapping[str, np.ndarray], parts: Mapping[str, np.ndarray], source: str
+    ) -> None:
         arrays = {name: np.asarray(row[name]) for name in self.shapes}
         known = {id(value): name for name, value in arrays.items()}
-        parts = flattened(state)
         same = {name: known[id(value)] for name, value in parts.items() if id(value) in known}  # stored once
         arrays |= {name: value for name, value in parts.items() if name not in same}
         layout = {name: (value.dtype.str, value.shape) for name, value in arrays.items()}
-        own = {"campaign": self.campaign, "index": state.step, "source": source}
+        own = {"campaign": self.campaign, "index": index, "source": source}
         label = {**own, "layout": layout, "same": same, "packed": _PACKED}
         values = b"".join(value.tobytes() for value in arrays.values())
         content = json.dumps(label).encode() + b"\n" + _packed(values)
         with readable_errors(f"{self.folder} cannot be made"):
             self.folder.mkdir(exist_ok=True)
-        write_atomically(self.path(state.step), hashlib.sha256(content).digest() + content)
+        write_atomically(self.path(index), hashlib.sha256(content).digest() + content)
 
     def label(self, index: int) -> dict[str, Any] | None:
         """Return the label of the record of a step: what it holds of what; None if missing or damaged."""
@@ -92,6 +101,8 @@ class Records:
 
     def sources(self) -> list[str]:
         """Return the program versions behind each of the sound records from step 0 on without gap.
+
+        The last one has a state: a campaign goes on from it.
 
         Raises
         ------
@@ -107,9 +118,12 @@ class Records:
         if older or (first is not None and not self._is_own(first, 0)):
             raise self._other_version()
         sources: list[str] = []
+        sound = 0
         while (label := self.label(len(sources))) is not None and self._is_own(label, len(sources)):
             sources.append(label["source"])
-        return sources
+            if any(name.startswith("/") for name in (*label["layout"], *label["same"])):
+                sound = len(sources)
+        return sources[:sound]
 
     def row(self, index: int) -> dict[str, np.ndarray]:
         """Read the row of a step whose record must exist."""
@@ -137,7 +151,7 @@ class Records:
         of_row = {n: tuple(shape) for n, (_, shape) in label["layout"].items() if not n.startswith("/")}
         stated = label["campaign"], label["index"], label.get("packed"), of_row
         own = stated == (self.campaign, index, _PACKED, self.shapes)
-        _, nearby = label["layout"].get("/nearby", ("", []))
+        _, nearby = label["layout"].get("/nearby", ("", [0, NEARBY]))
         return own and nearby[1:] == [NEARBY] and _size_of(label["layout"]) <= _LARGEST_STATE
 
     def _arrays(self, index: int, of_row: Iterable[str] = ()) -> dict[str, np.ndarray]:
@@ -210,14 +224,18 @@ APPEND_AT_MOST = 64
 
 
 class Writer:
-    """Records and result file of one campaign: `<name>.nc` and `.<name>.records`; `digest` of all input."""
+    """Records and result file of one campaign: `<name>.nc` and `.<name>.records`; `digest` of all input.
+
+    A finished campaign keeps the record of its last step, `.<name>.last.record`: a longer one begins there.
+    """
 
     def __init__(self, header: Header, directory: Path, name: str, digest: str) -> None:
         self.header = header
         self.path = directory / f"{name}.nc"
         self.records = Records(directory / f".{name}.records", digest, header.row_shapes)
         self.rebuilt = False
-        self._mark = directory / f".{name}.finished.json"
+        self._mark = mark_of(directory, name)
+        self._last = directory / f".{name}.last.record"
         self._laws = header.static.get("fatigue_name", ())
         self._rows_in_file = 0
         self._patience: float | None = None
@@ -227,46 +245,40 @@ class Writer:
         self._appended = 0.0
 
     def finished(self) -> bool:
-        """Whether the campaign was finished before; raise if its file was changed since."""
-        try:
-            mark = json.loads(self._mark.read_text(encoding="utf-8"))
-            campaign, digest = mark["campaign"], mark["sha256"]
-        except (OSError, ValueError, KeyError, TypeError):
+        """Whether the campaign was finished before, at the distance of the header.
+
+        Raises
+        ------
+        ResultError
+            If its file was changed since, or is that of another campaign.
+        """
+        mark = read_mark(self._mark)
+        if mark is None:
             return False
-        if campaign != self.records.campaign:
+        if mark["campaign"] != self.records.campaign:
             raise ResultError(
                 f"{self.path} is the result of another campaign; nothing was changed, choose another --out"
             )
         if not self.path.exists():
             self._mark.unlink()  # the result was removed: compute it again
             return False
-        if _sha256(self.path) != digest:
-            raise ResultError(
-                f"{self.path} was changed after its campaign had finished; nothing was changed, "
-                f"move it away to have it computed again"
-            )
+        require_unchanged(self.path, mark)
+        target = self.header.attributes.get("target_distance")
+        if target != mark.get("distance", target):
+            return False  # made longer since
         self.records.remove()
         return True
 
-    @signals_wait()
-    def outcome(self) -> dict[str, Any]:
-        """Return steps and their limits, distance and largest depth [m], and why a finished one ended."""
-        with open_results(self.path) as data:
-            last = data.isel(step=-1)
-            return {
-                "step_limits": step_limits(data),
-                "step": data.sizes["step"] - 1,
-                "distance": float(last["distance"]),
-                "worst_depth": float(last["max_wear_depth"].max()),
-                "ended": str(data.attrs["finished"]),
-                "left_out": int(last["left_out"].sum()) if "left_out" in data else 0,
-                "left_out_share": float(last["left_out_share"]) if "left_out" in data else 0.0,
-            }
+    def recorded(self) -> int:
+        """Return the number of steps recorded, with those of a finished campaign that was made longer."""
+        if (mark := read_mark(self._mark)) is not None:
+            self._reopen(mark)
+        self._sources = self.records.sources()
+        return len(self._sources)
 
     def recover(self) -> int:
         """Bring the result file to the state of the records; return the number of steps recorded."""
-        self._sources = self.records.sources()
-        count = len(self._sources)
+        count = self.recorded()
         if count == 0:
             if self.path.exists() and not self.records.folder.is_dir():
                 raise ResultError(
@@ -352,10 +364,36 @@ class Writer:
                 f"{self.path} does not read back as it was written; its steps are safe, "
                 f"check the disk and run the same command again"
             )
-        mark = {"campaign": self.records.campaign, "rows": count, "sha256": _sha256(self.path)}
+        write_atomically(self._last, self.records.path(count - 1).read_bytes())
+        mark = {
+            "campaign": self.records.campaign, "rows": count, "sha256": _sha256(self.path),
+            "distance": given.get("target_distance"), "sources": _first_uses(self._sources),
+        }  # fmt: skip
         write_atomically(self._mark, json.dumps(mark, indent=2).encode())
         self.records.remove()
         return ended
+
+    def _reopen(self, mark: Mapping[str, Any]) -> None:
+        """Bring back the records of a finished campaign that was made longer; all but the last without state.
+
+        The mark of completion goes last: the same is done again after whatever ends it before.
+        """
+        count, first_uses = int(mark["rows"]), mark["sources"]
+        if not self._last.is_file():
+            raise ResultError(
+                f"{self.path} cannot be made longer: its last state, {self._last}, is missing; nothing was "
+                f"changed, run the longer scene with another --out"
+            )
+        for index, row in enumerate(stored_rows(self.path)):
+            *_, source = [source for source, first in first_uses.items() if first <= index]
+            self.records.write_row(index, row, source)
+        write_atomically(self.records.path(count - 1), self._last.read_bytes())
+        if len(self.records.sources()) != count:
+            raise ResultError(
+                f"{self.path} cannot be made longer: {self._last} is damaged; nothing was changed, "
+                f"run the longer scene with another --out"
+            )
+        self._mark.unlink()
 
     def _row(self, index: int) -> Mapping[str, np.ndarray]:
         found = self._latest.get(index)
@@ -368,10 +406,54 @@ class Writer:
         return [functools.partial(self.records.row, index) for index in range(len(self._sources))]
 
 
+@signals_wait()
+def outcome_of(path: Path) -> dict[str, Any]:
+    """Return steps and their limits, distance and largest depth [m], and why a finished campaign ended."""
+    with open_results(path) as data:
+        last = data.isel(step=-1)
+        return {
+            "step_limits": step_limits(data),
+            "step": data.sizes["step"] - 1,
+            "distance": float(last["distance"]),
+            "worst_depth": float(last["max_wear_depth"].max()),
+            "ended": str(data.attrs["finished"]),
+            "left_out": int(last["left_out"].sum()) if "left_out" in data else 0,
+            "left_out_share": float(last["left_out_share"]) if "left_out" in data else 0.0,
+        }
+
+
+def mark_of(directory: Path, name: str) -> Path:
+    """Return the file that says that a campaign is finished."""
+    return directory / f".{name}.finished.json"
+
+
+def read_mark(path: Path) -> dict[str, Any] | None:
+    """Read what a finished campaign left: digest, number of rows, hash of its file; None if there is none."""
+    try:
+        mark: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        return {**mark, "campaign": mark["campaign"], "sha256": mark["sha256"]}
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def require_unchanged(path: Path, mark: Mapping[str, Any]) -> None:
+    """Raise unless the file of a finished campaign is the one that it left."""
+    if _sha256(path) != mark["sha256"]:
+        raise ResultError(
+            f"{path} was changed after its campaign had finished; nothing was changed, "
+            f"move it away to have it computed again"
+        )
+
+
 def _in_order_of_use(sources: list[str]) -> str:
     """Each program version once, with the step of its first use."""
-    first, *later = dict.fromkeys(sources)
-    return "; ".join([first, *(f"from step {sources.index(source)} on {source}" for source in later)])
+    (first, _), *later = _first_uses(sources).items()
+    return "; ".join([first, *(f"from step {index} on {source}" for source, index in later)])
+
+
+def _first_uses(sources: list[str]) -> dict[str, int]:
+    """Step of the first use of each program version, in their order."""
+    return {source: sources.index(source) for source in dict.fromkeys(sources)}
 
 
 def _sha256(path: Path) -> str:

@@ -18,20 +18,23 @@ from pathlib import Path
 from types import FrameType
 from typing import Any, Literal
 
-from wearsim.campaign.changes import controls, text_of, with_changes
+from wearsim import __version__
+from wearsim.campaign.changes import DISTANCE, Standing, changed_setups, text_of, with_changes
 from wearsim.campaign.control import reached
 from wearsim.campaign.directory import (
     SCENE_FOLDER,
     Manifest,
     SceneFiles,
+    campaigns_of,
     claim,
     locked,
     read_manifest,
     require_own_directory,
+    require_same_scene,
     write_status,
 )
 from wearsim.campaign.evolution import WheelsetEvolution
-from wearsim.campaign.record import Writer
+from wearsim.campaign.record import Writer, mark_of, outcome_of, read_mark, require_unchanged
 from wearsim.campaign.row import StepTaken
 from wearsim.campaign.state import State
 from wearsim.contact.solve import available_cores
@@ -43,6 +46,7 @@ from wearsim.errors import (
     ResultError,
     SceneError,
     WearsimError,
+    say,
 )
 from wearsim.quantities import STEP_LIMITS
 from wearsim.results import check_row, load_results
@@ -74,6 +78,9 @@ def run_scene(
     warn: Callable[[Fault], None] | None = None,
 ) -> tuple[Path, ...]:
     """Run a scene in a run directory, or resume it if it was started there.
+
+    A scene that differs from the one that was started there by a longer distance alone makes that campaign
+    longer, finished or not: it goes on from its last step, as by `resume` with the distance as override.
 
     Parameters
     ----------
@@ -137,7 +144,19 @@ def run_scene(
     files = scene_files(scene)
     require_own_directory(out)
     with locked(out):
-        return _run_claimed(out, claim(out, files, command), observer, threads, scene)
+        manifest = claim(out, files, command)
+        distances = _distances(scene, require_same_scene(out, manifest, files))
+        return _continued(out, manifest, distances, observer, threads, scene)
+
+
+def _distances(scene: CampaignScene, campaigns: Sequence[str]) -> tuple[Override, ...]:
+    """Distances of some campaigns of a scene, as overrides from its files."""
+    key = ("campaign", DISTANCE)
+    faults = {part: part.fault(key, "") for part in scene.parts if part.scene.kind in campaigns}
+    return tuple(
+        Override(f"{part.scene.kind}.campaign.{DISTANCE}", part.campaign.distance_km, at.file, at.line)
+        for part, at in faults.items()
+    )
 
 
 def scene_files(scene: CampaignScene) -> SceneFiles:
@@ -148,7 +167,7 @@ def scene_files(scene: CampaignScene) -> SceneFiles:
 def resume(
     out: str | Path, *, observer: Observer | None = None, overrides: Sequence[Override] = ()
 ) -> tuple[Path, ...]:
-    """Resume the campaigns of a run directory; finished ones stay unchanged.
+    """Resume the campaigns of a run directory; finished ones stay unchanged unless they are made longer.
 
     Parameters
     ----------
@@ -158,7 +177,8 @@ def resume(
         Called with an `Event` at each step.
     overrides : sequence of Override
         Other values for `campaign.changes.CHANGEABLE` keys of [campaign], from the next step on; they are
-        stored with the number of that step.
+        stored with the number of that step. A longer `campaign.distance_km` lets finished campaigns go on
+        from their last step, too.
 
     Returns
     -------
@@ -168,9 +188,11 @@ def resume(
     Raises
     ------
     ResultError
-        If `out` is not a run directory, or its copy of the scene was changed.
+        If `out` is not a run directory, its copy of the scene was changed, or another version of wearsim
+        left it unfinished.
     SceneError
-        For overrides of other keys, or out of their range; nothing is changed then.
+        For overrides of other keys, or out of their range, such as a distance not above the one that was
+        run; nothing is changed then.
 
     Examples
     --------
@@ -181,16 +203,60 @@ def resume(
     out = Path(out)
     read_manifest(out)
     with locked(out):
-        manifest = read_manifest(out)
-        if overrides:
+        return _continued(out, read_manifest(out), overrides, observer)
 
-            def first_step(part: RigScene | FieldScene) -> int | None:
-                evolution = WheelsetEvolution(build(part))
-                writer = Writer(evolution.header, out, part.scene.kind, evolution.digest)
-                return None if writer.finished() else max(len(writer.records.sources()), 1)
 
-            manifest = with_changes(out, manifest, overrides, first_step)
-        return _run_claimed(out, manifest, observer)
+def _continued(
+    out: Path,
+    manifest: Manifest,
+    overrides: Sequence[Override],
+    observer: Observer | None,
+    threads: int | None = None,
+    built: CampaignScene | None = None,
+) -> tuple[Path, ...]:
+    """Run the campaigns of a locked run directory, with changes of settings from their next step on."""
+    if manifest.version != __version__:
+        return _finished_by_another_version(out, manifest, overrides, observer)
+    if overrides:
+
+        def standing_of(part: RigScene | FieldScene) -> Standing:
+            changed = changed_setups(out, manifest, part.scene.kind)
+            controls = tuple((first, setup.control) for first, setup in changed)
+            evolution = WheelsetEvolution(build(part), controls=controls)
+            writer = Writer(evolution.header, out, part.scene.kind, evolution.digest)
+            if writer.finished():
+                outcome = outcome_of(writer.path)
+                return Standing(outcome["step"] + 1, outcome["distance"], outcome["ended"])
+            rows = writer.recorded()
+            return Standing(rows, float(writer.records.row(rows - 1)["distance"]) if rows else 0.0)
+
+        manifest = with_changes(out, manifest, overrides, standing_of)
+    return _run_claimed(out, manifest, observer, threads, built)
+
+
+def _finished_by_another_version(
+    out: Path, manifest: Manifest, overrides: Sequence[Override], observer: Observer | None
+) -> tuple[Path, ...]:
+    """Return the results of a finished run directory, as they are; no other version continues a campaign."""
+    names = campaigns_of(out, manifest)
+    paths = [out / f"{name}.nc" for name in names]
+    marks = [read_mark(mark_of(out, name)) for name in names]
+    every = [*paths, out / "translation.nc"] if len(names) > 1 else paths
+    given = {"out": out, "version": manifest.version, "own": __version__}
+    if None in marks or not all(path.is_file() for path in every):
+        raise ResultError(say("result.other_version" if manifest.version else "result.no_version", **given))
+    in_force = {f"{one.campaign}.{one.key}": one.new for one in manifest.changes}
+    for one in overrides:
+        keys = [one.key] if one.keys[0] in names else [f"{name}.{one.key}" for name in names]
+        if any(in_force.get(key) != one.value for key in keys):
+            raise ResultError(say("result.changed_in_other_version", **given))
+    for name, path, mark in zip(names, paths, marks, strict=True):
+        assert mark is not None
+        require_unchanged(path, mark)
+        outcome = outcome_of(path)
+        if observer is not None:
+            observer(Event("complete", name, target=outcome["distance"], **outcome))
+    return tuple(every)
 
 
 def _run_claimed(
@@ -201,24 +267,19 @@ def _run_claimed(
     built: CampaignScene | None = None,
 ) -> tuple[Path, ...]:
     # from the copy also at the first start, so that run and resume cannot differ
-    try:
-        scene = load_campaign(out / SCENE_FOLDER / manifest.main, copied=True)
-    except SceneError as error:
-        if any(fault.line is None for fault in error.faults):
-            raise
-        faults = "; ".join(fault.message for fault in error.faults)
-        raise ResultError(
-            f"{out} cannot be continued: its scene is not valid in this version of wearsim ({faults}); "
-            "run the changed scene with another --out"
-        ) from error
+    scene = load_campaign(out / SCENE_FOLDER / manifest.main, copied=True)
     for part, known in zip(scene.parts, built.parts if built else (), strict=False):
         take_over(part, known)
     setups = [build(part) for part in scene.parts]
     threads = threads or available_cores()
     paths = []
     for setup in setups:
-        changed = controls(out, manifest, setup.kind), text_of(manifest, setup.kind)
-        evolution = WheelsetEvolution(setup, manifest.command, threads, *changed)
+        changed = changed_setups(out, manifest, setup.kind)
+        if changed:
+            setup = replace(setup, warnings=changed[-1][1].warnings)
+        controls = tuple((first, other.control) for first, other in changed)
+        text = text_of(manifest, setup.kind)
+        evolution = WheelsetEvolution(setup, manifest.command, threads, controls, text)
         paths.append(run_evolution(evolution, out, setup.kind, observer))
     if isinstance(scene, CompareScene):
         paths.append(
@@ -252,7 +313,7 @@ def run_evolution(
     with _Interrupts() as interrupts:
         try:
             if writer.finished():
-                progress.report("complete", **writer.outcome())
+                progress.report("complete", **outcome_of(writer.path))
                 return writer.path
             _loop(evolution, writer, progress, interrupts)
             progress.catch_up()
@@ -290,8 +351,8 @@ def _loop(evolution: WheelsetEvolution, writer: Writer, progress: Progress, inte
         ended = reached(state.distance, evolution.target)
         if taken is None and ended:
             return
-        evaluation = evolution.evaluate(state, taken)
         if taken is not None:
+            evaluation = evolution.evaluate(state, taken)
             row = evolution.row(state, evaluation, taken)
             check_row(writer.header, row)
             with signals_wait():
@@ -302,6 +363,9 @@ def _loop(evolution: WheelsetEvolution, writer: Writer, progress: Progress, inte
                 progress.report("deferred")
             if ended or writer.limit_met(row):
                 return
+        if taken is None or evolution.ended(state):  # also where it ended before it was made longer
+            state = evolution.resumed(state)
+            evaluation = evolution.evaluate(state)
         before = state
         state, taken = evolution.advance(before, evaluation)
         moved = state.distance > before.distance or state.reprofiled == state.step

@@ -1,7 +1,16 @@
 """The result file: what it holds, and how it is created, appended to, verified and opened."""
 
 from wearsim.results.checks import result_warnings
-from wearsim.results.file import append, attribute_of, create, load_results, open_results, row_count, verify
+from wearsim.results.file import (
+    append,
+    attribute_of,
+    create,
+    load_results,
+    open_results,
+    row_count,
+    stored_rows,
+    verify,
+)
 from wearsim.results.schema import (
     FILL_FLOAT,
     FILL_INT,
@@ -18,5 +27,5 @@ from wearsim.results.schema import (
 __all__ = [
     "FILL_FLOAT", "FILL_INT", "GROUPS", "LAYOUT", "PATCH_SLOTS", "ROW", "Header", "Row", "append",
     "attribute_of", "check_row", "create", "layout_of", "load_results", "open_results", "result_warnings",
-    "row_count", "verify",
+    "row_count", "stored_rows", "verify",
 ]  # fmt: skip

@@ -24,9 +24,11 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import netCDF4
 import numpy as np
 
+from wearsim import __version__
 from wearsim.errors import ResultError, say
 from wearsim.quantities import Quantity
 from wearsim.results.schema import (
+    COORDINATES,
     FILL_FLOAT,
     FILL_INT,
     KINDS,
@@ -191,6 +193,21 @@ def verify(path: Path, rows: Sequence[Callable[[], Row]]) -> int | None:
         return None
 
 
+def stored_rows(path: Path) -> Iterator[Row]:
+    """Read the rows of a result file bit by bit, with fill values where values are missing.
+
+    Raises
+    ------
+    ResultError
+        If it is missing, damaged or not a result of wearsim.
+    """
+    with _opened(path) as file:
+        _keep_little(file)
+        names = row_names(file.variables)
+        for index in range(len(file.dimensions["step"])):
+            yield {name: np.asarray(file.variables[name][index]) for name in names}
+
+
 def open_results(path: str | Path) -> xr.Dataset:
     """Open a result file as a lazy xarray Dataset, also while the campaign is running.
 
@@ -341,7 +358,7 @@ def _foreign(file: netCDF4.Dataset, path: Path) -> ResultError | None:
     """Return what is wrong with a netCDF file that is no result file of this version, None if it is one."""
     stated = getattr(file, "wearsim_schema", None)
     schema = int(stated) if isinstance(stated, np.integer) else None
-    missing = [name for name in layout_of(file.variables) if name not in file.variables]
+    missing = [name for name in _needed(file) if name not in file.variables]
     if schema == SCHEMA and not missing:
         fault = structure_fault(file, path.stat().st_size)
         return _damaged(path, fault) if fault else None
@@ -353,6 +370,15 @@ def _foreign(file: netCDF4.Dataset, path: Path) -> ResultError | None:
         return ResultError(f"{path} has schema {schema}, this wearsim reads {SCHEMA}; update wearsim")
     older = f"was written by an older wearsim (schema {schema}, this one reads {SCHEMA})"
     return ResultError(f"{path} {older}; {another}")
+
+
+def _needed(file: netCDF4.Dataset) -> Iterable[str]:
+    """Names of the variables without which a file is no result: of another version the coordinates alone.
+
+    Variables that came later are absent in it, those that are gone are no matter.
+    """
+    own = str(getattr(file, "source", "")).startswith(f"wearsim {__version__} ")
+    return layout_of(file.variables) if own else COORDINATES
 
 
 def _unreadable(path: Path, what: str, error: Exception) -> ResultError:

@@ -124,6 +124,8 @@ def structure_fault(file: netCDF4.Dataset, size: int) -> str:
             return f"{name} has a dimension twice"
     unpacked = 0
     for name, quantity in layout_of(file.variables).items():
+        if name not in file.variables:  # of another version
+            continue
         variable = file.variables[name]
         if variable.dimensions != quantity.dimensions:
             return f"{name} has dimensions {variable.dimensions} where {quantity.dimensions} are needed"

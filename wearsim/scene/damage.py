@@ -15,6 +15,7 @@ from pydantic import (
 from pydantic_core import CoreSchema
 
 from wearsim.contact.patch import FloatArray
+from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.damage import fatigue, wear
 from wearsim.damage.coefficients import COEFFICIENT_SETS, CoefficientSet, coefficient_set
 from wearsim.damage.fatigue import FATIGUE_LAWS, FatigueSettings
@@ -24,7 +25,7 @@ from wearsim.damage.wear.table import WearTable
 from wearsim.errors import SceneError, say
 from wearsim.scene.section import Registered, Section, Text
 from wearsim.scene.wear_table import PathFaults, WearTableSection, wear_table
-from wearsim.toml_faults import cross_check
+from wearsim.toml_faults import KeyPath, cross_check
 
 
 def _sets(laws: Mapping[str, Any]) -> list[str]:
@@ -187,6 +188,20 @@ def _settings(
         density=section.density_kg_m3,
         **{key: value for key, value in taken.items() if key in record.parameters},
     )
+
+
+def slip_warnings(
+    section: WearSection, table: WearTable | None, tangential: str
+) -> Iterator[tuple[KeyPath, str]]:
+    """Path and text of each law that trusts the slip of single cells more than the tangential model can."""
+    if TANGENTIAL_MODELS[tangential].bounded_slip:
+        return
+    for k, one in enumerate(wear_settings(section, table)):
+        if one.form == "local" and WEAR_LAWS[one.law].by_slip(one.coefficients):
+            key, fix = "law", 'form = "patch_mean" in [wear]'
+            if k > 0:
+                key, fix = "also_evaluate", f'{{law = "{one.law}", form = "patch_mean"}}'
+            yield ("wear", key), say("wear.slip_of_cells", key=key, law=one.law, model=tangential, fix=fix)
 
 
 def fatigue_settings(section: FatigueSection | None) -> tuple[FatigueSettings, ...]:

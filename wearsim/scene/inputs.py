@@ -19,8 +19,9 @@ from wearsim.scene.models import CompareScene, FieldScene, Origin, RigScene, fin
 from wearsim.scene.vehicle import Rails
 from wearsim.toml_faults import LARGEST_FILE, LARGEST_TABLE, KeyPath, content_of
 
-_INPUTS = "inputs.json"
-_RESERVED = (_INPUTS, "manifest.json")
+INPUTS = "inputs.json"
+"""File of a run directory that names its copies of the files of a scene by their roles."""
+_RESERVED = (INPUTS, "manifest.json")
 
 
 @dataclass(frozen=True)
@@ -98,7 +99,7 @@ def files_to_copy(scene: RigScene | FieldScene | CompareScene) -> dict[str, byte
             number += 1
             name = f"{file.path.stem}-{number}{file.path.suffix}"
         files[name], roles[role] = file.content, name
-    files[_INPUTS] = json.dumps(roles, indent=2).encode()
+    files[INPUTS] = json.dumps(roles, indent=2).encode()
     return files
 
 
@@ -168,8 +169,8 @@ def read_profile_of(
 def kept_files(path: Path) -> dict[str, Path]:
     """Return the copies of the files of a scene in its folder, by their roles."""
     try:
-        roles = json.loads((path.parent / _INPUTS).read_text(encoding="utf-8"))
+        roles = json.loads((path.parent / INPUTS).read_text(encoding="utf-8"))
         return {str(role): path.parent / str(name) for role, name in roles.items()}
     except (OSError, ValueError, AttributeError) as error:
         text = say("scene.unreadable_copy", error=error)
-        raise SceneError([Fault(text, str(path.parent / _INPUTS))]) from error
+        raise SceneError([Fault(text, str(path.parent / INPUTS))]) from error

@@ -47,7 +47,7 @@ from wearsim.scene.campaign import (
     RailWearSection,
     ReprofilingRules,
 )
-from wearsim.scene.damage import BrakeBlockSection, fatigue_settings, wear_settings
+from wearsim.scene.damage import BrakeBlockSection, fatigue_settings, slip_warnings, wear_settings
 from wearsim.scene.inputs import inputs_of
 from wearsim.scene.messages import by_line, scene_warnings, shift_ranges
 from wearsim.scene.models import CHAINS, ContactSection, FieldScene, RecordedSection, RigScene, RollerSection
@@ -153,6 +153,8 @@ def warnings_of(scene: RigScene | FieldScene) -> tuple[Fault, ...]:
         if error > section.binning_tolerance:
             text = say("scene.binning", section=section, count=count, error=error)
             own.append(scene.fault((table, "binning_tolerance"), text))
+    _, tangential = scene.contact.pairs[-1]  # which corrects those before it
+    own += [scene.fault(*one) for one in slip_warnings(scene.wear, inputs.wear_table, tangential)]
     if isinstance(scene, RigScene) and (text := _cut_loop(scene)):
         own.append(scene.fault(("campaign", "distance_km"), text))
     return tuple(by_line([*inputs.warnings, *own]))

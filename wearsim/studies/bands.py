@@ -6,6 +6,7 @@ after whatever stopped it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
@@ -17,7 +18,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from wearsim.campaign.directory import SCENE_FOLDER, is_locked, locked, read_manifest
+from wearsim.campaign.changes import distances_in
+from wearsim.campaign.directory import SCENE_FOLDER, is_locked, locked, read_manifest, read_status
 from wearsim.campaign.record import write_atomically
 from wearsim.errors import ResultError, say
 from wearsim.results import load_results
@@ -121,7 +123,7 @@ def run_bands(
         If a draw failed, the finished ones are kept; or if another process runs them.
     """
     out = Path(out).absolute()
-    plan = plan_of(Path(base), overrides)
+    plan = plan_of(Path(base), [*overrides, *distances_in(out)])
     with locked(out / FOLDER):
         return _run_draws(plan, out, executor, jobs, command, report)
 
@@ -147,7 +149,7 @@ def _run_draws(
         if plan.fast and not done:
             cases.insert(0, Case(_NOMINAL, plan.base, plan.overrides))
         check_cases(cases, folder)
-        left = [case for case in cases if outcome_in(folder / case.name, case.number).state != "finished"]
+        left = [case for case in cases if not _finished(folder, case, plan.scene)]
         show = None if report is None else partial(report, len(left))
         outcomes = run_cases(left, folder, executor, jobs=jobs, command=command, report=show)
         if failed := [one for one in outcomes if one.state != "finished"]:
@@ -222,6 +224,17 @@ def progress_of(out: Path) -> dict[str, Any] | None:
     elif done == count and (out / FILE).is_file():
         state = "finished"
     return {"state": state, "draws": count, "done": done, "failed": failed}
+
+
+def _finished(folder: Path, case: Case, scene: CampaignScene) -> bool:
+    """Whether a draw has been run to the distances of the scene."""
+    if outcome_in(folder / case.name, case.number).state != "finished":
+        return False
+    campaigns = read_status(folder / case.name)["campaigns"]
+    targets = [
+        (1e3 * part.campaign.distance_km, campaigns[part.scene.kind]["target"]) for part in scene.parts
+    ]
+    return all(math.isclose(*pair) for pair in targets)
 
 
 def _results(directory: Path) -> dict[str, xr.Dataset]:

@@ -13,7 +13,6 @@ import signal
 import socket
 import threading
 import time
-import tomllib
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent import futures
@@ -26,7 +25,7 @@ from typing import Any
 
 from wearsim import __version__
 from wearsim.campaign.directory import (
-    SCENE_FOLDER,
+    campaigns_of,
     is_claimed,
     is_locked,
     read_manifest,
@@ -202,7 +201,7 @@ def outcome_in(directory: Path, number: int) -> Outcome:
     if not is_claimed(directory):
         return Outcome(number, "not started")
     try:
-        names = campaigns_of(directory)
+        names = campaigns_of(directory, read_manifest(directory))
     except ResultError as error:
         return Outcome(number, "failed", str(error), 2)
     campaigns = read_status(directory).get("campaigns") or {}
@@ -214,13 +213,6 @@ def outcome_in(directory: Path, number: int) -> Outcome:
     if done and (len(names) == 1 or (directory / "translation.nc").is_file()):
         return Outcome(number, "finished")
     return Outcome(number, "running" if is_locked(directory) else "stopped")
-
-
-def campaigns_of(directory: Path) -> tuple[str, ...]:
-    """Names of the campaigns of a run directory: rig, field or both."""
-    main = read_manifest(directory).main
-    kind = tomllib.loads((directory / SCENE_FOLDER / main).read_text(encoding="utf-8-sig"))["scene"]["kind"]
-    return ("rig", "field") if kind == "compare" else (str(kind),)
 
 
 def running_text(out: Path) -> str:

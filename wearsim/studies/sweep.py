@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from wearsim.campaign.directory import acquired, is_claimed
+from wearsim.campaign.directory import acquired, campaigns_of, is_claimed, read_manifest
 from wearsim.campaign.record import readable_errors, write_atomically
 from wearsim.campaign.run import Observer
 from wearsim.contact.solve import available_cores
@@ -24,7 +24,7 @@ from wearsim.results import LAYOUT, open_results
 from wearsim.results.checks import last_worn_row
 from wearsim.scene import load_campaign
 from wearsim.scene.sweep import Case, Sweep, SweepScene
-from wearsim.studies.ensemble import Outcome, campaigns_of, check_cases, outcome_in, run_case, run_cases
+from wearsim.studies.ensemble import Outcome, check_cases, outcome_in, run_case, run_cases
 from wearsim.studies.plan import plan, steps_text
 from wearsim.whole_files import NO_FILL, json_value, read_json, signals_wait, utf8, write_netcdf
 
@@ -188,7 +188,7 @@ def sweep_dataset(out: str | Path) -> xr.Dataset:
         (row, name): _end(out / entry["directory"] / f"{name}.nc")
         for row, (entry, outcome) in enumerate(zip(entries, outcomes, strict=True))
         if outcome.state == "finished"
-        for name in campaigns_of(out / entry["directory"])
+        for name in campaigns_of(out / entry["directory"], read_manifest(out / entry["directory"]))
     }
     variables: dict[str, Any] = {}
     for key in dict.fromkeys(key for entry in entries for key in entry["values"]):

@@ -237,4 +237,4 @@ def _march(
         force[m, 0], force[m, 1], force[m, 2], slip_area[m] = f_x, f_y, moment, slipping
 
 
-MODEL = TangentialModel(name="fastsim", solve=solve, fewest=2, most_strips=MOST_STRIPS)
+MODEL = TangentialModel(name="fastsim", solve=solve, fewest=2, most_strips=MOST_STRIPS, bounded_slip=False)

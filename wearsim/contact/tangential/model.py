@@ -111,6 +111,9 @@ class TangentialModel:
     chunk : int
         Operating points that are solved together, at most: few where one takes milliseconds, so that all
         threads have some.
+    bounded_slip : bool
+        Whether the slip of cells is that of an elastic body; False where it grows without bound towards the
+        trailing edge, so that only its work over the patch can be trusted.
     """
 
     name: str
@@ -120,6 +123,7 @@ class TangentialModel:
     fewest: int = 2
     most_strips: int | None = None
     chunk: int = 256
+    bounded_slip: bool = True
 
     def __call__(
         self, patch: Patch, creepage: FloatArray, friction: FloatArray, **options: Any

@@ -135,4 +135,5 @@ ARCHARD = WearLaw(
     coefficients="jendel_2002",
     parameters=("hardness", "seizure_blend", "seizure_cap"),
     needs_friction=False,
+    by_slip=lambda coefficients: True,  # noqa: ARG005
 )

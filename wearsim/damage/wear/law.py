@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 from wearsim.contact.patch import FloatArray
 
 Form = Literal["local", "patch_mean"]
 FORMS: tuple[Form, ...] = ("local", "patch_mean")
+
+
+def never(coefficients: Any) -> bool:  # noqa: ARG001
+    """No set of coefficients depends on the sliding speed."""
+    return False
 
 
 @dataclass(frozen=True)
@@ -43,6 +48,9 @@ class WearLaw:
         Whether nothing wears without friction.
     needs_fields : bool
         Whether it takes pressure, shear or slip of the cells; False: their frictional work alone.
+    by_slip : callable
+        ``by_slip(coefficients)`` -> bool: whether the local form takes its coefficient from the sliding speed
+        of each cell. Never, by default.
     outside : tuple of (str, str)
         Regimes in which it goes beyond its data, each with the words that say where.
     """
@@ -56,4 +64,5 @@ class WearLaw:
     wears: bool = True
     needs_friction: bool = True
     needs_fields: bool = True
+    by_slip: Callable[[Any], bool] = never
     outside: tuple[tuple[str, str], ...] = ()

@@ -209,5 +209,6 @@ TABLE = WearLaw(
     coefficients=None,
     parameters=("density", "table"),
     needs_friction=False,
+    by_slip=lambda table: "slip_speed_m_s" in table.index,
     outside=(("below", "below the first row"), ("beyond", "beyond the last row")),
 )
