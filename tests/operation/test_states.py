@@ -5,6 +5,7 @@ the wear number, which its printed digits bound.
 """
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,10 +15,11 @@ from wearsim.contact.solve import ContactConditions, ContactModels, Counterface,
 from wearsim.errors import ContactError
 from wearsim.operation import states
 from wearsim.operation.resultants import Resultants, patch_forces, resultants
-from wearsim.operation.states import Controlled, Running, StateError, settle
+from wearsim.operation.states import BeyondJump, Controlled, Running, StateError, settle
 from wearsim.profile import standard
 
 AXLE = 160e3
+DATA = Path(__file__).parents[1] / "data"
 
 
 def conditions_of(table, **others):
@@ -83,30 +85,25 @@ def test_shifts_by_force_are_those_of_the_reference_and_need_few_solutions_when_
         # as much as a step of wear moves it
         before = Running(running.shift - 2e-6, running.load + 30.0, 1.1 * running.stiffness, running.yaw)
         again = settle(given, wanted, *bodies(curvature), models, before)
-        assert 1 <= solutions.max() <= states.MOST_WARM
+        assert 1 <= solutions.max() <= 4
         # both within the tolerance of the force
         near = 2.0 * states.TOLERANCE * AXLE / running.stiffness
         assert (np.abs(again.shift - running.shift) <= near).all()
 
 
-def test_contact_begins_where_it_was_and_the_state_is_the_same(bodies, models, reference, begun):
+def test_a_search_solves_contact_anew_and_says_where_it_was(bodies, models, reference, begun):
     for curvature, table in reference("operation_rig.csv").items():
         count = table["H_kN"].size
         given = conditions_of(table, shift=np.zeros(count), friction=0.35)
-        wanted = under(1e3 * table["H_kN"], count)
-        anew = settle(given, wanted, *bodies(curvature), models)
+        wanted, nearby = under(1e3 * table["H_kN"], count), np.full((count, NEARBY), np.nan)
+        running = settle(given, wanted, *bodies(curvature), models, nearby=nearby)
         assert not any(map(any, begun))
-        nearby = np.full((count, NEARBY), np.nan)
-        before = Running(anew.shift - 2e-6, anew.load + 30.0, anew.stiffness, anew.yaw)
-        for _ in range(2):
-            begun.clear()
-            running = settle(given, wanted, *bodies(curvature), models, before, nearby=nearby)
-            assert np.isfinite(nearby).all()
-            # of the force, and of the roll it is solved to
-            near = 2.0 * states.TOLERANCE * AXLE / anew.stiffness + states._NOISE
-            assert (np.abs(running.shift - anew.shift) <= near).all()
-        assert all(map(all, begun))
-        begun.clear()
+        found = running.conditions(given)
+        (anew, there) = (
+            solve(one, *bodies(curvature), models) for one in (found, replace(found, nearby=nearby))
+        )
+        # both within the tolerance of wheel loads and axle torque
+        np.testing.assert_allclose(there.normal_force, anew.normal_force, rtol=1e-5)
 
 
 def test_a_jump_that_is_found_is_where_contact_solved_anew_has_it():
@@ -124,6 +121,51 @@ def test_a_jump_that_is_found_is_where_contact_solved_anew_has_it():
         np.testing.assert_allclose(running.shift, alone.shift, atol=1e-6)
         np.testing.assert_allclose(running.beyond.shift, alone.beyond.shift, atol=1e-6)
         assert np.isnan(nearby).all()  # its sides begin anew
+
+
+WORN = {
+    # the force falls for 18 um to the right of where it is 3 N too low, and rises from there on
+    "fold": (0.75, 0.0, 0.0, Running(
+        np.array([1.324453398665655e-3]), np.array([[80161.291, 79838.709]]), np.array([1.2037267e7]),
+        np.zeros(1),
+    )),
+    # no contact from 7.281 to 7.289 mm, where it was expected: above 11 GPa; the balance is before that
+    "flank": (1.0, 25e3, 1e-3, Running(
+        np.array([7.285523840319748e-3]), np.array([[91054.391, 68945.609]]), np.array([8.2355739e8]),
+        np.full(1, 1e-3), BeyondJump(
+            np.zeros(1, int), np.array([7.285682746877062e-3]), np.array([[91021.963, 68978.037]]),
+            np.array([0.5887646]), np.array([318.233]),
+        ),
+    )),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("place", WORN)
+def test_a_worn_noisy_pair_finds_its_balance_past_what_is_in_the_way(place):
+    """Measured wheels of 10 um noise, worn by a programme of forces; old searches ended there."""
+    radius, force, yaw, start = WORN[place]
+    new = standard.wheel("S1002")
+    with np.load(DATA / f"operation_worn_{place}.npz") as worn:
+        wheels = [replace(new, y=y, z=z) for y, z in zip(worn["wheel_y"], worn["wheel_z"], strict=True)]
+    rail = standard.rail("60E1", 1 / 40, 1.435, 0.75)
+    bodies = Wheelset(wheels[0], wheels[1], 0.46, 0.75), Counterface(rail, 1.0 / radius)
+    models = ContactModels(cell_size=0.5e-3)
+    given = ContactConditions.of([0.0], yaw=yaw, friction=0.35, speed=20.0, free_roll=True)
+    running = settle(given, under(force, 1), *bodies, models, start)
+    sides = [(1.0, running)]
+    if (past := running.beyond) is not None:
+        sides = [
+            (1.0 - past.share, running),
+            (past.share, replace(running, shift=past.shift, load=past.load)),
+        ]
+    missing = np.zeros(2)
+    for share, side in sides:
+        found = side.conditions(given)
+        forces = resultants(solve(found, *bodies, models), found, *bodies)
+        missing += share * np.array([-forces.force[0] - force, forces.roll_moment.sum() / 1.5])
+    # of forces; of loads that of a side
+    assert np.abs(missing[0]) <= states.ACCEPTED * AXLE
+    assert np.abs(missing[1]) <= states._LOADS_OFF * AXLE
 
 
 def test_a_mirrored_state_is_the_mirror_image(bodies, models):
@@ -213,8 +255,11 @@ JUMP = 4e3
 
 @pytest.fixture
 def jumping(monkeypatch):
-    """A lateral force of 5e8 N/m over the shift that jumps by 4 kN at `at`; points with it and solutions."""
-    place, count = {"at": 6.2e-3}, {"solutions": 0}
+    """A lateral force of 5e8 N/m over the shift that jumps by 4 kN at `at`; points with it and solutions.
+
+    There is no contact for `gap` to the right of `at`.
+    """
+    place, count = {"at": 6.2e-3, "gap": 0.0}, {"solutions": 0}
 
     def force(shift):
         return 5e8 * (shift - 6.2e-3) + np.where(shift > place["at"], JUMP, 0.0)
@@ -223,7 +268,7 @@ def jumping(monkeypatch):
         count["solutions"] += rows.size
         sides, nothing = np.zeros((rows.size, 2)), np.zeros(rows.size)
         forces = Resultants(np.stack([-force(shift), nothing], 1), load, sides, sides, *[nothing] * 3, sides)
-        return forces, np.ones(rows.size, bool)
+        return forces, (shift <= place["at"]) | (shift >= place["at"] + place["gap"])
 
     monkeypatch.setattr(states.Search, "solve", solve_rows)
 
@@ -253,6 +298,21 @@ def test_a_force_within_a_jump_is_the_mean_of_both_of_its_sides(jumping):
     np.testing.assert_allclose(force(running.shift[alone]), wanted[alone], atol=2.0 * states.TOLERANCE * AXLE)
 
 
+@pytest.mark.parametrize("expected", [-5e-6, 1e-6, 10e-6, 24e-6])
+def test_a_wheelset_runs_on_both_sides_of_a_gap_without_contact(jumping, expected):
+    """Wherever it is expected; they are at most 1 um from it."""
+    place, _, force, settled = jumping
+    before = settled([2000.0])
+    place["gap"] = 20e-6
+    start = replace(before, shift=before.shift + expected)
+    for one in (start, replace(start, beyond=None)):
+        after = settled([2000.0], one)
+        left, right, share = after.shift[0], after.beyond.shift[0], after.beyond.share[0]
+        assert place["at"] - 1e-6 <= left <= place["at"]
+        assert place["at"] + 20e-6 <= right <= place["at"] + 21e-6
+        assert (1.0 - share) * force(left) + share * force(right) == pytest.approx(2000.0, rel=1e-9)
+
+
 @pytest.mark.parametrize("moved", [0.0, 0.4e-6, -1.5e-6, 3e-6])
 def test_both_sides_of_a_jump_are_followed_as_wear_moves_it(jumping, moved):
     place, count, force, settled = jumping
@@ -278,7 +338,7 @@ def test_loads_of_both_sides_of_a_jump_are_those_their_own_levers_ask_for(jumpin
     for wanted in (200.0, 2000.0, 3900.0):
         running = settled([wanted])
         found = np.stack([running.load[0], running.beyond.load[0]])
-        np.testing.assert_allclose(found, sides, atol=states._PROMISING * AXLE)
+        np.testing.assert_allclose(found, sides, atol=states._LOADS_OFF * AXLE)
 
 
 def test_a_wheelset_leaves_a_jump_when_its_force_no_longer_lies_within(jumping):

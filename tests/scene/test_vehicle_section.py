@@ -198,7 +198,9 @@ def test_a_curve_without_balance_is_named_by_class_and_radius(folder, changed):
     Path("high.toml").write_text(changed(high, ("body_height_m = 1.7", "body_height_m = 4")))
     text = changed(FIELD, ("regional_multiple_unit", "high"), ("mm = 50", "mm = 400"))
     Path("scene.toml").write_text(text)
-    expected = r"scene.toml:20: curve.*: no equilibrium of the bogie in the curve of -600 m.*curve_radius_m"
+    expected = (
+        r"scene.toml:20: curve.*: no equilibrium of the bogie in the curve of -600 m.*it runs .*speed_km_h"
+    )
     with pytest.raises(SceneError, match=expected):
         build(load_scene("scene.toml"))
 
@@ -301,6 +303,16 @@ def test_a_route_by_segments_becomes_classes_once_and_resumed_they_are_the_same(
 def test_faults_of_a_route_have_its_lines(of_route, changed, faults_of, old, new, fault):
     Path("line.csv").write_text(changed(LINE, (old, new)))
     assert fault in "\n".join(faults_of(of_route))
+
+
+def test_straight_segments_may_state_that_they_have_no_cant(of_route, changed):
+    """A column of cant has 0 on straight track: a segment as without it."""
+    found = []
+    for text in (LINE, changed(LINE, (",3,,,120,", ",3,,0,120,"))):
+        Path("line.csv").write_text(text)
+        Path("scene.toml").write_text(of_route)
+        found.append(load_scene("scene.toml")._route.track)
+    assert found[0] == found[1]
 
 
 def test_a_route_excludes_classes(of_route, changed, faults_of):

@@ -15,36 +15,18 @@ and with the unbalanced acceleration A the wheelsets and the frame balance
     -a k_y (d_1 - d_2) - k_p (t_1 + t_2) + K_s (\mp k c - p_b) &= 0
 
 where :math:`H_c, M_c` are the resultants of the contact (`wearsim.operation.resultants`). The frame is
-eliminated; what is left is solved by implicit steps of a transient whose length grows, Newton's method in the
-end.
+eliminated; `wearsim.operation.curving` solves what is left.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wearsim.contact.patch import FloatArray, IntArray
 
-if TYPE_CHECKING:
-    from wearsim.operation.states import Search
-
 GRAVITY = 9.81  # [m/s2]
-
-_DAMPING = np.array(
-    [16e6, 9e6, 16e6, 9e6]
-)  # creep of wheelsets, 2 f22 [N] and 2 f11 l2 [N m2]: sets the pace
-_STEPS = np.array([2e-6, 2e-6])  # of differences [m, rad]
-_LONGEST = np.array([0.5e-3, 1e-3, 0.5e-3, 1e-3])  # [m, rad]
-_SCALE = 1e4  # of residuals [N, N m]
-_MOST, _SOON = 80, 20  # solutions of all contacts until a balance is given up
-_KEPT = 0.6  # of the residual before, up to which the slope is kept
-_SMALL = 1e-2  # of the scale: from here on Newton's steps in full
-_ENDLESS = 1e9
-_BACK = 0.25  # product of steps in turn, over the longest ones, from which they go back and forth
 
 
 @dataclass(frozen=True)
@@ -139,111 +121,9 @@ def suspension(
     )
 
 
-def curved(search: Search, bogies: Bogies, warm: bool, tolerance: float, soon: bool = False) -> IntArray:
-    """Find the balance of all bogies, in place of shift, yaw and loads of a search.
-
-    Parameters
-    ----------
-    search : Search
-        Over all operating points.
-    bogies : Bogies
-        Its points are rows of the search.
-    warm : bool
-        Whether the search starts where the axles ran before.
-    tolerance : float
-        Of forces and moments (at 1 m), over the axle load.
-    soon : bool
-        Whether to give up soon.
-
-    Returns
-    -------
-    IntArray
-        Bogies without balance.
-    """
-    vehicle, count = bogies.vehicle, bogies.leading.size
-    curvature = search.conditions.track_curvature[bogies.leading]
-    axles = np.stack([bogies.leading, bogies.trailing], axis=1)  # (m, 2)
-    if not warm:
-        lean = np.minimum(np.abs(curvature) * search.wheelset.radius * search.wheelset.half_span / 0.2, 5e-3)
-        search.shift[axles] = -np.sign(curvature)[:, None] * lean[:, None]
-        search.yaw[axles] = 0.0
-    weight, springs = vehicle.axle_load, spring_slope(vehicle)
-    pace, growth = np.full(count, _ENDLESS if warm else 1.0), np.full(count, 4.0)
-    last, before = np.full(count, np.inf), np.full((count, 4), np.nan)
-    slope, known = np.zeros((count, 4, 4)), np.zeros(count, dtype=bool)
-    taken, turned = np.zeros((count, 4)), np.zeros(count, dtype=bool)  # the steps before
-    rest = np.arange(count)
-    for _ in range(_SOON if soon else _MOST):
-        rows = axles[rest].ravel()
-        state = np.stack([search.shift[rows], search.yaw[rows]], axis=1).reshape(-1, 4)
-        load = search.load[rows]
-        forces, solved = search.solve(rows, search.shift[rows], load)
-        found = np.stack([forces.force, forces.moment], axis=1).reshape(-1, 4)
-        whole = np.asarray(solved.reshape(-1, 2).all(axis=1))
-        own = (curvature[rest], bogies.acceleration[rest], bogies.in_front[rest])
-        residual = found + suspension(vehicle, state, *own)
-        balanced = search.loads(rows, forces, load)
-        shifted = np.abs(balanced - load).max(axis=1).reshape(-1, 2).max(axis=1)
-        size = np.abs(residual).max(axis=1)
-        done = whole & (size <= tolerance * weight) & (shifted <= tolerance * weight)
-        norm: FloatArray = size / _SCALE
-        # a slope that still brings the balance nearer is kept: it costs two more contacts of each axle
-        asked = np.flatnonzero(whole & ~done & ~(known[rest] & (norm <= _KEPT * last[rest])))
-        if asked.size:
-            slope[rest[asked]], known[rest[asked]] = _slope(search, axles[rest[asked]], found[asked])
-        whole &= known[rest] | done
-        worse = np.asarray((norm > last[rest]) | turned[rest])
-        paced = np.clip(pace[rest] * np.where(worse, 0.25, growth[rest]), 0.02, _ENDLESS)
-        pace[rest] = np.where(norm < _SMALL, _ENDLESS, paced)
-        growth[rest] = np.where(worse, np.maximum(1.3, 0.7 * growth[rest]), growth[rest])
-        last[rest] = norm
-        implicit = -(slope[rest] + springs)
-        implicit[:, range(4), range(4)] += _DAMPING / pace[rest][:, None]
-        step = np.linalg.solve(implicit, residual[:, :, None])[:, :, 0]
-        step /= np.maximum(np.abs(step / _LONGEST).max(axis=1), 1.0)[:, None]
-        # without contact half way back to where there was one
-        back = np.where(np.isfinite(before[rest]), 0.5 * (before[rest] - state), -0.5 * state)
-        step = np.where(whole[:, None], step, back)
-        pace[rest] = np.where(whole, pace[rest], 0.25 * pace[rest])
-        before[rest] = np.where(whole[:, None], state, before[rest])
-        step[done] = 0.0
-        # back and forth by long steps, as at the kink of a second patch: shorter ones
-        scaled = step / _LONGEST
-        turned[rest] = ((scaled * taken[rest]).sum(axis=1) < -_BACK) & whole
-        taken[rest] = scaled
-        search.shift[rows], search.yaw[rows] = (state + step).reshape(-1, 2).T
-        on_way = np.repeat(whole & ~done, 2)[:, None]
-        search.load[rows] = np.where(on_way, np.maximum(balanced, 0.02 * weight), load)
-        rest = rest[~done]
-        if not rest.size:
-            break
-    return rest
-
-
 def spring_slope(vehicle: Vehicle) -> FloatArray:
     """Differentiate the forces of `suspension`, which are linear, by the state (4, 4)."""
     step = 1e-3
     state = np.concatenate([step * np.eye(4), np.zeros((1, 4))])
     force = suspension(replace(vehicle, axle_yaw_offset=0.0), state, *[np.zeros(5)] * 3)
     return np.asarray((force[:4] - force[4]).T / step)
-
-
-def _slope(search: Search, axles: IntArray, found: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Differentiate force and moment of both axles (m, 2) by their shift and yaw (m, 4, 4).
-
-    `found` (m, 4) are those where the axles are; False where there is no contact near by.
-    """
-    rows, count = axles.ravel(), len(axles)
-    moved = np.diag(_STEPS)
-    shift, yaw = (
-        (values[rows] + moved[:, j, None]).ravel() for j, values in enumerate((search.shift, search.yaw))
-    )
-    load = np.tile(search.load[rows], (2, 1))
-    forces, solved = search.solve(np.tile(rows, 2), shift.ravel(), load, yaw=yaw.ravel())
-    near = np.stack([forces.force, forces.moment], axis=1).reshape(2, -1, 2, 2)
-    slope = np.zeros((count, 4, 4))
-    for j in (0, 1):
-        change = (near[j] - found.reshape(-1, 2, 2)) / _STEPS[j]
-        for axle in (0, 1):
-            slope[:, 2 * axle : 2 * axle + 2, 2 * axle + j] = change[:, axle]
-    return slope, np.asarray(solved.reshape(2, -1, 2).all(axis=(0, 2)))

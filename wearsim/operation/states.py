@@ -12,9 +12,12 @@ first from the middle of the track or from where the fast models let it run, in 
 that is missing, and stays at the first shift that balances it with dH/dy > 0.
 
 Where the contact moves on a worn flank, or a second patch closes, the force may jump past the one wanted
-within a micrometre, so that no shift balances it. The wheelset then runs at both sides of the jump in turn,
-in shares of the distance whose mean force is the one wanted. So does its limit under ever shorter steps of
-wear: each side wears towards the other (a sliding mode, [1]_).
+within a micrometre, or past shifts without contact solution, so that no shift balances it. The wheelset then
+runs at both sides of the jump in turn, in shares of the distance whose mean force is the one wanted. So does
+its limit under ever shorter steps of wear: each side wears towards the other (a sliding mode, [1]_).
+
+Contact is solved anew in each trial: begun from that of the trial before it would stay on its branch, and the
+force at a shift would hang on the way there.
 
 References
 ----------
@@ -30,7 +33,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.contact.equilibrium import falling_root
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import (
     NEARBY,
@@ -44,30 +46,28 @@ from wearsim.contact.solve import ContactSolution, solve_each
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.contact.wheels import joined
 from wearsim.errors import ContactError, say
-from wearsim.operation.bogie import Bogies, curved
+from wearsim.operation import curving
+from wearsim.operation.bogie import Bogies
+from wearsim.operation.curving import ACCEPTED, TOLERANCE
 from wearsim.operation.resultants import Differences, Resultants, resultants
-
-MOST_WARM = 5
-"""Contact solutions of a point that starts where it ran before; what is not balanced then walks on."""
-TOLERANCE = 1e-5
-"""Of lateral force and wheel loads, over the axle load."""
 
 _STRIDE, _STRIDES, _FURTHEST = 0.25e-3, 8, 16e-3  # of the walk [m]; strides solved together
 _COARSE, _COARSE_CELL = 12, 2e-3  # strips, cells and their size of the walk: its end is solved as asked for
-_LONGEST = 0.5e-3  # correction of the shift [m]
-_STIFFEST = 1e9  # dH/dy that a correction takes [N/m]
-_STEEP = 4.0  # times that at one side of a jump
-_FURTHER = 8e-6  # that a jump moves by the force at one side of it [m]
-_LOADS_LEFT = 0.1  # of a correction of the loads that the next one takes, at the same shift
-_MOST_TRIALS = 24
-_NOISE = 1e-8  # difference of shifts below which the roll's tolerance decides that of the forces [m]
-_NO_ENDS = np.array([[-np.inf, np.nan], [np.inf, np.nan]])  # of a bracket: shifts and the force missing there
+_LONGEST = 0.5e-3  # step of the shift [m]
+_STIFFEST, _GENTLE = 1e9, 1e4  # dH/dy that steps are taken with [N/m]
+_FALL = 0.5  # of the force missing, by which steps along its slope go on
+_GROWTH = 4.0  # of steps along which it does not fall so
+_MOST_TRIALS = 60
 _JUMP = 1e-6  # widest bracket in which the force jumps: it changes by more than `_STIFFEST` explains [m]
-# In a stage a last step without a solution is enough from these on:
-_PROMISING = 2e-3  # force and loads missing, over the axle load
+_JUMP_IN_STAGE = 4e-6  # the same in a stage, whose places are not kept [m]
+_NARROWEST = 1e-8  # bracket: what is missing at its ends is taken for a jump [m]
+_LOADS_OFF = 2e-3  # of loads, over the axle load, beyond which the force does not say where to go
+_PROMISING = 1e-3  # over the axle load: what may be missing before the last step in a stage
 _SMALL_STEP = 10e-6  # length of that step [m]
+_MOST_UNSOLVED = 6  # trials without contact in one direction
+_MOST_STAYS = 3  # at a shift with other loads
+_LEAST_SHARE = 1e-3  # of the distance on one side of a jump: with less an axle runs on the other one alone
 _LEAST_LOAD = 0.02  # of a wheel, over the axle load: below it is unloaded
-_GENTLE = 1e4  # dH/dy of a start without a known one [N/m]
 
 
 @dataclass(frozen=True)
@@ -160,7 +160,6 @@ class Search:
     stiffness: FloatArray
     beyond: FloatArray  # shift, both loads, share and gap past a jump (n, 5); NaN: there is none
     nearby: FloatArray  # (n, 14) what contact came to at last, as in `ContactPatches`; NaN: unknown
-    begins: NDArray[np.bool_]  # (n,) whether it begins there; else anew
 
     def solve(
         self,
@@ -169,10 +168,12 @@ class Search:
         load: FloatArray,
         coarse: bool = False,
         yaw: FloatArray | None = None,
+        keep: bool = True,
     ) -> tuple[Resultants, NDArray[np.bool_]]:
         """Resultants at shifts (k,) under loads (k, 2) of `rows` (k,), and which have a solution.
 
-        With a `yaw` (k,) of their own they are for slopes: on the branch of the solution before.
+        Where a `yaw` (k,) is given it takes the place of that of the search. What the contact came to is kept
+        for later unless it is not to be.
         """
         here = replace(
             self.conditions.at(rows), shift=shift, wheel_load=load, yaw=self.yaw[rows] if yaw is None else yaw
@@ -182,18 +183,14 @@ class Search:
             models, index = self.corrected.chain[one], np.flatnonzero(number == one)
             if coarse:
                 models = replace(models, strips=_COARSE, cells=_COARSE, cell_size=_COARSE_CELL)
-            # forces of coarse cells of the half-space would hang on where it began
-            kept = not coarse and not TANGENTIAL_MODELS[models.tangential].warm
-            begins = kept & (self.begins[rows] | (yaw is not None))
-            nearby = np.where(begins[:, None], self.nearby[rows], np.nan) if begins.any() else None
-            part_of = replace(here, nearby=nearby).at(index)
+            part_of = here.at(index)
             failed: dict[int, ContactError] = {}
             found: list[ContactPatches] = solve_each(
                 part_of, self.wheelset, self.counterface, models, ContactSolution.patches,
                 threads=self.threads, failed=failed, fields="work",
             )  # fmt: skip
             parts += [replace(part, point=index[part.point]) for part in found]
-            if kept and yaw is None:
+            if keep and not coarse and not TANGENTIAL_MODELS[models.tangential].warm:
                 for part in found:
                     self.nearby[rows[index[part.point]]] = part.nearby
             solved[index[list(failed)]] = False
@@ -246,12 +243,11 @@ def settle(
     start : Running, optional
         Where the wheelset ran before; by default in the middle of the track.
     stage : (n,) bool array, optional
-        Points that act in a stage of a wear step: only they move, and all bogies, and by a last step without
-        solution where at most 2e-3 of the axle load were missing.
+        Points that act in a stage of a wear step: only they move, and all bogies, and by a last step of up to
+        10 um without solution where at most 1e-3 of the axle load were missing.
     nearby : (n, 14) array, optional
-        Where the contact of each point begins, as in `ContactPatches`; what it came to at last is put there,
-        of points that were solved by models that begin so, NaN at jumps. Where two solutions carry the same
-        loads it stays with that which it began with; without it each contact is solved anew.
+        Takes where the contact of each point can begin when it is solved there again, as in
+        `ContactPatches`, of points that were solved by models that begin so; NaN at jumps.
     threads : int
         Of the contact solver; their number does not change the bits.
 
@@ -279,7 +275,6 @@ def settle(
         np.where(forced, start.shift, conditions.shift), conditions.yaw.copy(),
         np.where(loaded[:, None], start.load, load), np.where(forced, start.stiffness, 0.0),
         np.full((count, 5), np.nan), np.full((count, NEARBY), np.nan) if nearby is None else nearby,
-        np.full(count, nearby is not None),
     )  # fmt: skip
     if (two := start.beyond) is not None:
         search.beyond[two.point] = np.column_stack([two.shift, two.load, two.share, two.gap])
@@ -287,15 +282,14 @@ def settle(
     if controlled.bogies is not None:
         axles = controlled.bogies.points
         alone = alone & ~np.isin(np.arange(count), axles)
-        search.shift[axles], search.yaw[axles] = start.shift[axles], start.yaw[axles]
-        _curved(search, controlled.bogies, start, stage is not None)
+        ran = bool((start.stiffness[axles] > 0.0).all())
+        _curved(search, controlled.bogies, start if ran else None, stage is not None)
     rows = np.flatnonzero(alone if stage is None else alone & stage)
     known = ~forced[rows] | (search.stiffness[rows] > 0.0)
-    rest = np.append(_corrected(search, rows[known], MOST_WARM, stage is not None), rows[~known])
+    rest = np.sort(np.append(_corrected(search, rows[known], stage is not None), rows[~known]))
     if rest.size:
-        search.begins[:] = False
-        _walked(search, np.sort(rest[forced[rest]]))
-        rest = _corrected(search, np.sort(rest), 20)
+        _walked(search, rest[forced[rest]])
+        rest = _corrected(search, rest, stage is not None)
     if rest.size:
         raise StateError(dict.fromkeys(rest.tolist(), say("state.unsettled")))
     at = np.flatnonzero(np.isfinite(search.beyond[:, 0]))
@@ -304,153 +298,269 @@ def settle(
     return Running(search.shift, search.load, search.stiffness, search.yaw, beyond)
 
 
-def _curved(search: Search, bogies: Bogies, start: Running, stage: bool) -> None:
+def _curved(search: Search, bogies: Bogies, start: Running | None, stage: bool) -> None:
     """Balance all bogies, in place, from where they ran before if they did.
 
-    In a `stage` of a wear step soon, or not at all: a shorter step costs less.
+    In a `stage` of a wear step to a coarser tolerance, and without continuation from straight track: there a
+    shorter step costs less.
 
     Raises
     ------
     StateError
         For the points of bogies without balance.
     """
-    rows = bogies.points
-    warm = bool((start.stiffness[rows] > 0.0).all())
-    left = curved(search, bogies, warm, TOLERANCE, soon=stage)
-    if left.size and warm and not stage:
-        search.nearby[bogies.at(left).points] = np.nan
-        left = left[curved(search, bogies.at(left), False, TOLERANCE)]
+    axles = np.stack([bogies.leading, bogies.trailing], axis=1)
+    search.beyond[axles] = np.nan
+    tolerance = curving.ACCEPTED if stage else curving.TOLERANCE
+    if start is None:
+        found = curving.continued(search, bogies, tolerance)
+    else:
+        at_jump = curving.IN_STAGES_AT_JUMP if stage else curving.ACCEPTED
+        before = _where_it_ran(search, bogies, start)
+        found = curving.balanced(search, bogies, before, tolerance, at_jump)
+        left = np.flatnonzero(~found.accepted)
+        if left.size and not stage:
+            found = found.replaced(left, curving.continued(search, bogies.at(left), tolerance))
+    right = found.state[:, :, 2]
+    search.shift[axles], search.yaw[axles] = found.state[:, :, 0], found.state[:, :, 1]
+    search.load[axles] = np.stack([right, bogies.vehicle.axle_load - right], axis=2)
+    search.stiffness[axles] = 1.0  # found: the next search starts here
+    share = np.where(found.on_jump, found.share, 0.5)
+    side = np.where(share < _LEAST_SHARE, -0.5, np.where(share > 1.0 - _LEAST_SHARE, 0.5, 0.0))
+    search.shift[axles] += np.where(found.on_jump, side * curving.WIDTH, 0.0)
+    jumps = found.on_jump & (side == 0.0)
+    two_sided = axles[jumps]
+    gap = np.abs(found.jump[jumps, 0])
+    search.shift[two_sided] -= 0.5 * curving.WIDTH
+    right = search.shift[two_sided] + curving.WIDTH
+    search.beyond[two_sided] = np.column_stack([right, search.load[two_sided], share[jumps], gap])
+    search.nearby[two_sided] = np.nan
+    left = np.flatnonzero(~found.accepted)
     if left.size:
         curvature = search.conditions.track_curvature
         lost = bogies.leading[left].tolist()
         raise StateError({point: say("state.no_curving", radius=1.0 / curvature[point]) for point in lost})
-    search.stiffness[rows] = 1.0  # found before: the next search starts here
 
 
-def _corrected(search: Search, rows: IntArray, most: int, stage: bool = False) -> IntArray:
-    """Correct shifts and loads, in place; the rows that are not balanced then.
+def _where_it_ran(search: Search, bogies: Bogies, start: Running) -> curving.Balance:
+    """Bogies where they ran before, on the jumps of the contact they were on if those are still there."""
+    axles = np.stack([bogies.leading, bogies.trailing], axis=1)
+    state = np.stack([start.shift[axles], start.yaw[axles], start.load[axles, 0]], axis=2)
+    share = np.full(search.shift.size, np.nan)
+    if start.beyond is not None:
+        share[start.beyond.point] = start.beyond.share
+    state[:, :, 0] += np.where(np.isfinite(share[axles]), 0.5 * curving.WIDTH, 0.0)
+    found = curving.evaluated(search, bogies, state, share[axles])
+    gone = np.isinf(found.size) & found.on_jump.any(axis=1)
+    if gone.any():
+        nothing = np.full((int(gone.sum()), 2), np.nan)
+        alone = curving.evaluated(search, bogies.at(np.flatnonzero(gone)), state[gone], nothing)
+        found = found.replaced(gone, alone)
+    return found
 
-    Loads by their levers; shifts by secants, and within brackets once the force wanted lies between those of
-    two shifts: such rows go on after `most` solutions. Where the force jumps past the one wanted, both sides
-    of the jump are taken; a jump is looked for by what its sides missed before. The last step of steps that
-    converge is not looked at, nor that of a `stage` which is short or comes after `most` solutions.
+
+class _Trial(NamedTuple):
+    """Contact solved at a shift under loads, and what is missing there."""
+
+    shift: float  # [m]
+    load: FloatArray  # (2,) [N]
+    off: float  # lateral force beyond the one wanted, 0 where none is [N]
+    levers: FloatArray  # (2,) loads that balance the roll [N]
+    solved: bool
+
+    @property
+    def loads_off(self) -> float:
+        """What the loads are off, over the axle load."""
+        return float(abs(self.levers[0] - self.load[0]) / self.levers.sum())
+
+    @property
+    def missing(self) -> float:
+        """Lateral force or load that is off, whichever is more, over the axle load."""
+        return max(float(abs(self.off) / self.levers.sum()), self.loads_off) if self.solved else np.inf
+
+
+@dataclass
+class _Course:
+    """One point on its way to balance."""
+
+    forced: bool  # whether its shift follows from a force
+    stiffness: float  # slope of the force seen last [N/m]
+    beyond: FloatArray  # (3,) shift and loads past a jump where it ran before; NaN: there was none
+    widest: float  # bracket that is taken for a jump [m]
+    left: _Trial | None = None  # latest one with less force than wanted
+    right: _Trial | None = None  # latest one with more
+    last: _Trial | None = None  # at the shift before
+    best: _Trial | None = None
+    step: float = 0.0  # from the shift before [m]
+    stays: int = 0  # at a shift, with other loads
+    hole: list[float] = field(default_factory=list)  # shifts without contact [m]
+    turned: float = 0.0  # correction of the loads before, at the same shift [N]
+    halved: bool = True  # the shifts between left and right, rather than interpolated
+
+    def next(self, here: _Trial) -> tuple[float, FloatArray] | None:
+        """Shift and loads of the trial after `here`; None where contact has no solution any more."""
+        if not here.solved:
+            return self._around(here)
+        if self.best is None or here.missing < self.best.missing:
+            self.best = here
+        turn = float(here.levers[0] - here.load[0])
+        swings = turn * self.turned < -0.5 * self.turned**2  # about a jump of the levers
+        self.turned = turn
+        if not self.forced or (here.loads_off > _LOADS_OFF and self.stays < _MOST_STAYS):
+            self.stays += 1
+            return here.shift, 0.5 * (here.load + here.levers) if swings else here.levers
+        self.stays, self.turned = 0, 0.0
+        return self._beside(here)
+
+    def _around(self, here: _Trial) -> tuple[float, FloatArray] | None:
+        """Next shift and loads where contact has no solution: nearer to one with it, or on past a gap."""
+        self.hole.append(here.shift)
+        if self.left is not None and self.right is not None:
+            return self._between(self.left, self.right, halved=True)
+        if not self.forced or len(self.hole) > _MOST_UNSOLVED:
+            return None
+        if self.step == 0.0:  # towards the middle of the track
+            self.step = -np.sign(here.shift) * _JUMP / _GROWTH
+        self.step = float(np.clip(_GROWTH * self.step, -_LONGEST, _LONGEST))
+        return here.shift + self.step, here.load
+
+    def _beside(self, here: _Trial) -> tuple[float, FloatArray]:
+        """Next shift, from a trial to the left or to the right of the one sought, and loads."""
+        rising, last, self.last = self.seen(here), self.last, here
+        falls = last is not None and abs(here.off) <= _FALL * abs(last.off)
+        if here.off < 0.0:
+            self.left = here
+        else:
+            self.right = here
+        if self.left is not None and self.right is not None:
+            self.halved = not (self.halved or falls)
+            return self._between(self.left, self.right, self.halved)
+        width = float(self.beyond[0]) - here.shift  # of a jump known before
+        if last is None and width > 0.0:
+            if here.off < 0.0:  # to its other side
+                self.step = width
+                return float(self.beyond[0]), self.beyond[1:]
+            self.step = -width
+        elif last is None or (rising and falls):
+            self.step = -here.off / self.stiffness
+        else:
+            self.step *= _GROWTH
+        self.step = float(np.clip(self.step, -_LONGEST, _LONGEST))
+        load = here.levers
+        if last is not None and here.shift != last.shift:
+            load = load + (load - last.levers) * self.step / (here.shift - last.shift)
+        return here.shift + self.step, load
+
+    def _between(self, left: _Trial, right: _Trial, halved: bool) -> tuple[float, FloatArray]:
+        """Next shift and loads between two: at an edge of the gap without contact if there is one."""
+        if gap := self._gap:
+            near, edge = (left, gap[0]) if gap[0] - left.shift > right.shift - gap[1] else (right, gap[1])
+            return 0.5 * (near.shift + edge), near.levers
+        share = 0.5 if halved else left.off / (left.off - right.off)
+        load = left.levers + share * (right.levers - left.levers)
+        return left.shift + share * (right.shift - left.shift), load
+
+    @property
+    def _gap(self) -> tuple[float, float] | None:
+        """Outermost shifts without contact between both ends."""
+        if self.left is None or self.right is None:
+            return None
+        inside = [shift for shift in self.hole if self.left.shift < shift < self.right.shift]
+        return (min(inside), max(inside)) if inside else None
+
+    def seen(self, here: _Trial) -> bool:
+        """Note the slope of the force since the shift before; whether it rises."""
+        if self.last is None or here.shift == self.last.shift:
+            return False
+        slope = (here.off - self.last.off) / (here.shift - self.last.shift)
+        if slope > _GENTLE:
+            self.stiffness = min(slope, _STIFFEST)
+        return slope > _GENTLE
+
+    def may_end(self, here: _Trial) -> bool:
+        """Whether the step after a trial is short enough not to be looked at, in a stage."""
+        free = not np.isfinite(self.beyond[0]) and (self.left is None or self.right is None)
+        return free and here.missing <= _PROMISING and abs(self.step) <= _SMALL_STEP
+
+    @property
+    def jump(self) -> tuple[_Trial, _Trial] | None:
+        """Both sides of a jump of the force past the one wanted, or of a gap without contact."""
+        if self.left is None or self.right is None:
+            return None
+        width, gap = self.right.shift - self.left.shift, self.right.off - self.left.off
+        found = width <= _NARROWEST or (width <= self.widest and gap > _STIFFEST * width)
+        if hole := self._gap:
+            found |= max(hole[0] - self.left.shift, self.right.shift - hole[1]) <= self.widest
+        return (self.left, self.right) if found else None
+
+
+def _corrected(search: Search, rows: IntArray, stage: bool) -> IntArray:
+    """Find shifts and loads that balance what is controlled, in place; return the rows that have none.
+
+    Wheel loads follow their levers. The shift goes in the direction of the force that is missing: along the
+    slope seen last as long as that halves what is missing, else in growing steps, which pass where the force
+    falls. Once the force wanted lies between those at two shifts, interpolation and bisection in turn close
+    in on it, or on a jump past it, of which both sides are taken. Rows that do not come to the tolerance take
+    the best place seen if it is accepted. In a `stage` a short last step is not looked at, and jumps
+    are found within a wider bracket.
     """
-    count = search.shift.size
-    before, moved = np.zeros(count), np.zeros(count)
-    # shifts on both sides of the one sought, and the force missing there
-    ends = np.tile(_NO_ENDS, (count, 1, 1))
-    third, end_loads, end_moves = np.full((count, 2), np.nan), np.zeros((count, 2, 4)), np.zeros((count, 2))
-    beyond, lost = search.beyond.copy(), rows[:0]
-    width_before = np.where(np.isfinite(beyond[:, 0]), beyond[:, 0] - search.shift, 0.0)
+    wanted = search.controlled.lateral_force
+    slope = np.clip(search.stiffness, _GENTLE, _STIFFEST)
+    widest = _JUMP_IN_STAGE if stage else _JUMP
+    courses = {
+        row: _Course(bool(np.isfinite(wanted[row])), slope[row], search.beyond[row, :3].copy(), widest)
+        for row in rows.tolist()
+    }
     search.beyond[rows] = np.nan
-    limit = np.full(count, most)
-    search.begins &= ~np.isfinite(beyond[:, 0])  # the place of a jump would hang on the branch of the contact
-    for trial in range(_MOST_TRIALS):
-        late = (trial >= limit[rows]) & ~np.isfinite(ends[rows, :, 0]).all(axis=1)
-        lost, rows = np.append(lost, rows[late]), rows[~late]
+    start, lost = search.shift.copy(), list[int]()
+    for _ in range(_MOST_TRIALS):
         if not rows.size:
             break
         shift, load = search.shift[rows], search.load[rows]
         forces, solved = search.solve(rows, shift, load)
-        wanted = search.controlled.lateral_force[rows]
-        forced = np.isfinite(wanted)
-        off = np.where(forced, -forces.force - np.where(forced, wanted, 0.0), 0.0)
-        after = search.loads(rows, forces, load)
-        total = after.sum(axis=1)
-        after = np.where(solved[:, None], np.maximum(after, _LEAST_LOAD * total[:, None]), load)
-        moves = np.abs(after - load).max(axis=1) / total
-        for side in (0, 1):
-            here = forced & solved & ((off > 0.0) if side else (off < 0.0))
-            own = rows[here]
-            third[own] = ends[own, side]
-            ends[own, side] = np.column_stack([shift, off])[here]
-            end_loads[own, side], end_moves[own, side] = np.hstack([load, after])[here], moves[here]
-        (low, low_off), (high, high_off) = np.moveaxis(ends[rows], 0, 2)
-        between = np.isfinite(low) & np.isfinite(high) & (low < high)
-        width = np.where(between, high, 1.0) - np.where(between, low, 0.0)
-        ending = trial == limit[rows] - 1
-        widest = np.where(stage & ending, 2.0 * _JUMP, _JUMP)
-        steep = between & (high_off - low_off > _STIFFEST * width)
-        fresh = steep & search.begins[rows]  # sides of it are looked for once more
-        jumps = steep & (width <= widest) & ~fresh
-        worse = np.argmax(end_moves[rows], axis=1)  # of a jump the end whose loads are further off
-        again = jumps & (end_moves[rows, worse] > _PROMISING)
-        jumps &= ~again
-        fits = np.abs(off) <= TOLERANCE * total
-        balanced = fits & (moves <= TOLERANCE)
-        still = solved & (balanced | jumps)
-        jumped = np.isfinite(beyond[rows, 0]) & ~between  # near a jump at first, on the way to it
-        known, tried = search.stiffness[rows], np.abs(moved[rows]) > _NOISE
-        secant = (off - before[rows]) / np.where(tried, moved[rows], 1.0)
-        usable = forced & tried & ~still & (secant > _GENTLE)
-        usable &= secant < np.where(jumped & (off * before[rows] > 0.0), _STEEP, 1.0) * _STIFFEST
-        search.stiffness[rows] = np.where(usable, secant, np.minimum(known, _STEEP * _STIFFEST))
-        step = -off / np.maximum(search.stiffness[rows], _GENTLE)
-        # the last one, not looked at, where steps so far converge: it leaves at most the share they left
-        left = off**2 / np.maximum(np.abs(before[rows]), np.abs(off) + 1e-9)
-        last = solved & (trial > 0) & (fits | (usable & (left <= TOLERANCE * total)))
-        last &= (moves <= TOLERANCE / _LOADS_LEFT) & ~jumped
-        # to a jump: as far as it was above the force here, and by its width
-        share, gap = beyond[rows, 3:].T
-        level = np.where(off < 0.0, -share * gap, (1.0 - share) * gap) - off
-        level = np.abs(np.where(level * off < 0.0, level, 0.0))
-        most_step = np.minimum(level / np.maximum(search.stiffness[rows], _GENTLE), _FURTHER)
-        most_step += width_before[rows] * 4.0**trial
-        most_step = np.where(jumped, most_step, _LONGEST)
-        step = np.clip(step, -most_step, most_step)
-        inside = _within(shift, off, ends[rows], third[rows], width_before[rows] > 0.0)
-        step = np.where(between & ~(last & (step * inside > 0.0) & (np.abs(step) < width)), inside, step)
-        two = jumped & (trial == 0) & (off < 0.0)  # next the other side of the jump
-        step = np.where(again, ends[rows, worse, 0] - shift, step)
-        step = np.where(forced & solved & ~still & (np.abs(off) > 0.5 * TOLERANCE * total), step, 0.0)
-        small = (np.abs(step) <= _SMALL_STEP) & ~between
-        small |= ending
-        quick = stage & solved & small & ~jumped & (np.maximum(np.abs(off) / total, moves) <= _PROMISING)
-        search.shift[rows] = shift + step
-        search.load[rows] = np.where((still & balanced)[:, None], load, after)
-        search.load[rows[two]] = beyond[rows[two], 1:3]
-        search.load[rows[again]] = end_loads[rows, worse, 2:][again]
-        before[rows], moved[rows] = off, step
-        own = rows[still & ~balanced]
-        if own.size:
-            gap = ends[own, 1, 1] - ends[own, 0, 1]
-            search.shift[own], search.load[own] = ends[own, 0, 0], end_loads[own, 0, :2]
-            share = -ends[own, 0, 1] / gap
-            search.beyond[own] = np.column_stack([ends[own, 1, 0], end_loads[own, 1, :2], share, gap])
-            search.nearby[own] = np.nan
-        own = rows[fresh]
-        search.begins[own], ends[own], third[own], moved[own] = False, _NO_ENDS, np.nan, 0.0
-        limit[own] = trial + 1 + most  # as many solutions as from the start
-        rows = rows[~(still | quick | last)]
-    return np.append(lost, rows)
+        off = np.where(np.isfinite(wanted[rows]), -forces.force - wanted[rows], 0.0)
+        levers = search.loads(rows, forces, load)
+        levers = np.maximum(levers, _LEAST_LOAD * levers.sum(axis=1, keepdims=True))
+        left = []
+        for k, row in enumerate(rows.tolist()):
+            course, here = courses[row], _Trial(shift[k], load[k], off[k], levers[k], bool(solved[k]))
+            if here.missing <= TOLERANCE:
+                course.seen(here)
+                continue
+            ahead = course.next(here)
+            if ahead is None:
+                lost.append(row)
+            elif course.jump is not None:
+                _both_sides(search, row, *course.jump)
+            else:
+                search.shift[row], search.load[row] = ahead
+                if not (stage and course.may_end(here)):
+                    left.append(row)
+        rows = np.array(left, dtype=np.int64)
+    for row in rows.tolist():
+        best = courses[row].best
+        if best is None or best.missing > ACCEPTED:
+            lost.append(row)
+            continue
+        search.shift[row], search.load[row] = best.shift, best.load
+        search.nearby[row] = np.nan  # solved last elsewhere
+    for row, course in courses.items():
+        if course.forced:
+            search.stiffness[row] = course.stiffness
+    search.shift[lost] = start[lost]
+    return np.array(lost, dtype=np.int64)
 
 
-def _within(
-    at: FloatArray, off: FloatArray, ends: FloatArray, third: FloatArray, halved: NDArray[np.bool_]
-) -> FloatArray:
-    """Step (k,) from the newer end of brackets `ends` (k, 2, 2), shifts and values, by Chandrupatla's rule.
-
-    Inverse quadratic interpolation with the `third` (k, 2) point, the end before, where that is safe, else
-    bisection; linear interpolation as long as there is none, but for those (k,) to be `halved`.
-    """
-    rising = off < 0.0
-    other, other_off = np.where(rising, ends[:, 1].T, ends[:, 0].T)
-    before, before_off = third.T
-    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        place, value = (at - other) / (before - other), (off - other_off) / (before_off - other_off)
-        safe = (value**2 < place) & ((1.0 - value) ** 2 < 1.0 - place)
-        quadratic = off / (other_off - off) * before_off / (other_off - before_off)
-        third_off = off / (before_off - off) * other_off / (before_off - other_off)
-        quadratic += (before - at) / (other - at) * third_off
-        share = np.where(
-            safe, quadratic, np.where(np.isfinite(before) | halved, 0.5, off / (off - other_off))
-        )
-        step: FloatArray = share * (other - at)
-    return step
+def _both_sides(search: Search, row: int, left: _Trial, right: _Trial) -> None:
+    """Let a point run on both sides of a jump, in shares whose mean force is the one wanted."""
+    gap = right.off - left.off
+    search.shift[row], search.load[row] = left.shift, left.load
+    search.beyond[row] = [right.shift, *right.load, -left.off / gap, gap]
+    search.nearby[row] = np.nan
 
 
 def _walked(search: Search, rows: IntArray) -> None:
-    """Walk to a shift near the first stable balance of the lateral force, in place.
+    """Walk to within half a stride of the first stable balance of the lateral force, in place.
 
     Raises
     ------
@@ -469,10 +579,8 @@ def _walked(search: Search, rows: IntArray) -> None:
     search.load[rows] = load
     wanted = search.controlled.lateral_force[rows]
     direction = np.where(wanted >= -forces.force, 1.0, -1.0)
-    low, high = np.zeros(count), np.zeros(count)
     way, most = np.zeros(count), np.full(count, -np.inf)
     way[rows], at, force = direction, start.copy(), -forces.force
-    low[rows] = start
     open_rows = rows.copy()
     while open_rows.size:
         own = np.isin(rows, open_rows)
@@ -489,8 +597,9 @@ def _walked(search: Search, rows: IntArray) -> None:
             passed = np.flatnonzero(ahead[j, :end] >= goal[j])
             most[row] = max(most[row], way[row] * force[np.searchsorted(rows, row)], *ahead[j, :end])
             if passed.size:
-                high[row] = far[j, passed[0]]
-                low[row] = far[j, passed[0] - 1] if passed[0] else at[own][j]
+                search.shift[row] = far[j, passed[0]] - 0.5 * way[row] * _STRIDE
+                ends = np.append(way[row] * force[np.searchsorted(rows, row)], ahead[j])[passed[0] :][:2]
+                search.stiffness[row] = (ends[1] - ends[0]) / _STRIDE
             elif end < _STRIDES or abs(far[j, -1]) > _FURTHEST:
                 messages[int(row)] = say("state.flange", most=way[row] * most[row])
             else:
@@ -505,23 +614,3 @@ def _walked(search: Search, rows: IntArray) -> None:
         messages[int(rows[j])] = say("state.unloaded", side=side, largest=largest)
     if messages:
         raise StateError(messages)
-    middle, half = 0.5 * (low[rows] + high[rows]), 0.5 * np.abs(high[rows] - low[rows])
-
-    def missing(shift: FloatArray, asked: NDArray[np.bool_]) -> FloatArray:
-        part = rows[asked]
-        value = np.zeros(rows.size)
-        if not part.size:
-            return value
-        forces, solved = search.solve(part, shift[asked], search.load[part])
-        search.load[part] = np.maximum(search.loads(part, forces, search.load[part]), 1.0)
-        value[asked] = np.where(solved, search.controlled.lateral_force[part] + forces.force, 0.0)
-        return value
-
-    root, _ = falling_root(
-        missing, middle, half, goal=1e-3 * search.load[rows].sum(axis=1), narrow=np.full(rows.size, 1e-7),
-        done=np.zeros(rows.size, bool),
-    )  # fmt: skip
-    search.shift[rows] = root
-    step = 2e-6
-    ends = [missing(root + side * step, np.ones(rows.size, bool)) for side in (-1.0, 1.0)]
-    search.stiffness[rows] = np.clip((ends[0] - ends[1]) / (2.0 * step), _GENTLE, _STIFFEST)

@@ -54,7 +54,6 @@ from wearsim.scene.models import CHAINS, ContactSection, FieldScene, RecordedSec
 from wearsim.scene.section import Section
 from wearsim.scene.vehicle import VehicleSection
 
-OF_BOGIES = "raise curve_radius_m, lower cant_deficiency_mm or friction, or give another vehicle"
 """What to do where a bogie has no balance."""
 
 _Bodies = tuple[Wheelset, Counterface]
@@ -287,18 +286,18 @@ def _on_route(
         points = on(track)
         where = points.conditions
         if points.controlled is not None:
-            found = settle(where, points.controlled, *bodies, reducer.models, threads=reducer.threads)
+            try:
+                found = settle(where, points.controlled, *bodies, reducer.models, threads=reducer.threads)
+            except StateError as error:
+                text = _without_balance(points, bodies, reducer.models, error, given.track)
+                raise SceneError([scene.fault(("vehicle", "route"), text)]) from None
             where = found.conditions(where)
         share = points.weight * points.environment
         return np.tensordot(share, reducer.worn(where)[0], axes=1)
 
     if not scene._track:
         reducer = _reducer(scene, bodies, wear)
-        try:
-            scene._track, scene._error = reduced(given.track, worn, section.binning_tolerance)
-        except StateError as error:
-            text = next(iter(error.messages.values()))
-            raise SceneError([scene.fault(("vehicle", "route"), f"{text}; {OF_BOGIES}")]) from None
+        scene._track, scene._error = reduced(given.track, worn, section.binning_tolerance)
     points = on(scene._track)
     scene._of_track = points.of_track
     return points
@@ -369,8 +368,56 @@ def _settled(scene: RigScene | FieldScene, points: OperatingPoints, bodies: _Bod
         except StateError as error:
             places = [path for path, _, _, count in shift_ranges(scene) for _ in range(count)]
             first = {places[k]: k for k in sorted(error.messages, reverse=True)}
-            fix = "lower lateral_force_kN, or raise the load"
-            fix = fix if points.controlled.bogies is None else OF_BOGIES
-            texts = {path: f"{points.label[k]}: {error.messages[k]}; {fix}" for path, k in first.items()}
+            if points.controlled.bogies is not None:
+                texts = {
+                    path: _without_balance(points, bodies, models, error, row=k) for path, k in first.items()
+                }
+            else:
+                fix = "lower lateral_force_kN, or raise the load"
+                texts = {path: f"{points.label[k]}: {error.messages[k]}; {fix}" for path, k in first.items()}
             raise SceneError(by_line([scene.fault(*text) for text in texts.items()])) from None
     return scene._running
+
+
+def _without_balance(
+    points: OperatingPoints,
+    bodies: _Bodies,
+    models: ContactModels,
+    error: StateError,
+    track: Sequence[Curve | Tangent] = (),
+    row: int | None = None,
+) -> str:
+    """Message on a bogie without balance: class, the segment of `track` most like it, and what would help."""
+    controlled = points.controlled
+    assert controlled is not None
+    assert controlled.bogies is not None
+    row = min(error.messages) if row is None else row
+    bogies = controlled.bogies
+    one = bogies.at(np.flatnonzero(bogies.leading == row))
+    pair = one.points
+    alone = replace(one, leading=np.array([0]), trailing=np.array([1]))
+    here, own = points.conditions.at(pair), replace(controlled.at(pair), bogies=alone)
+    flange = here.friction_flange
+    slippery = replace(
+        here, friction=0.5 * here.friction, friction_flange=None if flange is None else 0.5 * flange
+    )
+    balanced = replace(own, box_moment=0.0 * own.box_moment, bogies=replace(alone, acceleration=np.zeros(1)))
+    wider = replace(here, track_curvature=0.5 * here.track_curvature)
+    tried = {
+        "state.helps_friction": (slippery, own),
+        "state.helps_cant": (here, balanced),
+        "state.helps_radius": (wider, own),
+    }
+    helps = []
+    for name, (conditions, forces) in tried.items():
+        with suppress(StateError):
+            settle(conditions, forces, *bodies, models)
+            helps.append(say(name))
+    curves = [(k, segment) for k, segment in enumerate(track) if isinstance(segment, Curve)]
+    like = ""
+    if curves:
+        curvature = float(abs(here.track_curvature[0]))
+        k, segment = min(curves, key=lambda pair: abs(abs(pair[1].curvature) - curvature))
+        like = say("state.segment", line=k + 2, name=segment.name)
+    fix = f"it runs {', or '.join(helps)}" if helps else say("state.helps_nothing")
+    return f"{points.label[row]}{like}: {error.messages[row]}; {fix}"

@@ -114,9 +114,10 @@ class TrackKeys(SetPoints):
     @model_validator(mode="after")
     def _fit(self) -> Self:
         cants = [key for key in ("cant_mm", "cant_deficiency_mm") if getattr(self, key) is not None]
+        tilted = [key for key in cants if getattr(self, key) != 0.0]  # tables of track have 0 on straight
         key = text = ""
-        if self.curve_radius_m is None and cants:
-            key, text = cants[0], say("vehicle.cant_on_straight", key=cants[0])
+        if self.curve_radius_m is None and tilted:
+            key, text = tilted[0], say("vehicle.cant_on_straight", key=tilted[0])
         elif self.curve_radius_m is None and self.shift_std_mm is None:
             key, text = "name", say("vehicle.straight_without_motion")
         elif self.curve_radius_m is not None and len(cants) != 1:

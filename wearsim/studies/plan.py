@@ -237,6 +237,7 @@ def _shares(points: OperatingPoints, contact: ContactPatches, weight: FloatArray
     }
 
 
+_ALIKE = 1e-3  # relative difference of wear numbers that counts for nothing
 _UNLOADED = 0.1
 """Share of the mean wheel load below which a wheel is marked as unloaded."""
 _HELD = 0.25
@@ -278,7 +279,8 @@ def states(setup: CampaignSetup) -> list[dict[str, Any]]:
     found = []
     for number in dict.fromkeys(points.of_class[points.weight > 0.0].tolist()):
         own = np.flatnonzero(points.of_class == number)
-        k = int(own[np.argmax(wear[own])])
+        # the first of those that are alike: mirror images differ by rounding
+        k = int(own[np.argmax(wear[own] >= (1.0 - _ALIKE) * wear[own].max())])
         if wear[k] < 0.0:
             continue
         load, angle = forces.vertical[k], forces.angle[k]
