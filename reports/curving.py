@@ -415,12 +415,14 @@ def summary(rows):
     at_jump, refused = (int(counts.get(name, 0)) for name in (AT_JUMP, REFUSED))
     force, moment, roll = held[list(RESIDUALS)].max()
     away = held.loc[held["outcome"] == BALANCED, "roll_residual"].max()
+    missed = int((held[list(TARGETED)] > TARGET).any(axis=1).sum())
     return (
         f"Of all {len(rows)} combinations, with those of further cant deficiencies, {len(held)} have a "
         f"balance, {at_jump} of them with an axle at a jump of the contact, and {refused} are refused. The "
         f"largest residual over the axle load is {force:.1e} of the lateral force and {moment:.1e} of the "
         f"yaw moment. That of the roll moment is {away:.1e} without the axles at a jump and {roll:.1e} with "
-        "them: both sides of a jump have the same wheel loads."
+        "them: both sides of a jump have the same wheel loads. "
+        f"The target is missed by {missed} of them, at jumps."
     )
 
 

@@ -337,13 +337,16 @@ def balanced(
         now = now.replaced(rest, found.now)
         known[rest] = found.kept
         stopped = rest[found.stuck | found.slow]
+        stopped = stopped[~best.accepted[stopped]]
+        dropped = rest[found.stuck]
         if stopped.size:
             on_jumps = _put_on_jumps(search, bogies.at(stopped), now.at(stopped))
             new = np.asarray((on_jumps.on_jump & ~now.on_jump[stopped]).any(axis=1))
             now = now.replaced(stopped[new], on_jumps.at(new))
             best = best.replaced(stopped[new], on_jumps.at(new))
             known[stopped[new]] = False
-            rest = np.setdiff1d(rest, np.setdiff1d(rest[found.stuck], stopped[new]))
+            dropped = np.setdiff1d(dropped, stopped[new])
+        rest = np.setdiff1d(rest, dropped)
         smaller = now.size < best.size
         without_gain = np.where(now.size < _KEPT * best.size, 0, without_gain + 1)
         best = best.replaced(smaller, now.at(smaller))
@@ -400,6 +403,9 @@ def continued(search: Search, bogies: Bogies, tolerance: float) -> Balance:
         none = np.isinf(begun.size)
         if none.any():
             again = evaluated(there[0], there[1].at(np.flatnonzero(none)), here.state[none], here.share[none])
+            lost = np.isinf(again.size)[:, None]  # a jump that is gone
+            share = np.where(lost, np.nan, again.share)
+            again = evaluated(there[0], there[1].at(np.flatnonzero(none)), here.state[none], share)
             begun = begun.replaced(none, again)
         found = balanced(*there, begun, _ON_THE_WAY)
         good = found.size <= _ON_THE_WAY

@@ -301,8 +301,8 @@ def settle(
 def _curved(search: Search, bogies: Bogies, start: Running | None, stage: bool) -> None:
     """Balance all bogies, in place, from where they ran before if they did.
 
-    In a `stage` of a wear step to a coarser tolerance, and without continuation from straight track: there a
-    shorter step costs less.
+    In a `stage` of a wear step to a coarser tolerance, and from where they ran alone: there a shorter step
+    costs less.
 
     Raises
     ------
@@ -334,7 +334,7 @@ def _curved(search: Search, bogies: Bogies, start: Running | None, stage: bool) 
     search.shift[two_sided] -= 0.5 * curving.WIDTH
     right = search.shift[two_sided] + curving.WIDTH
     search.beyond[two_sided] = np.column_stack([right, search.load[two_sided], share[jumps], gap])
-    search.nearby[two_sided] = np.nan
+    search.nearby[axles[found.on_jump.any(axis=1) | (found.size > tolerance)]] = np.nan
     left = np.flatnonzero(~found.accepted)
     if left.size:
         curvature = search.conditions.track_curvature

@@ -171,7 +171,8 @@ def _in_later_spans(
     if met is not None:
         return met
     short = LIMITED[limit.name] * (limit.limit - begin - shape)
-    if not LIMITED[limit.name] * change > 0.0 or not np.isfinite(short).any():
+    least = 1e-12 * max(abs(limit.limit), 1e-12)  # rounding is no change
+    if not LIMITED[limit.name] * change > least or not np.isfinite(short).any():
         return np.inf
     spans = max(1, math.ceil(np.nanmin(short) / abs(change)))
     met = met_at(way, begin + spans * change + shape, limit.name, limit.limit)

@@ -54,8 +54,6 @@ from wearsim.scene.models import CHAINS, ContactSection, FieldScene, RecordedSec
 from wearsim.scene.section import Section
 from wearsim.scene.vehicle import VehicleSection
 
-"""What to do where a bogie has no balance."""
-
 _Bodies = tuple[Wheelset, Counterface]
 
 
@@ -369,8 +367,13 @@ def _settled(scene: RigScene | FieldScene, points: OperatingPoints, bodies: _Bod
             places = [path for path, _, _, count in shift_ranges(scene) for _ in range(count)]
             first = {places[k]: k for k in sorted(error.messages, reverse=True)}
             if points.controlled.bogies is not None:
+                of_file = (
+                    scene._route is not None and scene.vehicle is not None and scene.vehicle.route is not None
+                )
+                track = scene._route.track if of_file else ()
                 texts = {
-                    path: _without_balance(points, bodies, models, error, row=k) for path, k in first.items()
+                    path: _without_balance(points, bodies, models, error, track, k)
+                    for path, k in first.items()
                 }
             else:
                 fix = "lower lateral_force_kN, or raise the load"
@@ -388,11 +391,11 @@ def _without_balance(
     row: int | None = None,
 ) -> str:
     """Message on a bogie without balance: class, the segment of `track` most like it, and what would help."""
-    controlled = points.controlled
-    assert controlled is not None
-    assert controlled.bogies is not None
     row = min(error.messages) if row is None else row
-    bogies = controlled.bogies
+    controlled = points.controlled
+    bogies = None if controlled is None else controlled.bogies
+    if controlled is None or bogies is None or row not in bogies.leading:
+        return f"{points.label[row]}: {error.messages[row]}"
     one = bogies.at(np.flatnonzero(bogies.leading == row))
     pair = one.points
     alone = replace(one, leading=np.array([0]), trailing=np.array([1]))
@@ -416,8 +419,14 @@ def _without_balance(
     curves = [(k, segment) for k, segment in enumerate(track) if isinstance(segment, Curve)]
     like = ""
     if curves:
-        curvature = float(abs(here.track_curvature[0]))
-        k, segment = min(curves, key=lambda pair: abs(abs(pair[1].curvature) - curvature))
-        like = say("state.segment", line=k + 2, name=segment.name)
+        curvature, acceleration = abs(float(here.track_curvature[0])), abs(float(alone.acceleration[0]))
+        line, segment = min(
+            curves,
+            key=lambda row: (
+                abs(abs(row[1].curvature) - curvature),
+                abs(abs(row[1].acceleration) - acceleration),
+            ),
+        )
+        like = say("state.segment", line=line + 2, name=segment.name)
     fix = f"it runs {', or '.join(helps)}" if helps else say("state.helps_nothing")
     return f"{points.label[row]}{like}: {error.messages[row]}; {fix}"
