@@ -27,8 +27,8 @@ import numpy as np
 from wearsim import __version__
 from wearsim.errors import ResultError, say
 from wearsim.quantities import Quantity
+from wearsim.results import schema
 from wearsim.results.schema import (
-    COORDINATES,
     FILL_FLOAT,
     FILL_INT,
     KINDS,
@@ -357,28 +357,28 @@ def _opened(path: Path) -> Iterator[netCDF4.Dataset]:
 def _foreign(file: netCDF4.Dataset, path: Path) -> ResultError | None:
     """Return what is wrong with a netCDF file that is no result file of this version, None if it is one."""
     stated = getattr(file, "wearsim_schema", None)
-    schema = int(stated) if isinstance(stated, np.integer) else None
+    number = int(stated) if isinstance(stated, np.integer) else None
     missing = [name for name in _needed(file) if name not in file.variables]
-    if schema == SCHEMA and not missing:
+    if number == SCHEMA and not missing:
         fault = structure_fault(file, path.stat().st_size)
         return _damaged(path, fault) if fault else None
     another = "run its scene again in another directory"
-    if schema is None or schema == SCHEMA:
+    if number is None or number == SCHEMA:
         without = f" of this version (without {missing[0]})" if missing else ""
         return ResultError(say("result.foreign", path=path, without=without))
-    if schema > SCHEMA:
-        return ResultError(f"{path} has schema {schema}, this wearsim reads {SCHEMA}; update wearsim")
-    older = f"was written by an older wearsim (schema {schema}, this one reads {SCHEMA})"
+    if number > SCHEMA:
+        return ResultError(f"{path} has schema {number}, this wearsim reads {SCHEMA}; update wearsim")
+    older = f"was written by an older wearsim (schema {number}, this one reads {SCHEMA})"
     return ResultError(f"{path} {older}; {another}")
 
 
 def _needed(file: netCDF4.Dataset) -> Iterable[str]:
-    """Names of the variables without which a file is no result: of another version the coordinates alone.
+    """Names of the variables without which a file is no result; of another version without later ones.
 
-    Variables that came later are absent in it, those that are gone are no matter.
+    Variables that are gone since it was written are no matter.
     """
     own = str(getattr(file, "source", "")).startswith(f"wearsim {__version__} ")
-    return layout_of(file.variables) if own else COORDINATES
+    return [name for name in layout_of(file.variables) if own or name not in schema.LATER]
 
 
 def _unreadable(path: Path, what: str, error: Exception) -> ResultError:
