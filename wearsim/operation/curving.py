@@ -64,10 +64,8 @@ _REACH, _POINTS, _FINER_POINTS = 4e-6, 17, (17, 17)  # [m]
 WIDTH = 0.5e-6
 """Between the shifts on both sides of a jump of the contact: some are ramps of a tenth of it [m]."""
 _BESIDE = 0.1e-6  # distance from a jump at which an axle leaves it [m]
-_ABRUPT, _LEAST_JUMP = (
-    5.0,
-    200.0,
-)  # change between two shifts over the median one that is a jump; least one [N]
+_ABRUPT = 5.0  # change between two shifts, over the median one, that is a jump
+_LEAST_JUMP = 200.0  # change between two shifts that is a jump [N, N m]
 _WIDER = 20.0  # times the difference of yaw for slopes at a jump, whose place scatters
 
 
@@ -90,8 +88,11 @@ class Balance:
     @property
     def accepted(self) -> NDArray[np.bool_]:
         """Bogies (m,) that are in balance as nearly as it can be found."""
-        most = np.where(self.on_jump.any(axis=1), _ACCEPTED_AT_JUMP, ACCEPTED)
-        return np.asarray(self.size <= most)
+        return np.asarray(self.size <= self.tolerance(ACCEPTED, _ACCEPTED_AT_JUMP))
+
+    def tolerance(self, smooth: float, at_jump: float) -> FloatArray:
+        """Tolerance (m,) of bogies whose contact is smooth, or of those with an axle on a jump if larger."""
+        return np.where(self.on_jump.any(axis=1), max(at_jump, smooth), smooth)
 
     def at(self, rows: IntArray | NDArray[np.bool_]) -> Balance:
         """Return the bogies at `rows`."""
@@ -99,13 +100,10 @@ class Balance:
 
     def replaced(self, rows: IntArray | NDArray[np.bool_], other: Balance) -> Balance:
         """Return all bogies, those at `rows` from `other`."""
-        pairs = [
-            (values.copy(), new)
-            for values, new in zip(vars(self).values(), vars(other).values(), strict=True)
-        ]
-        for values, new in pairs:
-            values[rows] = new
-        return Balance(*(values for values, _ in pairs))
+        whole = {name: values.copy() for name, values in vars(self).items()}
+        for name, values in whole.items():
+            values[rows] = getattr(other, name)
+        return Balance(**whole)
 
 
 def evaluated(
@@ -145,6 +143,16 @@ def evaluated(
     size = np.abs(residual).max(axis=(1, 2)) / bogies.vehicle.axle_load
     size = np.where(solved.all(axis=1), size, np.inf)
     return Balance(state, share.copy(), contact, change, residual, size)
+
+
+def evaluated_nearby(search: Search, bogies: Bogies, state: FloatArray, share: FloatArray) -> Balance:
+    """Solve the contact of bogies as `evaluated`, off the jumps of their axles where these are gone."""
+    found = evaluated(search, bogies, state, share)
+    gone = np.isinf(found.size) & found.on_jump.any(axis=1)
+    if gone.any():
+        nothing = np.full_like(share[gone], np.nan)
+        found = found.replaced(gone, evaluated(search, bogies.at(np.flatnonzero(gone)), state[gone], nothing))
+    return found
 
 
 def _contact(
@@ -208,9 +216,8 @@ def _slopes(search: Search, bogies: Bogies, now: Balance) -> tuple[FloatArray, N
     state = np.tile(now.state, (3, 1, 1))
     for column in range(3):
         state[column * count : (column + 1) * count, :, column] += apart[:, :, column]
-    share = np.concatenate(
-        [np.full_like(now.share, np.nan), now.share, now.share]
-    )  # by the share it is known
+    # the slope by the share is known, so that shifts are moved off jumps
+    share = np.concatenate([np.full_like(now.share, np.nan), now.share, now.share])
     there = evaluated(search, bogies.at(np.tile(np.arange(count), 3)), state, share, keep=False)
     slope = np.zeros((count, 2, 3, 2, 3))
     springs = spring_slope(bogies.vehicle).reshape(2, 2, 2, 2)
@@ -323,8 +330,7 @@ def balanced(
     now = best = start
     count = start.size.size
     slope, known = np.zeros((count, 6, 6)), np.zeros(count, dtype=bool)
-    wanted = np.where(now.on_jump.any(axis=1), max(at_jump, tolerance), tolerance)
-    rest = np.flatnonzero((now.size > wanted) & np.isfinite(now.size))
+    rest = np.flatnonzero((now.size > now.tolerance(tolerance, at_jump)) & np.isfinite(now.size))
     without_gain = np.zeros(count, dtype=np.int64)  # steps in turn
     for _ in range(_ITERATIONS):
         asked = rest[~known[rest]]
@@ -351,8 +357,7 @@ def balanced(
         without_gain = np.where(now.size < _KEPT * best.size, 0, without_gain + 1)
         best = best.replaced(smaller, now.at(smaller))
         enough = best.accepted & best.on_jump.any(axis=1) & (without_gain >= _WITHOUT_GAIN)
-        on_jump = now.on_jump.any(axis=1)
-        done = enough | (now.size <= np.where(on_jump, max(at_jump, tolerance), tolerance))
+        done = enough | (now.size <= now.tolerance(tolerance, at_jump))
         rest = rest[~done[rest]]
     return best
 
@@ -402,10 +407,8 @@ def continued(search: Search, bogies: Bogies, tolerance: float) -> Balance:
         begun = evaluated(*there, here.state + move, here.share)
         none = np.isinf(begun.size)
         if none.any():
-            again = evaluated(there[0], there[1].at(np.flatnonzero(none)), here.state[none], here.share[none])
-            lost = np.isinf(again.size)[:, None]  # a jump that is gone
-            share = np.where(lost, np.nan, again.share)
-            again = evaluated(there[0], there[1].at(np.flatnonzero(none)), here.state[none], share)
+            own = there[1].at(np.flatnonzero(none))
+            again = evaluated_nearby(there[0], own, here.state[none], here.share[none])
             begun = begun.replaced(none, again)
         found = balanced(*there, begun, _ON_THE_WAY)
         good = found.size <= _ON_THE_WAY

@@ -350,13 +350,7 @@ def _where_it_ran(search: Search, bogies: Bogies, start: Running) -> curving.Bal
     if start.beyond is not None:
         share[start.beyond.point] = start.beyond.share
     state[:, :, 0] += np.where(np.isfinite(share[axles]), 0.5 * curving.WIDTH, 0.0)
-    found = curving.evaluated(search, bogies, state, share[axles])
-    gone = np.isinf(found.size) & found.on_jump.any(axis=1)
-    if gone.any():
-        nothing = np.full((int(gone.sum()), 2), np.nan)
-        alone = curving.evaluated(search, bogies.at(np.flatnonzero(gone)), state[gone], nothing)
-        found = found.replaced(gone, alone)
-    return found
+    return curving.evaluated_nearby(search, bogies, state, share[axles])
 
 
 class _Trial(NamedTuple):

@@ -367,10 +367,8 @@ def _settled(scene: RigScene | FieldScene, points: OperatingPoints, bodies: _Bod
             places = [path for path, _, _, count in shift_ranges(scene) for _ in range(count)]
             first = {places[k]: k for k in sorted(error.messages, reverse=True)}
             if points.controlled.bogies is not None:
-                of_file = (
-                    scene._route is not None and scene.vehicle is not None and scene.vehicle.route is not None
-                )
-                track = scene._route.track if of_file else ()
+                by_file = scene.vehicle is not None and scene.vehicle.route is not None
+                track = scene._route.track if by_file else ()
                 texts = {
                     path: _without_balance(points, bodies, models, error, track, k)
                     for path, k in first.items()
