@@ -160,6 +160,7 @@ def problem_of(group, radii):
         friction=FRICTION,
         speed=SPEED,
         free_roll=True,
+        shift_depth=RADIUS,
         track_curvature=np.repeat(curvature, 2),
     )
     box_moment = np.repeat(vehicle.box_moment(acceleration, RADIUS), 2)
@@ -201,8 +202,14 @@ def suspension_forces(problem, shift, yaw):
     return forces.reshape(-1, 2)
 
 
+def of_axles(shift, forces):
+    """Shifts (n,) of the axles themselves, of those at the height of the rails [m]."""
+    return shift + RADIUS * np.sin(forces.roll)
+
+
 def missing(problem, forces, shift, yaw):
     """Lateral force [N], yaw moment and roll moment [N m] (n, 3) that the balance of each axle lacks."""
+    shift = of_axles(shift, forces)
     contact = np.stack([forces.force, forces.moment], axis=1)
     roll = forces.roll_moment.sum(axis=1) - problem.controlled.box_moment
     return np.column_stack([contact + suspension_forces(problem, shift, yaw), roll])
@@ -222,6 +229,7 @@ def found_rows(group, radii, problem, running):
     place = np.bincount(point, share * shift)
     weight = problem.controlled.bogies.vehicle.axle_load
     residual = np.abs(missing(problem, forces, place, running.yaw)).reshape(-1, 2, 3).max(axis=1) / weight
+    place = of_axles(place, forces)
     values = np.column_stack([1e3 * place, 1e3 * running.yaw, far, forces.power / SPEED]).reshape(-1, 2, 4)
     for k, radius in enumerate(radii):
         row = {**group.names, "radius_m": radius}
@@ -234,7 +242,7 @@ def found_rows(group, radii, problem, running):
 class OneBogie:
     """Residuals of the bogie of one combination near a state.
 
-    A state (2, 3) has the shift [mm] and the yaw [mrad] of both axles, and the load of their right wheels
+    A state (2, 3) has the shift at the height of the rails [mm] and the yaw [mrad] of both axles, and the load of their right wheels
     over half of the axle load [-].
     """
 
@@ -277,10 +285,16 @@ class OneBogie:
             lever = np.where(touching, arm[:, 0] - arm[:, 1], 1.0)
             balanced = (self.problem.controlled.box_moment[axle] - arm[:, 1] * self.weight) / lever
             right = np.where(touching, balanced, right)
+        part = 0.5 * self.weight * state[:, 2]
+        here = np.stack([part, self.weight - part], axis=1)
+        still = 1e-3 * state[:, :2]
+        still[:, 0] = of_axles(
+            still[:, 0], contact_forces(self.problem, np.arange(2), *still.T, here)
+        )
         springs = []
-        for one in place:
-            moved = 1e-3 * state[:, :2]
-            moved[axle] = one
+        for one_shift, one_yaw in zip(of_axles(shift, forces), yaw, strict=True):
+            moved = still.copy()
+            moved[axle] = one_shift, one_yaw
             springs.append(suspension_forces(self.problem, *moved.T)[axle])
         residual = np.stack([forces.force, forces.moment], axis=1) + np.array(springs)
         return np.where(touching[:, None], residual, np.nan)

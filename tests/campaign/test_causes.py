@@ -195,6 +195,7 @@ def test_the_state_at_a_station_is_between_the_stored_ones(made):
             "profile_z": (("step", "wheel", "point"), np.stack([z, z - 0.4e-3])),
             "lateral_position": (points, np.stack([shift, shift])),
             "wheelset_yaw": (points, np.stack([np.zeros_like(shift), 1e-3 + np.zeros_like(shift)])),
+            "wheelset_roll": (points, np.zeros((2, shift.size))),
             "wheel_loads": ((*points, "wheel"), np.stack([loads, loads])),
         }
     )

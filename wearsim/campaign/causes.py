@@ -46,7 +46,7 @@ BODY_CAUSES = (
 """Groups of bodies, models and laws."""
 
 POINT_CAUSES: dict[str, tuple[str, ...]] = {
-    "positions (shift and yaw)": ("shift", "yaw", "roll", "drift"),
+    "positions (shift and yaw)": ("shift", "yaw", "roll", "drift", "shift_depth"),
     "track curvature": ("track_curvature", "speed_difference"),
     "load": ("load_right", "load_left", "torque"),
     "speed": ("speed",),
@@ -110,9 +110,15 @@ def world_of(
             if (at_distances(run, beyond, target) > 0.0).any():
                 raise NoSplitError("operating points run on both sides of a jump of their lateral force")
         if "lateral_position" in result:
-            names = {"shift": "lateral_position", "yaw": "wheelset_yaw", "wheel_load": "wheel_loads"}
+            names = {
+                "shift": "lateral_position", "yaw": "wheelset_yaw", "roll": "wheelset_roll",
+                "wheel_load": "wheel_loads",
+            }  # fmt: skip
             found = {field: between_solutions(result, result[name].values) for field, name in names.items()}
             there = {field: at_distances(run, values, target)[0] for field, values in found.items()}
+            roll = there.pop("roll")  # follows from the rest
+            if (depth := points.conditions.shift_depth) is not None:
+                there["shift"] = there["shift"] - depth * np.sin(roll)
             points = replace(points, conditions=replace(points.conditions, **there))
     acting, conditions = np.flatnonzero(points.weight > 0.0), points.conditions
     flange = conditions.friction if conditions.friction_flange is None else conditions.friction_flange
@@ -273,7 +279,9 @@ def _area_rates(world: World, values: FloatArray) -> FloatArray:
     """
     at = dict(zip(_COLUMNS, np.ascontiguousarray(values.T), strict=False))
     count, parts, (rotation, free_roll) = len(values), world.parts, world.rules
-    without = {"friction_flange": at["friction"], "drift": 0.0, "speed_difference": 0.0}
+    without = {
+        "friction_flange": at["friction"], "drift": 0.0, "speed_difference": 0.0, "shift_depth": 0.0
+    }  # fmt: skip
     optional: dict[str, Any] = {
         name: None if (at[name] == value).all() else at[name] for name, value in without.items()
     }

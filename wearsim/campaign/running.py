@@ -130,6 +130,7 @@ def row_running(
     known[list(passage.failed)] = False  # of two sides of a jump one alone says nothing
     count = weight.size
     stiffness = np.zeros(count) if state.running is None else state.running.stiffness
+    depth = np.zeros(count) if conditions.shift_depth is None else conditions.shift_depth
     runs, of, share = points.runs
     shift, *loads = (np.bincount(of, share * value, count) for value in (runs.shift, *runs.loads.T))
     area = np.bincount(contact.point, wear.area_rate, count) * weight * points.environment
@@ -137,10 +138,11 @@ def row_running(
     with np.errstate(divide="ignore", invalid="ignore"):
         quotient = forces.derailment_quotient
     return {
-        "lateral_position": shift,
+        "lateral_position": np.where(known | (depth == 0.0), shift + depth * np.sin(forces.roll), FILL_FLOAT),
         "wheel_loads": np.stack(loads, axis=1),
         "share_beyond_jump": 1.0 - share[:count],
         "wheelset_yaw": conditions.yaw,
+        "wheelset_roll": np.where(known, forces.roll, FILL_FLOAT),
         "lateral_stiffness": stiffness,
         "lateral_force": np.where(known, -forces.force, FILL_FLOAT),
         "derailment_quotient": np.where(known[:, None], quotient, FILL_FLOAT),

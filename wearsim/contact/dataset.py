@@ -278,6 +278,7 @@ def solve_contact(
     for name in ("roll", "rotation_speed"):  # alike for all patches of a point
         columns[name] = (("operating_point",), columns[name][1][first])
     columns |= {name: (("operating_point",), getattr(conditions, name)) for name in _CONDITIONS}
+    columns["shift"] = (("operating_point",), conditions.axle_shift(columns["roll"][1]))
     columns["wheel_load"] = (("operating_point",), conditions.loads.mean(axis=1))
     dataset = xr.Dataset({name: variable(name, *column) for name, column in columns.items()})
     dataset = dataset.set_coords(["point", "side"])

@@ -26,7 +26,8 @@ class ContactConditions:
     Parameters
     ----------
     shift : (n,) array
-        Lateral shift of the wheelset, positive to the right [m].
+        Lateral shift of the wheelset at the height of the axle, or at `shift_depth` below it, positive to the
+        right [m].
     yaw, roll : (n,) array
         Yaw about z (down) and roll about x [rad].
     wheel_load : (n,) or (n, 2) array
@@ -55,6 +56,10 @@ class ContactConditions:
         yaw less the drift, the geometry is that of the yaw [-].
     speed_difference : (n,) array, optional
         Peripheral speed of the left roller less that of the right one, over their mean V [-].
+    shift_depth : (n,) array, optional
+        Depth below the axle at which the shift is given: the wheelset is not moved there by its roll, by
+        default at the axle itself [m]. At the height of the rails (the wheel radius) the wheels do not move
+        sideways as the axle rolls, so that a flange of more than 60 degrees rests in one place alone.
     rail : (n,) int array, optional
         Which of the pairs of rails of the counterface each point runs on, by default the first.
     nearby : (n, 14) array, optional
@@ -78,6 +83,7 @@ class ContactConditions:
     friction_flange: FloatArray | None = None
     drift: FloatArray | None = None
     speed_difference: FloatArray | None = None
+    shift_depth: FloatArray | None = None
     rail: IntArray | None = None
     nearby: FloatArray | None = None
 
@@ -88,6 +94,10 @@ class ContactConditions:
             name: value[index] for name, value in values.items() if isinstance(value, np.ndarray)
         }
         return replace(self, **chosen)
+
+    def axle_shift(self, roll: FloatArray) -> FloatArray:
+        """Lateral shift (n,) of the middle of the axle at rolls (n,) [m]."""
+        return self.shift if self.shift_depth is None else self.shift + self.shift_depth * np.sin(roll)
 
     @cached_property
     def loads(self) -> FloatArray:

@@ -1,6 +1,7 @@
 r"""Lateral position and yaw of the axles of a bogie in a curve, from its quasi-static balance.
 
-Unknowns of each axle are its lateral shift, its yaw and the load of its right wheel. Residuals are the
+Unknowns of each axle are its lateral shift at the height of the rails, its yaw and the load of its right
+wheel; the shift of the axle itself, which the suspension sees, follows with the roll. Residuals are the
 lateral force and the yaw moment of contact and suspension (`wearsim.operation.bogie.suspension`), and the
 right wheel load at which the axle does not roll, less the load itself. All six of a bogie are solved
 together by Newton's method. Every contact is solved anew, so that the forces of a state do not depend on
@@ -57,6 +58,7 @@ _WITHOUT_GAIN = 3  # steps in turn after which a bogie on a jump is left where i
 _KEPT = 0.5  # ratio of two full steps in turn up to which slopes are kept
 _SMALL_PART = 0.1  # of a step: progress by less may be that along a jump
 _GROWTH = 4.0  # of the residual by a step that is taken
+_AROUND = np.array([[-20e-6, -0.1e-3], [-20e-6, 0.1e-3], [20e-6, -0.1e-3], [20e-6, 0.1e-3]])  # [m, rad]
 _LEAST_LOAD = 0.02  # of a wheel, over the axle load: with less it is unloaded
 
 # A jump is looked for on one grid of shifts and located on two finer ones.
@@ -73,10 +75,12 @@ _WIDER = 20.0  # times the difference of yaw for slopes at a jump, whose place s
 class Balance:
     """States of `m` bogies, and by how much they are out of balance."""
 
-    state: FloatArray  # (m, 2, 3) of both axles: shift [m], yaw [rad], load of the right wheel [N]
+    state: FloatArray  # (m, 2, 3) of both axles: shift at the rails [m], yaw [rad], right wheel load [N]
     share: FloatArray  # (m, 2) of the distance on the right of a jump of the contact; NaN: there is none [-]
-    contact: FloatArray  # (m, 2, 3) lateral force [N], yaw moment [N m], right load without roll [N]
-    jump: FloatArray  # (m, 2, 3) change of these across the jump
+    # (m, 2, 4) lateral force [N], yaw moment [N m], right load without roll [N], and shift of the axle itself
+    # to the right of that at the rails [m]
+    contact: FloatArray
+    jump: FloatArray  # (m, 2, 4) change of these across the jump
     residual: FloatArray  # (m, 2, 3) force [N], moment [N m] and load [N] that are missing
     size: FloatArray  # (m,) the largest of them, over the axle load; infinite without contact [-]
 
@@ -123,7 +127,7 @@ def evaluated(
         Whether the search keeps what the contact came to.
     """
     rows = np.stack([bogies.leading, bogies.trailing], axis=1)
-    state, contact, change = state.copy(), np.zeros_like(state), np.zeros_like(state)
+    state, contact, change = state.copy(), np.zeros((*share.shape, 4)), np.zeros((*share.shape, 4))
     solved, on_jump = np.zeros(share.shape, dtype=bool), np.isfinite(share)
     if not on_jump.all():
         alone = ~on_jump
@@ -135,9 +139,12 @@ def evaluated(
         change[on_jump] = jump.right - jump.left
         state[on_jump, 0], solved[on_jump] = jump.shift, jump.found
     curvature = search.conditions.track_curvature[bogies.leading]
-    moved = state[:, :, :2].reshape(-1, 4)
-    springs = suspension(bogies.vehicle, moved, curvature, bogies.acceleration, bogies.in_front)
-    residual = contact.copy()
+    sprung = state[:, :, :2].copy()
+    sprung[:, :, 0] += contact[:, :, 3]
+    springs = suspension(
+        bogies.vehicle, sprung.reshape(-1, 4), curvature, bogies.acceleration, bogies.in_front
+    )
+    residual = contact[:, :, :3].copy()
     residual[:, :, :2] += springs.reshape(-1, 2, 2)
     residual[:, :, 2] -= state[:, :, 2]
     size = np.abs(residual).max(axis=(1, 2)) / bogies.vehicle.axle_load
@@ -158,19 +165,20 @@ def evaluated_nearby(search: Search, bogies: Bogies, state: FloatArray, share: F
 def _contact(
     search: Search, bogies: Bogies, rows: IntArray, state: FloatArray, *, keep: bool = False
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Force, moment and right load without roll (k, 3) of axles in states (k, 3), and which have one."""
+    """Contact (k, 4) of axles in states (k, 3), as in `Balance`, and which have one."""
     load = np.stack([state[:, 2], bogies.vehicle.axle_load - state[:, 2]], axis=1)
     forces, solved = search.solve(rows, state[:, 0], load, yaw=state[:, 1], keep=keep)
     right = search.loads(rows, forces, load)[:, 0]
-    return np.stack([forces.force, forces.moment, right], axis=1), solved
+    aside = search.conditions.at(rows).axle_shift(forces.roll) - search.conditions.shift[rows]
+    return np.stack([forces.force, forces.moment, right, aside], axis=1), solved
 
 
 class _Jump(NamedTuple):
     """Jumps of the contact of axles (k,)."""
 
     shift: FloatArray  # (k,) of the jump [m]
-    left: FloatArray  # (k, 3) contact half of `WIDTH` further left
-    right: FloatArray  # (k, 3) contact half of `WIDTH` further right
+    left: FloatArray  # (k, 4) contact half of `WIDTH` further left
+    right: FloatArray  # (k, 4) contact half of `WIDTH` further right
     found: NDArray[np.bool_]
 
 
@@ -182,7 +190,7 @@ def _jump_near(search: Search, bogies: Bogies, rows: IntArray, state: FloatArray
         moved = np.repeat(state, count, axis=0)
         moved[:, 0] = shift.ravel()
         value, solved = _contact(search, bogies, np.repeat(rows, count), moved)
-        return value.reshape(-1, count, 3), solved.reshape(-1, count)
+        return value.reshape(-1, count, 4), solved.reshape(-1, count)
 
     each, grid = np.arange(rows.size), np.linspace(-_REACH, _REACH, _POINTS)
     value, solved = contacts(state[:, :1] + grid)
@@ -219,18 +227,21 @@ def _slopes(search: Search, bogies: Bogies, now: Balance) -> tuple[FloatArray, N
     # the slope by the share is known, so that shifts are moved off jumps
     share = np.concatenate([np.full_like(now.share, np.nan), now.share, now.share])
     there = evaluated(search, bogies.at(np.tile(np.arange(count), 3)), state, share, keep=False)
-    slope = np.zeros((count, 2, 3, 2, 3))
     springs = spring_slope(bogies.vehicle).reshape(2, 2, 2, 2)
-    slope[:, :, :2, :, :2] += springs
+    slope = np.zeros((count, 2, 3, 2, 3))
     for axle in (0, 1):
-        slope[:, axle, 2, axle, 2] -= 1.0
+        of_contact, of_sprung = np.zeros((count, 4, 3)), np.zeros((count, 2, 3))  # by the unknowns of the axle
         for column in range(3):
             moved = there.contact[column * count : (column + 1) * count, axle]
-            change = (moved - now.contact[:, axle]) / apart[:, axle, column, None]
-            slope[:, axle, :, axle, column] += change
+            of_contact[:, :, column] = (moved - now.contact[:, axle]) / apart[:, axle, column, None]
         across = on_jump[:, axle]
-        slope[across, :, :, axle, 0] = 0.0
-        slope[across, axle, :, axle, 0] = now.jump[across, axle]
+        of_contact[across, :, 0] = now.jump[across, axle]
+        of_sprung[:, 0] = of_contact[:, 3]
+        of_sprung[~across, 0, 0] += 1.0
+        of_sprung[:, 1, 1] = 1.0
+        slope[:, :, :2, axle, :] = np.einsum("bfx,mxu->mbfu", springs[:, :, axle, :], of_sprung)
+        slope[:, axle, :, axle, :] += of_contact[:, :3]
+        slope[:, axle, 2, axle, 2] -= 1.0
     known = np.isfinite(there.size).reshape(3, count).all(axis=0)
     return slope.reshape(count, 6, 6), np.asarray(known)
 
@@ -360,6 +371,31 @@ def balanced(
         done = enough | (now.size <= now.tolerance(tolerance, at_jump))
         rest = rest[~done[rest]]
     return best
+
+
+def balanced_from_around(
+    search: Search, bogies: Bogies, start: Balance, tolerance: float, at_jump: float
+) -> Balance:
+    """Balance bogies from several states around one nearby, of which a jump of the contact lies in the way.
+
+    Parameters as of `balanced`.
+
+    Returns
+    -------
+    Balance
+        Of those that are accepted the one nearest to the start, otherwise that with the smallest residual.
+    """
+    count, many = start.size.size, np.tile(np.arange(start.size.size), len(_AROUND))
+    state = start.state[many]
+    state[:, 0, :2] += np.repeat(_AROUND, count, axis=0)
+    own = bogies.at(many)
+    begun = evaluated(search, own, state, np.full((many.size, 2), np.nan))
+    found = balanced(search, own, begun, tolerance, at_jump)
+    longest = _LONGEST * np.array([1.0, 1.0, bogies.vehicle.axle_load])
+    away = _length(found.state - start.state[many], longest)
+    rank = np.where(found.accepted, away, away.max() + found.size)
+    nearest = rank.reshape(len(_AROUND), count).argmin(axis=0)
+    return found.at(nearest * count + np.arange(count))
 
 
 def _put_on_jumps(search: Search, bogies: Bogies, now: Balance) -> Balance:

@@ -45,6 +45,7 @@ class Resultants(NamedTuple):
     height: FloatArray  # (n,) of the axle above the contact points, mean weighted with the vertical force [m]
     moment: FloatArray  # (n,) about the vertical axis, M_c: steers to the right where positive [N m]
     power: FloatArray  # (n,) frictional power of both wheels [W]
+    roll: FloatArray  # (n,) of the wheelset [rad]
     angle: FloatArray  # (n, 2) steepest contact angle of each wheel, magnitude [rad]
 
     @property
@@ -77,7 +78,7 @@ class Resultants(NamedTuple):
         return np.array([-1.0, 1.0]) * self.lateral / self.vertical
 
 
-_COLUMNS = 13
+_COLUMNS = 14
 _NEAR = 1e-6  # between places too near for a slope [m, rad]
 
 
@@ -141,7 +142,7 @@ def patch_forces(
     patches : ContactPatches
         Of m patches.
     shift : (m,) array
-        Lateral shift of the wheelset of each [m].
+        Lateral shift of the axle of each [m].
     half_span : float
         From the middle of the track to the origin of the rail profiles [m].
     curvature : float or (m,) array
@@ -174,7 +175,8 @@ def resultants(
     """
     point, count = patches.point, conditions.shift.size
     curvature = np.array(counterface.curvatures)[patches.side]
-    force = patch_forces(patches, conditions.shift[point], wheelset.half_span, curvature)
+    shift = conditions.at(point).axle_shift(patches.roll)
+    force = patch_forces(patches, shift, wheelset.half_span, curvature)
     place = 2 * point + patches.side
 
     def by_wheel(value: FloatArray) -> FloatArray:
@@ -182,7 +184,8 @@ def resultants(
 
     moment = patches.x * force.lateral - force.y * force.longitudinal
     moment = moment + patches.spin_moment * np.cos(patches.contact_angle)
-    angle = np.zeros(2 * count)
+    roll, angle = np.zeros(count), np.zeros(2 * count)
+    roll[point] = patches.roll
     np.maximum.at(angle, place, np.abs(patches.contact_angle))
     vertical = by_wheel(force.vertical)
     carried = vertical.sum(axis=1)
@@ -195,5 +198,6 @@ def resultants(
         height=np.divide(weighted, carried, out=np.zeros(count), where=carried != 0.0),
         moment=by_wheel(moment).sum(axis=1),
         power=by_wheel(patches.power).sum(axis=1),
+        roll=roll,
         angle=angle.reshape(-1, 2),
     )

@@ -117,6 +117,7 @@ class Running:
     stiffness: FloatArray  # (n,) dH/dy where it runs; 0 where the shift is given [N/m]
     yaw: FloatArray  # (n,) [rad]
     beyond: BeyondJump | None = None  # of points that run at two shifts
+    shift_depth: FloatArray = field(default_factory=lambda: np.zeros(0))  # (n,) of `ContactConditions` [m]
     rate: FloatArray = field(default_factory=lambda: np.zeros(0))  # (n,) of the shift over the distance [-]
     distance: float = 0.0  # at which it ran there [m]
 
@@ -133,7 +134,8 @@ class Running:
         """Contact conditions of the `n` points where the wheelset runs."""
         alike = conditions.wheel_load.ndim == 1 and bool((self.load == conditions.loads).all())
         load = conditions.wheel_load if alike else self.load
-        return replace(conditions, shift=self.shift, yaw=self.yaw, wheel_load=load)
+        depth = self.shift_depth if self.shift_depth.size else None
+        return replace(conditions, shift=self.shift, yaw=self.yaw, wheel_load=load, shift_depth=depth)
 
 
 class StateError(ContactError):
@@ -270,6 +272,11 @@ def settle(
     if not isinstance(models, Corrected):
         models = Corrected((models,), np.zeros(count, dtype=np.int64), Differences.none(count))
     forced, loaded = np.isfinite(controlled.lateral_force), np.isfinite(controlled.axle_load)
+    found = forced.copy()  # points whose shift is looked for
+    if controlled.bogies is not None:
+        found[controlled.bogies.points] = True
+    depth = np.where(found, wheelset.radius, 0.0)
+    conditions = replace(conditions, shift_depth=depth)
     search = Search(
         conditions, controlled, wheelset, counterface, models, threads,
         np.where(forced, start.shift, conditions.shift), conditions.yaw.copy(),
@@ -295,7 +302,7 @@ def settle(
     at = np.flatnonzero(np.isfinite(search.beyond[:, 0]))
     past = search.beyond[at]
     beyond = BeyondJump(at, past[:, 0], past[:, 1:3], *past[:, 3:].T) if at.size else None
-    return Running(search.shift, search.load, search.stiffness, search.yaw, beyond)
+    return Running(search.shift, search.load, search.stiffness, search.yaw, beyond, depth)
 
 
 def _curved(search: Search, bogies: Bogies, start: Running | None, stage: bool) -> None:
@@ -312,15 +319,20 @@ def _curved(search: Search, bogies: Bogies, start: Running | None, stage: bool) 
     axles = np.stack([bogies.leading, bogies.trailing], axis=1)
     search.beyond[axles] = np.nan
     tolerance = curving.ACCEPTED if stage else curving.TOLERANCE
+    at_jump = curving.IN_STAGES_AT_JUMP if stage else curving.ACCEPTED
     if start is None:
-        found = curving.continued(search, bogies, tolerance)
+        before = found = curving.continued(search, bogies, tolerance)
     else:
-        at_jump = curving.IN_STAGES_AT_JUMP if stage else curving.ACCEPTED
         before = _where_it_ran(search, bogies, start)
         found = curving.balanced(search, bogies, before, tolerance, at_jump)
-        left = np.flatnonzero(~found.accepted)
-        if left.size and not stage:
-            found = found.replaced(left, curving.continued(search, bogies.at(left), tolerance))
+    left = np.flatnonzero(found.size > found.tolerance(curving.ACCEPTED, at_jump))
+    if left.size:
+        around = curving.balanced_from_around(search, bogies.at(left), before.at(left), tolerance, at_jump)
+        nearer = around.size < found.size[left]
+        found = found.replaced(left[nearer], around.at(nearer))
+    left = np.flatnonzero(~found.accepted)
+    if left.size and start is not None and not stage:
+        found = found.replaced(left, curving.continued(search, bogies.at(left), tolerance))
     right = found.state[:, :, 2]
     search.shift[axles], search.yaw[axles] = found.state[:, :, 0], found.state[:, :, 1]
     search.load[axles] = np.stack([right, bogies.vehicle.axle_load - right], axis=2)

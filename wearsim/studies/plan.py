@@ -274,6 +274,7 @@ def states(setup: CampaignSetup) -> list[dict[str, Any]]:
     parts = solve_each(runs, *bodies, setup.models, ContactSolution.patches, failed=failed, fields="work")
     forces = resultants(joined(parts), runs, *bodies).mean(of, share)
     forces.vertical[of[list(failed)]] = 0.0  # of two sides of a jump one alone says nothing
+    shift = conditions.axle_shift(forces.roll)
     wear = np.where(forces.vertical.min(axis=1) > 0.0, forces.power / conditions.speed, -1.0)
     on_bogie = points.controlled is not None and points.controlled.bogies is not None
     found = []
@@ -296,7 +297,7 @@ def states(setup: CampaignSetup) -> list[dict[str, Any]]:
         found.append({
             "name": points.label[k],
             "points": int(own.size),
-            "shift": float(conditions.shift[k]),
+            "shift": float(shift[k]),
             "yaw": float(conditions.yaw[k]),
             "lateral_force": float(-forces.force[k]),
             **{f"{name}_{side}": float(one) for name, both in of_wheels.items()
