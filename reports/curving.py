@@ -102,9 +102,9 @@ friction {FRICTION:g}, wheel radius {1e3 * RADIUS:g} mm, contact models `{MODELS
 `{MODELS.tangential}`. The search of every combination begins on straight track. The residuals are computed
 apart from the search: the contact is solved anew in the state that was found; its lateral force, yaw moment
 and roll moment are added to those of suspension, inertia and axle boxes; the sums are divided by the axle
-load, moments by the axle load at 1 m; and the larger value of both axles counts. Where the contact jumps
-within a micrometre, forces and positions are means over both sides of the jump, weighted with their shares
-of the distance. The target is {TARGET:g}.
+load, moments by the axle load at 1 m; and the larger value of both axles counts. Shifts are those at the
+height of the rails. Where the contact jumps within a micrometre, forces and positions are means over both
+sides of the jump, weighted with their shares of the distance. The target is {TARGET:g}.
 """
 """With the number of combinations."""
 
@@ -229,7 +229,6 @@ def found_rows(group, radii, problem, running):
     place = np.bincount(point, share * shift)
     weight = problem.controlled.bogies.vehicle.axle_load
     residual = np.abs(missing(problem, forces, place, running.yaw)).reshape(-1, 2, 3).max(axis=1) / weight
-    place = of_axles(place, forces)
     values = np.column_stack([1e3 * place, 1e3 * running.yaw, far, forces.power / SPEED]).reshape(-1, 2, 4)
     for k, radius in enumerate(radii):
         row = {**group.names, "radius_m": radius}
@@ -242,8 +241,8 @@ def found_rows(group, radii, problem, running):
 class OneBogie:
     """Residuals of the bogie of one combination near a state.
 
-    A state (2, 3) has the shift at the height of the rails [mm] and the yaw [mrad] of both axles, and the load of their right wheels
-    over half of the axle load [-].
+    A state (2, 3) has the shift at the height of the rails [mm] and the yaw [mrad] of both axles, and the
+    load of their right wheels over half of the axle load [-].
     """
 
     def __init__(self, group, radius):
@@ -288,9 +287,7 @@ class OneBogie:
         part = 0.5 * self.weight * state[:, 2]
         here = np.stack([part, self.weight - part], axis=1)
         still = 1e-3 * state[:, :2]
-        still[:, 0] = of_axles(
-            still[:, 0], contact_forces(self.problem, np.arange(2), *still.T, here)
-        )
+        still[:, 0] = of_axles(still[:, 0], contact_forces(self.problem, np.arange(2), *still.T, here))
         springs = []
         for one_shift, one_yaw in zip(of_axles(shift, forces), yaw, strict=True):
             moved = still.copy()

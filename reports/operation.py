@@ -62,15 +62,16 @@ def curves(vehicles=VEHICLES):
         running = settle(given, controlled, *rail, models)
         found = running.conditions(given)
         forces = resultants(solve(found, *rail, models), found, *rail)
+        shift = found.axle_shift(forces.roll)
         held = ContactConditions.of(
-            running.shift, yaw=running.yaw, wheel_load=running.load, friction=0.35, speed=20.0, free_roll=True
+            shift, yaw=running.yaw, wheel_load=running.load, friction=0.35, speed=20.0, free_roll=True
         )
         on_rollers = solve(held, *roller, models)
         rig = np.bincount(on_rollers.point, on_rollers.power, whole.size) / 20.0
         for k in range(whole.size):
             yield {
                 "what": "curve", "vehicle": name, "radius_m": radius[k // 2],
-                "axle": ("leading", "trailing")[k % 2], "shift_mm": 1e3 * running.shift[k],
+                "axle": ("leading", "trailing")[k % 2], "shift_mm": 1e3 * shift[k],
                 "yaw_mrad": 1e3 * running.yaw[k], "lateral_force_kN": -1e-3 * forces.force[k],
                 "quotient": forces.derailment_quotient[k, 1], "wear_number_N": forces.power[k] / 20.0,
                 "rig_wear_number_N": rig[k],

@@ -279,16 +279,16 @@ def test_wear_and_forces_at_both_sides_of_a_jump_are_means_with_their_shares(ste
 
     right = running.shift.copy(), running.load.copy()
     right[0][1], right[1][1] = past.shift[0], past.load[0]
-    (_, one), (_, other) = of(running), of(replace(running, shift=right[0], load=right[1]))
+    (here, one), (aside, other) = of(running), of(replace(running, shift=right[0], load=right[1]))
     there, both = of(replace(running, beyond=past))
     expected = 0.7 * one.collective.depth + 0.3 * other.collective.depth
     # of sums over padding
     np.testing.assert_allclose(both.collective.depth, expected, rtol=1e-9, atol=1e-12 * expected.max())
     rows = [
         row_running(state, replace(evolution.setup, points=where), weight, each.passage, each.wear)
-        for where, each in ((points, one), (points, other), (there, both))
+        for where, each in ((here, one), (aside, other), (there, both))
     ]
-    for name in ("lateral_force", "axle_wear_number"):
+    for name in ("lateral_force", "axle_wear_number", "lateral_position"):
         mean = 0.7 * rows[0][name] + 0.3 * rows[1][name]
         assert rows[2][name][1] == pytest.approx(mean[1], rel=1e-9)
     assert rows[2]["share_beyond_jump"].tolist() == pytest.approx([0.0, 0.3, 0.0])

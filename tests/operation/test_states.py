@@ -78,9 +78,7 @@ def test_shifts_by_force_are_those_of_the_reference_and_need_few_solutions_when_
         given = conditions_of(table, shift=np.zeros(count), friction=0.35)
         wanted = under(1e3 * table["H_kN"], count)
         running = settle(given, wanted, *bodies(curvature), models)
-        found = running.conditions(given)
-        forces = resultants(solve(found, *bodies(curvature), models), found, *bodies(curvature))
-        np.testing.assert_allclose(1e3 * found.axle_shift(forces.roll), table["y_mm"], atol=1e-3)
+        np.testing.assert_allclose(1e3 * running.shift, table["y_mm"], atol=1e-3)
         np.testing.assert_allclose(running.load[:, 0] / 1e3, table["Q_right_kN"], atol=1e-2)
         assert (running.stiffness > 1e6).all()
         solutions[:] = 0
@@ -109,47 +107,51 @@ def test_a_search_solves_contact_anew_and_says_where_it_was(bodies, models, refe
 
 
 def test_a_jump_that_is_found_is_where_contact_solved_anew_has_it():
-    """Of P8 on 60E1 a second patch closes at 46 kN; contact keeps to one side that begins nearby."""
+    """P8 on 60E1 carries 43 to 56 kN in two ways at 8.8 mm, which contact keeps to that begins nearby."""
     wheel, rail = standard.wheel("P8"), standard.rail("60E1", 1 / 40, 1.435, 0.75)
     bodies = Wheelset(wheel, wheel, 0.46, 0.75), Counterface(rail, 0.0)
     given, models = ContactConditions.of([0.0], speed=20.0, free_roll=True, friction=0.35), ContactModels()
-    alone = settle(given, under(46e3, 1), *bodies, models)
+    alone = settle(given, under(51e3, 1), *bodies, models)
     for force in (30e3, 65e3):  # below and above it
         nearby = np.full((1, NEARBY), np.nan)
         start = settle(given, under(force, 1), *bodies, models, nearby=nearby)
         assert np.isfinite(nearby).all()
-        running = settle(given, under(46e3, 1), *bodies, models, start, nearby=nearby)
+        running = settle(given, under(51e3, 1), *bodies, models, start, nearby=nearby)
         # both brackets are 1 um wide at most
         np.testing.assert_allclose(running.shift, alone.shift, atol=1e-6)
         np.testing.assert_allclose(running.beyond.shift, alone.beyond.shift, atol=1e-6)
         assert np.isnan(nearby).all()  # its sides begin anew
 
 
-def test_forces_rise_with_the_shift_at_the_rails_where_that_of_the_axle_falls():
-    """On a worn flank the roll moves the axle back by more than the wheel goes forth; there is one state."""
-    wheel, rail = standard.wheel("P8"), standard.rail("60E1", 1 / 40, 1.435, 0.75)
-    bodies = Wheelset(wheel, wheel, 0.46, 0.75), Counterface(rail, 0.0)
-    force = np.arange(47e3, 56e3, 1e3)
-    given = ContactConditions.of(np.zeros(force.size), speed=20.0, free_roll=True, friction=0.35)
-    running = settle(given, under(force, force.size), *bodies, ContactModels())
-    assert running.beyond is None
-    assert (np.diff(running.shift) > 0.5e-6).all()
-    assert (np.diff(running.shift) < 2e-6).all()
-    found = running.conditions(given)
-    forces = resultants(solve(found, *bodies, ContactModels()), found, *bodies)
-    np.testing.assert_allclose(-forces.force, force, atol=2.0 * states.TOLERANCE * AXLE)
-
-
 def test_a_shift_below_the_axle_is_that_of_the_axle_and_its_roll(bodies, models):
     below = ContactConditions.of([2e-3, 6e-3], speed=20.0, free_roll=True, shift_depth=0.46)
     found = solve(below, *bodies(0.0), models)
-    first = np.searchsorted(found.point, [0, 1])
-    shift = below.axle_shift(found.roll[first])
+    shift = below.axle_shift(found.roll[np.searchsorted(found.point, [0, 1])])
     assert (np.abs(shift - below.shift) > 1e-5).all()
     again = solve(ContactConditions.of(shift, speed=20.0, free_roll=True), *bodies(0.0), models)
     # both at rest within 1 nm
     np.testing.assert_allclose(again.normal_force, found.normal_force, rtol=1e-5)
     np.testing.assert_allclose(again.rail_y, found.rail_y, atol=1e-6)
+
+
+def test_forces_rise_with_the_shift_at_the_rails_where_that_of_the_axle_goes_back():
+    """The roll moves the axle of P8 on its flank back by more than the wheel goes forth, from 46 to 56 kN.
+
+    With the shift given at the axle the force jumps by 10 kN there.
+    """
+    wheel, rail = standard.wheel("P8"), standard.rail("60E1", 1 / 40, 1.435, 0.75)
+    bodies = Wheelset(wheel, wheel, 0.46, 0.75), Counterface(rail, 0.0)
+    shift = 9.376e-3 + 1e-6 * np.arange(16)
+    given = ContactConditions.of(shift, wheel_load=[[99e3, 61e3]], speed=20.0, free_roll=True)
+    jumps = []
+    for depth in (None, np.full(shift.size, 0.46)):
+        rolled = replace(given, shift_depth=depth)
+        if depth is None:
+            rolled = replace(given, shift=np.linspace(8.830e-3, 8.848e-3, shift.size))
+        forces = resultants(solve(rolled, *bodies, ContactModels()), rolled, *bodies)
+        jumps.append(np.diff(-forces.force).max())
+    assert jumps[0] > 8e3
+    assert jumps[1] < 2e3
 
 
 WORN = {
@@ -225,14 +227,11 @@ def test_forces_on_the_boxes_shift_the_load(bodies, models):
 
 
 @pytest.mark.parametrize(
-    ("force", "friction", "reason"),
-    [
-        (220e3, 0.5, "would climb over its crest"),
-        (300e3, 0.35, "unloads the left wheel: the axle carries at most"),
-    ],
+    ("force", "reason"),
+    [(250e3, "would climb over its crest"), (300e3, "unloads the left wheel: the axle carries at most")],
 )
-def test_a_force_beyond_the_flange_is_told_with_the_largest(bodies, models, force, friction, reason):
-    given = ContactConditions.of([0.0], friction=friction, speed=20.0, free_roll=True)
+def test_a_force_beyond_the_flange_is_told_with_the_largest(bodies, models, force, reason):
+    given = ContactConditions.of([0.0], speed=20.0, free_roll=True)
     with pytest.raises(StateError, match=reason):
         settle(given, under(force, 1), *bodies(0.0), models)
 
@@ -283,7 +282,6 @@ def test_conditions_take_loads_of_each_wheel_and_torques_of_each_point(bodies, m
 
 
 JUMP = 4e3
-WHEELSET = Wheelset(standard.wheel("S1002"), standard.wheel("S1002"), 0.46, 0.75)
 
 
 @pytest.fixture
@@ -309,7 +307,7 @@ def jumping(monkeypatch):
         count["solutions"] = 0
         given = ContactConditions.of(np.zeros(len(wanted)), speed=20.0, free_roll=True)
         controlled = Controlled(np.array(wanted, float), np.full(len(wanted), np.nan), np.zeros(len(wanted)))
-        return settle(given, controlled, WHEELSET, None, None, start)
+        return settle(given, controlled, None, None, None, start)
 
     return place, count, force, settled
 
@@ -392,7 +390,7 @@ def test_a_stage_moves_acting_points_alone_and_a_start_goes_on_as_before(jumping
     acts = np.array([True, False])
     count["solutions"] = 0
     after = settle(
-        given, controlled, WHEELSET, None, None, replace(start, shift=start.shift + 0.3e-6), stage=acts
+        given, controlled, None, None, None, replace(start, shift=start.shift + 0.3e-6), stage=acts
     )
     assert count["solutions"] == 1  # 150 N off: one more step, which is not looked at
     assert force(after.shift[0]) == pytest.approx(-900.0, abs=1e-3 * AXLE)

@@ -35,22 +35,13 @@ def at_jumps(rows):
 
 
 def test_every_combination_is_in_the_report_with_a_balance(committed):
-    """Within the target where the contact does not jump, and within what is accepted where it does."""
+    """Within the target, at the jump of the contact too."""
     usual = committed[committed["cant_deficiency_mm"] == DEFICIENCY]
     assert len(usual) == len(PAIRS) * len(VEHICLES) * len(RADII) == 512
     assert not committed.duplicated([*FREIGHT.names, "radius_m"]).any()
     assert not (committed["outcome"] == REFUSED).any()
     jumps = at_jumps(committed)
-    assert 0 < jumps.sum() < 10
-    assert (committed.loc[~jumps, list(TARGETED)] < TARGET).all(axis=None)
-    assert (committed.loc[jumps, list(TARGETED)] < 5e-3).all(axis=None)
-
-
-@pytest.mark.xfail(
-    strict=True,
-    reason="measured 8.1e-4 of the axle load at a jump of the contact, target 1e-4: reports/curving.md",
-)
-def test_bogies_at_jumps_are_within_the_target_too(committed):
+    assert 0 < jumps.sum() < 3
     assert (committed[list(TARGETED)] < TARGET).all(axis=None)
 
 

@@ -230,7 +230,8 @@ def _slopes(search: Search, bogies: Bogies, now: Balance) -> tuple[FloatArray, N
     springs = spring_slope(bogies.vehicle).reshape(2, 2, 2, 2)
     slope = np.zeros((count, 2, 3, 2, 3))
     for axle in (0, 1):
-        of_contact, of_sprung = np.zeros((count, 4, 3)), np.zeros((count, 2, 3))  # by the unknowns of the axle
+        # slopes by the unknowns of the axle
+        of_contact, of_sprung = np.zeros((count, 4, 3)), np.zeros((count, 2, 3))
         for column in range(3):
             moved = there.contact[column * count : (column + 1) * count, axle]
             of_contact[:, :, column] = (moved - now.contact[:, axle]) / apart[:, axle, column, None]

@@ -45,7 +45,7 @@ class Resultants(NamedTuple):
     height: FloatArray  # (n,) of the axle above the contact points, mean weighted with the vertical force [m]
     moment: FloatArray  # (n,) about the vertical axis, M_c: steers to the right where positive [N m]
     power: FloatArray  # (n,) frictional power of both wheels [W]
-    roll: FloatArray  # (n,) of the wheelset [rad]
+    roll: FloatArray  # (n,) of the wheelset, mean weighted with the vertical force [rad]
     angle: FloatArray  # (n, 2) steepest contact angle of each wheel, magnitude [rad]
 
     @property
@@ -184,20 +184,23 @@ def resultants(
 
     moment = patches.x * force.lateral - force.y * force.longitudinal
     moment = moment + patches.spin_moment * np.cos(patches.contact_angle)
-    roll, angle = np.zeros(count), np.zeros(2 * count)
-    roll[point] = patches.roll
+    angle = np.zeros(2 * count)
     np.maximum.at(angle, place, np.abs(patches.contact_angle))
     vertical = by_wheel(force.vertical)
     carried = vertical.sum(axis=1)
-    weighted = by_wheel(force.vertical * patches.z).sum(axis=1)
+
+    def mean(value: FloatArray) -> FloatArray:
+        weighted = by_wheel(force.vertical * value).sum(axis=1)
+        return np.divide(weighted, carried, out=np.zeros(count), where=carried != 0.0)
+
     return Resultants(
         lateral=by_wheel(force.lateral),
         vertical=vertical,
         longitudinal=by_wheel(force.longitudinal),
         roll_moment=by_wheel(force.y * force.vertical + patches.z * force.lateral),
-        height=np.divide(weighted, carried, out=np.zeros(count), where=carried != 0.0),
+        height=mean(patches.z),
         moment=by_wheel(moment).sum(axis=1),
         power=by_wheel(patches.power).sum(axis=1),
-        roll=roll,
+        roll=mean(patches.roll),
         angle=angle.reshape(-1, 2),
     )

@@ -272,11 +272,11 @@ def settle(
     if not isinstance(models, Corrected):
         models = Corrected((models,), np.zeros(count, dtype=np.int64), Differences.none(count))
     forced, loaded = np.isfinite(controlled.lateral_force), np.isfinite(controlled.axle_load)
-    found = forced.copy()  # points whose shift is looked for
+    depth = np.zeros(0)
     if controlled.bogies is not None:
-        found[controlled.bogies.points] = True
-    depth = np.where(found, wheelset.radius, 0.0)
-    conditions = replace(conditions, shift_depth=depth)
+        depth = np.zeros(count)
+        depth[controlled.bogies.points] = wheelset.radius
+        conditions = replace(conditions, shift_depth=depth)
     search = Search(
         conditions, controlled, wheelset, counterface, models, threads,
         np.where(forced, start.shift, conditions.shift), conditions.yaw.copy(),

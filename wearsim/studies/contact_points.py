@@ -16,6 +16,7 @@ import xarray as xr
 from wearsim.contact.dataset import Side, solve_contact
 from wearsim.contact.equilibrium import RULES
 from wearsim.contact.normal import NORMAL_MODELS
+from wearsim.contact.patch import FloatArray
 from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
 from wearsim.contact.solve import available_cores
 from wearsim.contact.tangential import TANGENTIAL_MODELS
@@ -318,7 +319,7 @@ def solve_batch(points: Sequence[Request], *, fields: bool = False) -> tuple[xr.
         for k, point in enumerate(points)
     ]
     if first.side == "both":
-        forces = _forces(patches, found, wheelset, counterface).to_dict("records")
+        forces = _forces(patches, roll, found, wheelset, counterface).to_dict("records")
         results = [result | {"wheelset": each} for result, each in zip(results, forces, strict=True)]
     for patch in patches.assign(normal=first.normal, tangential=first.tangential).to_dict("records"):
         results[patch.pop("point")]["patches"].append(patch)
@@ -326,12 +327,17 @@ def solve_batch(points: Sequence[Request], *, fields: bool = False) -> tuple[xr.
 
 
 def _forces(
-    patches: pd.DataFrame, found: ContactConditions, wheelset: Wheelset, counterface: Counterface
+    patches: pd.DataFrame,
+    roll: FloatArray,
+    found: ContactConditions,
+    wheelset: Wheelset,
+    counterface: Counterface,
 ) -> pd.DataFrame:
-    """Table of the forces on the wheelset at each point, names as in results."""
+    """Table of the forces on the wheelset, of a roll (n,), at each point, names as in results."""
     side = np.asarray(patches["side"] == "left", dtype=np.int64)
     arrays = {name: patches[name].to_numpy() for name in ("point", *PATCH_NAMES)}
-    acting: Any = SimpleNamespace(**arrays | {"side": side, "z": np.zeros(side.size)})
+    of_patch = {"side": side, "z": np.zeros(side.size), "roll": roll[arrays["point"]]}
+    acting: Any = SimpleNamespace(**arrays | of_patch)
     forces = resultants(acting, found, wheelset, counterface)
     columns = {"lateral_force": -forces.force}
     for name, values in ("derailment_quotient", forces.derailment_quotient), ("wheel_load", forces.vertical):
