@@ -6,8 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from wearsim.campaign.evaluate import setup_of
+from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.run import run_scene
-from wearsim.errors import SceneError
+from wearsim.campaign.running import with_help
+from wearsim.errors import NumericalError, SceneError
+from wearsim.operation.states import StateError
 from wearsim.profile import standard
 from wearsim.profile.standard import shipped_path
 from wearsim.report.html import write_report
@@ -203,6 +207,21 @@ def test_a_curve_without_balance_is_named_by_class_and_radius(folder, changed):
     )
     with pytest.raises(SceneError, match=expected):
         build(load_scene("scene.toml"))
+
+
+def test_a_campaign_that_ends_in_a_curve_says_what_would_let_it_go_on(folder):
+    Path("scene.toml").write_text(FIELD)
+    evolution = WheelsetEvolution(build(load_scene("scene.toml")))
+    state, _ = evolution.start()
+    points = evolution.setup.points
+    leading = int(points.controlled.bogies.leading[0])
+    ended = NumericalError("after 500 km no equilibrium; reprofile earlier, or end there")
+    ended.__cause__ = StateError({leading: "no equilibrium"})
+    helped = with_help(ended, state, points, setup_of(evolution.setup))
+    assert str(helped).startswith(f"{ended}; it runs with half the friction")
+    assert "curve_radius_m" in str(helped)
+    of_another_kind = NumericalError("after 500 km no wear step keeps the tolerance")
+    assert with_help(of_another_kind, state, points, setup_of(evolution.setup)) is of_another_kind
 
 
 def test_values_hardly_meant_are_noted_in_classes_of_a_vehicle(folder, changed):

@@ -27,7 +27,7 @@ from wearsim.campaign.evaluate import (
 from wearsim.campaign.left_out import Failed, new_history, with_failed
 from wearsim.campaign.reprofiling import reprofile, reprofiling_due, to_next_reprofiling
 from wearsim.campaign.row import NO_STEP, StepTaken, build_row, header_of, recorded_measures
-from wearsim.campaign.running import new_running, refreshed_where_it_runs, settled_state
+from wearsim.campaign.running import new_running, refreshed_where_it_runs, settled_state, with_help
 from wearsim.campaign.state import State, WearRate, worn_wheels
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.problem import NEARBY
@@ -282,9 +282,9 @@ class WheelsetEvolution:
             try:
                 earlier = None if passage is None else passage.wheels
                 tried, error, stiffness, end = self._try(state, now, choice, rule, earlier)
-            except ContactError:
+            except ContactError as error_of_stage:
                 if shallow:
-                    raise
+                    raise with_help(error_of_stage, state, points, here) from error_of_stage
                 limit = _SHORTER * length, "no contact"
                 continue
             clipped = tried.clipped > _CLIPPED and not shallow

@@ -13,8 +13,9 @@ from wearsim.campaign.differences import refreshed
 from wearsim.campaign.evaluate import Passage, Setup, forces_of, worn_bodies
 from wearsim.campaign.state import PatchWear, State
 from wearsim.contact.patch import FloatArray
-from wearsim.errors import NumericalError
+from wearsim.errors import ContactError, NumericalError
 from wearsim.operation.points import OperatingPoints, where_it_runs
+from wearsim.operation.refusal import bogie_of, what_helps
 from wearsim.operation.resultants import Differences
 from wearsim.operation.states import Corrected, Running, StateError, settle
 from wearsim.results import FILL_FLOAT
@@ -76,6 +77,19 @@ def settled_state(
         rate = np.where(np.isfinite(points.controlled.lateral_force), after.shift - before.shift, 0.0) / gone
     running = replace(after, rate=rate, distance=state.distance)
     return replace(state, running=running, nearby=state.nearby if nearby is None else nearby)
+
+
+def with_help(error: ContactError, state: State, points: OperatingPoints, setup: Setup) -> ContactError:
+    """Return the error of a campaign that ends, with what would let a bogie without balance run on."""
+    lost = error.__cause__
+    if not isinstance(lost, StateError) or points.controlled is None:
+        return error
+    bogie = bogie_of(points.controlled, min(lost.messages))
+    if bogie is None:
+        return error
+    bodies = worn_bodies(state, setup)
+    helps = what_helps(points.conditions, points.controlled, bogie, bodies, setup.chain[-1])
+    return NumericalError(f"{error}; {helps}")
 
 
 def refreshed_where_it_runs(

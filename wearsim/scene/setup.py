@@ -24,6 +24,7 @@ from wearsim.operation.points import (
     with_monitors,
 )
 from wearsim.operation.recorded import Reducer, Reduction, reduce_samples
+from wearsim.operation.refusal import bogie_of, what_helps
 from wearsim.operation.route import (
     LEAST_CONICITY,
     Curve,
@@ -390,34 +391,14 @@ def _without_balance(
 ) -> str:
     """Message on a bogie without balance: class, the segment of `track` most like it, and what would help."""
     row = min(error.messages) if row is None else row
-    controlled = points.controlled
-    bogies = None if controlled is None else controlled.bogies
-    if controlled is None or bogies is None or row not in bogies.leading:
+    bogie = bogie_of(points.controlled, row)
+    if points.controlled is None or bogie is None:
         return f"{points.label[row]}: {error.messages[row]}"
-    one = bogies.at(np.flatnonzero(bogies.leading == row))
-    pair = one.points
-    alone = replace(one, leading=np.array([0]), trailing=np.array([1]))
-    here, own = points.conditions.at(pair), replace(controlled.at(pair), bogies=alone)
-    flange = here.friction_flange
-    slippery = replace(
-        here, friction=0.5 * here.friction, friction_flange=None if flange is None else 0.5 * flange
-    )
-    balanced = replace(own, box_moment=0.0 * own.box_moment, bogies=replace(alone, acceleration=np.zeros(1)))
-    wider = replace(here, track_curvature=0.5 * here.track_curvature)
-    tried = {
-        "state.helps_friction": (slippery, own),
-        "state.helps_cant": (here, balanced),
-        "state.helps_radius": (wider, own),
-    }
-    helps = []
-    for name, (conditions, forces) in tried.items():
-        with suppress(StateError):
-            settle(conditions, forces, *bodies, models)
-            helps.append(say(name))
     curves = [(k, segment) for k, segment in enumerate(track) if isinstance(segment, Curve)]
     like = ""
     if curves:
-        curvature, acceleration = abs(float(here.track_curvature[0])), abs(float(alone.acceleration[0]))
+        curvature = abs(float(points.conditions.track_curvature[row]))
+        acceleration = abs(float(bogie.acceleration[0]))
         line, segment = min(
             curves,
             key=lambda row: (
@@ -426,5 +407,5 @@ def _without_balance(
             ),
         )
         like = say("state.segment", line=line + 2, name=segment.name)
-    fix = f"it runs {', or '.join(helps)}" if helps else say("state.helps_nothing")
+    fix = what_helps(points.conditions, points.controlled, bogie, bodies, models)
     return f"{points.label[row]}{like}: {error.messages[row]}; {fix}"

@@ -1,0 +1,67 @@
+"""What would let a bogie run in a curve in which it has no balance: tried, not guessed."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import replace
+
+import numpy as np
+
+from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
+from wearsim.errors import say
+from wearsim.operation.bogie import Bogies
+from wearsim.operation.states import Controlled, StateError, settle
+
+
+def bogie_of(controlled: Controlled | None, point: int) -> Bogies | None:
+    """Return the bogie whose leading axle is an operating point; None if there is none."""
+    bogies = None if controlled is None else controlled.bogies
+    if bogies is None or point not in bogies.leading:
+        return None
+    return bogies.at(np.flatnonzero(bogies.leading == point))
+
+
+def what_helps(
+    conditions: ContactConditions,
+    controlled: Controlled,
+    bogie: Bogies,
+    bodies: tuple[Wheelset, Counterface],
+    models: ContactModels,
+) -> str:
+    """Say which of half the friction, balanced cant and twice the radius lets a bogie run.
+
+    Parameters
+    ----------
+    conditions, controlled
+        Of all operating points.
+    bogie : Bogies
+        One without balance.
+    bodies : (Wheelset, Counterface)
+        As in `settle`.
+    models : ContactModels
+        As in `settle`.
+
+    Returns
+    -------
+    str
+        The end of a message.
+    """
+    alone = replace(bogie, leading=np.array([0]), trailing=np.array([1]))
+    here, own = conditions.at(bogie.points), replace(controlled.at(bogie.points), bogies=alone)
+    flange = here.friction_flange
+    slippery = replace(
+        here, friction=0.5 * here.friction, friction_flange=None if flange is None else 0.5 * flange
+    )
+    balanced = replace(own, box_moment=0.0 * own.box_moment, bogies=replace(alone, acceleration=np.zeros(1)))
+    wider = replace(here, track_curvature=0.5 * here.track_curvature)
+    tried = {
+        "state.helps_friction": (slippery, own),
+        "state.helps_cant": (here, balanced),
+        "state.helps_radius": (wider, own),
+    }
+    helps = []
+    for name, (there, forces) in tried.items():
+        with suppress(StateError):
+            settle(there, forces, *bodies, models)
+            helps.append(say(name))
+    return f"it runs {', or '.join(helps)}" if helps else say("state.helps_nothing")
