@@ -10,13 +10,17 @@ the error falls, measured by the residual or by the next step under the same slo
 monotonicity test of [1]_), as the residual alone leads along curved valleys in short steps where a flange
 is a hundred times as stiff as the tread.
 
+The roll of the axle moves its wheels sideways. On a flank of more than 60 degrees a wheel moved so rises
+faster than the other one sinks by the roll: with the shift given at the axle two contacts carry the same
+loads there, and forces jump from one to the other. At the height of the rails the wheels keep their place.
+
 Without a state nearby the balance is continued from straight track: curvature and unbalanced acceleration
 grow together from zero, along the secant through the last two states.
 
 The contact forces of a model with one plane and one ellipse per patch can jump within a micrometre, so that
 no shift balances the bogie. The axle is then on both sides of the jump in turn, and its share of the
 distance on the right side takes the place of the shift as the unknown: the limit under ever shorter steps
-of wear [2]_.
+of wear [2]_. Where such a jump lies in the way of the search it begins anew at states around.
 
 References
 ----------
