@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from wearsim.contact.problem import NEARBY
+from wearsim.contact.problem import NEARBY, ContactModels
 from wearsim.contact.solve import ContactConditions, Counterface, Wheelset, solve
 from wearsim.operation.bogie import GRAVITY, Bogies, Vehicle, suspension
 from wearsim.operation.curving import ACCEPTED, TOLERANCE, continued
@@ -19,6 +19,9 @@ from wearsim.operation.resultants import Resultants, resultants
 from wearsim.operation.route import Motion, resting
 from wearsim.operation.states import Controlled, Search, StateError, settle
 from wearsim.profile import standard
+from wearsim.profile.standard import shipped_path
+from wearsim.scene.vehicle import VehicleFile
+from wearsim.toml_faults import read_toml
 
 VEHICLE = Vehicle(
     half_wheelbase=1.25, half_pivot_distance=9.5, wheelset_mass=1500.0, bogie_mass=3000.0,
@@ -173,17 +176,16 @@ def test_a_bogie_runs_where_its_search_once_found_no_balance(models, wheel, rail
 
 
 @pytest.mark.slow
-def test_a_bogie_on_both_sides_of_a_jump_of_the_contact_is_in_balance(models):
-    """The lateral force of P8 on 60E1 1:40 jumps by 6 kN within a micrometre at the shift of this bogie."""
-    profile = standard.wheel("P8")
+def test_a_bogie_on_both_sides_of_a_jump_of_the_contact_is_in_balance():
+    """Of the shipped locomotive, whose leading axle is where a patch of S1002 on 54E1 1:20 splits."""
+    profile = standard.wheel("S1002")
     bodies = (
         Wheelset(profile, profile, 0.46, 0.75),
-        Counterface(standard.rail("60E1", 1 / 40, 1.435, 0.75), 0.0),
+        Counterface(standard.rail("54E1", 1 / 20, 1.435, 0.75), 0.0),
     )
-    coach = replace(
-        VEHICLE, lateral_stiffness=8e6, yaw_stiffness=16e6, body_mass=34000.0, roll_coefficient=0.2
-    )
-    conditions, controlled = task(315.0, 0.04, vehicle=coach)
+    file, _ = read_toml(shipped_path("profiles", "vehicles", "locomotive.toml"), VehicleFile)
+    models = ContactModels()
+    conditions, controlled = task(1587.0, 0.04, vehicle=file.vehicle)
     running = settle(conditions, controlled, *bodies, models)
     assert running.beyond is not None
     assert 0.0 < running.beyond.share[0] < 1.0
