@@ -1,0 +1,210 @@
+"""Cells of a patch from the points along its solved strips, and first guesses of points from cells."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from wearsim.contact.kernel import inner_bare_kernel, inner_kernel, kernel
+from wearsim.contact.patch import FloatArray
+from wearsim.contact.tangential.coupled_strips.influence import StripPoints, strip_points
+from wearsim.contact.tangential.coupled_strips.strips import neighbours
+from wearsim.contact.tangential.semismooth_newton import STICK
+
+
+@lru_cache(maxsize=256)
+def cell_means(cells: int, count: int) -> FloatArray:
+    r"""Means of a traction over cells along a strip, from its values at the points.
+
+    Parameters
+    ----------
+    cells : int
+        nx, from the leading end.
+    count : int
+        n, points.
+
+    Returns
+    -------
+    (n, nx) array
+        Exact, by :math:`\int\sqrt{1-t^2}\,U_l\,dt = -\frac12[\frac{\sin l\theta}{l} -
+        \frac{\sin(l+2)\theta}{l+2}]`; their sum over the points is the mean of :math:`\sqrt{1-t^2}`.
+    """
+    angle = np.arccos(1.0 - 2.0 * np.arange(cells + 1) / cells)
+    order = np.arange(count)[:, None]
+    whole = np.where(order > 0, np.sin(order * angle) / np.maximum(order, 1), angle)
+    whole -= np.sin((order + 2) * angle) / (order + 2)
+    return np.ascontiguousarray(strip_points(count).basis.T @ np.diff(whole, axis=1) * (0.25 * cells))
+
+
+@kernel
+def fill_cells(
+    points: StripPoints, means: FloatArray, traction: FloatArray, slip: FloatArray, marks: FloatArray, peak:
+    FloatArray, shear_modulus: float, friction: float, first: int, loaded: int, y: FloatArray, x_lead: FloatArray, x_trail:
+    FloatArray, slope: FloatArray, width: float, keep: bool, out: FloatArray, force: FloatArray,
+) -> float:  # fmt: skip
+    """Fill the cells of one patch and add up its forces.
+
+    Parameters
+    ----------
+    points, means
+        Of each strip, and `cell_means`.
+    traction, slip, marks, peak : (2, N, n), (2, N, n + 1), (N, n), (N,) arrays
+        Tractions over the shear modulus, slip, how points are marked, and factor of the root in the pressure
+        of each solved strip.
+    shear_modulus, friction : float
+        [Pa], [-].
+    first, loaded : int
+        Of the patch's strips in contact.
+    y, x_lead, x_trail, slope : (ny,) arrays
+        Of the patch's strips.
+    width : float
+        Of the patch's strips [m].
+    keep : bool
+        Whether fields are wanted.
+    out : (5, nx, ny) array
+        Filled with pressure, traction and slip.
+    force : (3,) array
+        Filled with the sums over the cells.
+
+    Returns
+    -------
+    float
+        Area that slips [m2].
+    """
+    cells, count = means.shape[1], peak.size
+    solved, sums = np.zeros((3, count, cells)), np.zeros((3, y.size))
+    root, sliding, rate = np.zeros(cells), np.zeros(count), np.empty(points.between.size)
+    for k in range(means.shape[0]):
+        for c in range(cells):
+            root[c] += means[k, c]
+    for i in range(count):
+        if peak[i] > 0.0:
+            for axis in range(2):
+                for k in range(means.shape[0]):
+                    value = traction[axis, i, k] * (shear_modulus / peak[i])
+                    for c in range(cells):
+                        solved[axis, i, c] += means[k, c] * value
+            _cut_back_along(solved[0, i], solved[1, i], root, friction)
+            sliding[i] = _rates(points.between, traction[:, i], slip[:, i], marks[i], friction, rate)
+            _work_along(points.between, rate, root, solved[2, i])
+    area = 0.0
+    for j in range(loaded):
+        half = 0.5 * (x_lead[first + j] - x_trail[first + j])
+        left, share = neighbours(j, loaded, count, peak)
+        right, largest, length = min(left + 1, count - 1), slope[first + j] * half, 2.0 * half / cells
+        area += 2.0 * half * width * ((1.0 - share) * sliding[left] + share * sliding[right])
+        f_x, f_y, moment, x = 0.0, 0.0, 0.0, x_lead[first + j] - 0.5 * length
+        for c in range(cells):
+            t_x = largest * ((1.0 - share) * solved[0, left, c] + share * solved[0, right, c])
+            t_y = largest * ((1.0 - share) * solved[1, left, c] + share * solved[1, right, c])
+            f_x, f_y, moment = f_x + t_x, f_y + t_y, moment + (x - c * length) * t_y
+            if keep:
+                work = largest * ((1.0 - share) * solved[2, left, c] + share * solved[2, right, c])
+                square = t_x * t_x + t_y * t_y
+                against = -work / square if square > 0.0 else 0.0
+                out[0, c, first + j] = largest * root[c]
+                out[1, c, first + j], out[2, c, first + j] = t_x, t_y
+                out[3, c, first + j], out[4, c, first + j] = against * t_x, against * t_y
+        sums[0, j], sums[1, j] = f_x * length, f_y * length
+        sums[2, j] = (moment - y[first + j] * f_x) * length
+    for k in range(3):
+        force[k] = 0.0
+        for j in range(loaded):
+            force[k] += sums[k, j]
+        force[k] *= width
+    return area
+
+
+@inner_bare_kernel
+def _cut_back_along(x: FloatArray, y: FloatArray, root: FloatArray, friction: float) -> None:
+    """Shorten tractions of cells above the bound; what is cut goes to the next cells with room.
+
+    A polynomial swings about the bound between points that slip: to the trailing end, then back.
+    """
+    cells, more_x, more_y = x.size, 0.0, 0.0
+    for step in range(2 * cells):
+        c = step if step < cells else 2 * cells - 1 - step
+        t_x, t_y, limit = x[c] + more_x, y[c] + more_y, friction * root[c]
+        size = np.sqrt(t_x * t_x + t_y * t_y)
+        share = limit / size if size > limit else 1.0
+        x[c], y[c] = share * t_x, share * t_y
+        more_x, more_y = t_x - x[c], t_y - y[c]
+
+
+@inner_bare_kernel
+def _rates(
+    between: FloatArray, traction: FloatArray, slip: FloatArray, marks: FloatArray, friction: float, rate:
+    FloatArray,
+) -> float:  # fmt: skip
+    """Fill the work of friction over the largest pressure, where strains are computed; share that slips.
+
+    Between two points that slip with the mean of their directions.
+    """
+    count, share, before = marks.size, 0.0, False
+    for k in range(count + 1):
+        slides = marks[min(k, count - 1)] <= 1.0 if k == count else marks[k] != STICK
+        rate[k] = 0.0
+        if slides:
+            last = min(k, count - 1)
+            t_x, t_y = traction[0, last], traction[1, last]
+            if before and k < count:
+                t_x, t_y = t_x + traction[0, k - 1], t_y + traction[1, k - 1]
+            size = np.sqrt(t_x * t_x + t_y * t_y)
+            if size > 0.0:
+                rate[k] = max(-friction * (t_x * slip[0, k] + t_y * slip[1, k]) / size, 0.0)
+        if k < count and slides:
+            front, rear = 1.0 if k == 0 else between[k], -1.0 if k == count - 1 else between[k + 1]
+            share += 0.5 * (front - rear)
+        before = slides
+    return share
+
+
+@inner_bare_kernel
+def _work_along(between: FloatArray, rate: FloatArray, root: FloatArray, work: FloatArray) -> None:
+    """Fill the work of the cells of a strip, the square of its rate linear between places; the sum is exact.
+
+    Near the onset of slip and at the trailing end it goes on in a straight line.
+    """
+    count, cells, total, have = between.size, work.size, 0.0, 0.0
+    for k in range(count):
+        total += (1.0 - between[k] * between[k]) * rate[k] * (np.pi / count)
+    if total <= 0.0:
+        return
+    behind = 0
+    for c in range(cells):
+        place = 1.0 - (2.0 * c + 1.0) / cells
+        while behind < count and between[behind] > place:
+            behind += 1
+        k = behind - 1
+        if k < 0:
+            square = rate[0] ** 2
+        else:
+            onset = k + 2 < count and rate[k] == 0.0 and rate[k + 2] > rate[k + 1] > 0.0
+            k = k + 1 if onset else min(k, count - 2)
+            slope = (rate[k + 1] ** 2 - rate[k] ** 2) / (between[k + 1] - between[k])
+            square = rate[k] ** 2 + slope * (place - between[k])
+        work[c] = root[c] * np.sqrt(max(square, 0.0))
+        have += work[c] * 2.0 / cells
+    for c in range(cells):
+        work[c] *= total / have if have > 0.0 else 0.0
+
+
+@kernel
+def guess_from_cells(
+    points: StripPoints, cells: FloatArray, first: int, loaded: int, traction: FloatArray
+) -> None:
+    """Fill the tractions (2, N, n) over the pressure from cells (3, nx, ny) of a state nearby."""
+    count, rows = traction.shape[1], cells.shape[1]
+    for i in range(count):
+        j = first + min(int((i + 0.5) * loaded / count), loaded - 1)
+        for k in range(points.place.size):
+            place = min(max(0.5 * (1.0 - points.place[k]) * rows - 0.5, 0.0), rows - 1.0)
+            front = min(int(place), max(rows - 2, 0))
+            rear = min(front + 1, rows - 1)
+            for axis in range(2):
+                value = 0.0
+                for c, share in ((front, 1.0 - (place - front)), (rear, place - front)):
+                    pressure = cells[0, c, j]
+                    value += share * cells[1 + axis, c, j] / pressure if pressure > 0.0 else 0.0
+                traction[axis, i, k] = value

@@ -1,0 +1,303 @@
+r"""Coulomb friction on the strips of one patch in steady rolling: semi-smooth Newton with Krylov steps.
+
+Unknown is the traction g at the n points of each strip, over the root of an ellipse: there Coulomb's bound is
+one number b per strip. A point that sticks has no slip at the place where strains are computed upstream of
+it, which leaves the trailing end free to be singular and keeps the leading one bounded, as particles enter
+the contact unstrained. A point that slips has g of the size b against the slip, near the point itself. Both
+are the equation of `tangential.semismooth_newton`. Linear steps are preconditioned by strip theory: each
+stretch of stick of each strip as if it were alone [1]_.
+
+Tractions are over the shear modulus.
+
+References
+----------
+.. [1] J. J. Kalker, On the rolling contact of two elastic bodies in the presence of dry friction,
+   thesis, Delft 1967 (strip theory).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wearsim.contact.kernel import inner_bare_kernel, inner_kernel, kernel
+from wearsim.contact.patch import FloatArray
+from wearsim.contact.tangential.coupled_strips.influence import StripPoints
+from wearsim.contact.tangential.semismooth_newton import (
+    OUTSIDE,
+    STICK,
+    combine,
+    cut_back,
+    derivative,
+    exactness,
+    orthogonalise,
+)
+
+MOST_PRODUCTS = 40  # of the matrix, of one linear step
+_REACH = 0.1  # r of the projection, over the shear modulus
+_SOFT = 0.1  # slip per traction of a point that slips, on its own, times r
+_FREE = 4  # Newton steps that are taken whole; later ones are halved unless the residual falls
+_FALLS = 0.3
+_PARTS = 10  # of the creepage, where the direct way fails
+
+
+@kernel
+def roll(
+    matrix: FloatArray, points: StripPoints, poisson_ratio: float, rigid_slip: FloatArray, bound: FloatArray,
+    tolerance: float, most_steps: int, traction: FloatArray, slip: FloatArray, marks: FloatArray,
+) -> tuple[float, int, int]:  # fmt: skip
+    """Solve for tractions and slip of a patch in steady rolling.
+
+    Parameters
+    ----------
+    matrix : (3, N n, N (n + 1)) array
+        From `influence.slip_influence`.
+    points : StripPoints
+        Of each strip.
+    poisson_ratio : float
+        Of both bodies [-].
+    rigid_slip : (2, N, n + 1) array
+        Slip without deformation where strains are computed [-].
+    bound : (N, n) array
+        Friction coefficient times the root's factor of the pressure, over the shear modulus [-].
+    tolerance : float
+        Sum of the residuals over that of tractions at which the iteration stops.
+    most_steps : int
+        Newton steps at most.
+    traction : (2, N, n) array
+        First guess, replaced by the solution [-].
+    slip, marks : (2, N, n + 1), (N, n) arrays
+        Filled with the slip over V where strains are computed [-], and how points are marked.
+
+    Returns
+    -------
+    float, int, int
+        Residual, the caller judges it; Newton steps and products of the matrix that were needed.
+    """
+    shape = traction.shape
+    direction, rest, change = np.zeros(shape), np.empty(shape), np.empty(shape)
+    best, near, basis = traction.copy(), np.empty(shape), np.empty((MOST_PRODUCTS + 1, traction.size))
+    before, least, steps, products = np.inf, np.inf, 0, 0
+    while True:
+        error = _state(matrix, points, rigid_slip, bound, traction, slip, near, marks, direction, rest)
+        products += 1
+        if error < least:
+            least = error
+            best[:] = traction
+        if error <= tolerance:
+            return error, steps, products
+        if steps == most_steps or (not error < np.inf and steps > 0):
+            traction[:] = best
+            least = _state(matrix, points, rigid_slip, bound, traction, slip, near, marks, direction, rest)
+            return least, steps, products + 1
+        share = exactness(error, before, tolerance)
+        products += _linear_step(matrix, points, poisson_ratio, marks, direction, rest, share, basis, change)
+        size = 0.5 if steps >= _FREE and error > _FALLS * before else 1.0
+        before = error
+        for c in range(2):
+            for i in range(shape[1]):
+                for k in range(shape[2]):
+                    traction[c, i, k] += size * change[c, i, k]
+        steps += 1
+
+
+@kernel
+def guess(
+    points: StripPoints, poisson_ratio: float, creepage: FloatArray, y: FloatArray, half: FloatArray, middle:
+    FloatArray, traction: FloatArray,
+) -> None:  # fmt: skip
+    """Fill the tractions (2, N, n) of strips that stick and are alone, by strip theory."""
+    for i in range(y.size):
+        for k in range(points.place.size):
+            flexible = -0.5 / (1.0 + points.place[k])
+            x = middle[i] + half[i] * points.place[k]
+            traction[0, i, k] = flexible / (1.0 - poisson_ratio) * (creepage[0] - creepage[2] * y[i])
+            traction[1, i, k] = flexible * (creepage[1] + creepage[2] * x)
+
+
+@kernel
+def roll_to(
+    matrix: FloatArray, points: StripPoints, poisson_ratio: float, creepage: FloatArray, y: FloatArray, half:
+    FloatArray, middle: FloatArray, bound: FloatArray, tolerance: float, allowed: float, most_steps: int,
+    traction: FloatArray, slip: FloatArray, marks: FloatArray,
+) -> float:  # fmt: skip
+    """Solve for tractions and slip under a creepage; if that fails, by way of smaller ones.
+
+    Parameters
+    ----------
+    creepage : (3,) array
+        [-, -, 1/m].
+    y, half, middle, bound : (N,) arrays
+        Lateral position, half length and middle of the strips [m]; bound over the shear modulus [-].
+    tolerance, allowed : float
+        Residual at which the iteration stops, and that at which it need not be tried in another way.
+    matrix, points, poisson_ratio, most_steps, traction, slip, marks
+        As of `roll`.
+
+    Returns
+    -------
+    float
+        Residual; the caller judges it.
+    """
+    rigid, bounds = np.empty(slip.shape), np.empty(marks.shape)
+    for i in range(y.size):
+        bounds[i] = bound[i]
+        for r in range(points.between.size):
+            rigid[0, i, r] = creepage[0] - creepage[2] * y[i]
+            rigid[1, i, r] = creepage[1] + creepage[2] * (middle[i] + half[i] * points.between[r])
+    left, _, _ = roll(
+        matrix, points, poisson_ratio, rigid, bounds, tolerance, most_steps, traction, slip, marks
+    )
+    if left <= allowed:
+        return left
+    traction[:] = 0.0
+    for part in range(1, _PARTS + 1):
+        smaller = rigid * (part / _PARTS)
+        left, _, _ = roll(
+            matrix, points, poisson_ratio, smaller, bounds, tolerance, most_steps, traction, slip, marks
+        )
+    return left
+
+
+@inner_kernel
+def _state(
+    matrix: FloatArray, points: StripPoints, rigid_slip: FloatArray, bound: FloatArray, traction: FloatArray,
+    slip: FloatArray, near: FloatArray, marks: FloatArray, direction: FloatArray, rest: FloatArray,
+) -> float:  # fmt: skip
+    """Fill slip, marks, directions and residuals of tractions, cut back to the bound; relative residual."""
+    cut_back(traction, bound)
+    slip[:] = rigid_slip
+    _add_slip(matrix, traction, slip)
+    _near_points(slip, points.at_slip, near)
+    error, size = _residual(traction, slip, near, bound, marks, direction, rest)
+    if size > 0.0:
+        return float(error / size)
+    return 0.0 if error == 0.0 else np.inf
+
+
+@inner_kernel
+def _add_slip(matrix: FloatArray, traction: FloatArray, slip: FloatArray) -> None:
+    """Add the slip (2, N, n + 1) of tractions (2, N, n); one after the other, so that sums keep their order."""
+    rows, columns = matrix.shape[2], matrix.shape[1]
+    x, y = slip[0].reshape(rows), slip[1].reshape(rows)
+    t_x, t_y = traction[0].reshape(columns), traction[1].reshape(columns)
+    for k in range(columns):
+        along, across, mixed, g_x, g_y = matrix[0, k], matrix[1, k], matrix[2, k], t_x[k], t_y[k]
+        for r in range(rows):
+            x[r] += along[r] * g_x + mixed[r] * g_y
+        for r in range(rows):
+            y[r] += across[r] * g_y + mixed[r] * g_x
+
+
+@inner_bare_kernel
+def _near_points(slip: FloatArray, at_slip: FloatArray, near: FloatArray) -> None:
+    """Fill the slip (2, N, n) near the points, where those that slip have it."""
+    near[:] = 0.0
+    for c in range(2):
+        for i in range(near.shape[1]):
+            for r in range(slip.shape[2]):
+                for k in range(near.shape[2]):
+                    near[c, i, k] += at_slip[r, k] * slip[c, i, r]
+
+
+@inner_bare_kernel
+def _residual(
+    traction: FloatArray, slip: FloatArray, near: FloatArray, bound: FloatArray, marks: FloatArray, direction:
+    FloatArray, rest: FloatArray,
+) -> tuple[float, float]:  # fmt: skip
+    """Mark points and fill residuals; sums of the sizes of residuals and tractions."""
+    error, size = 0.0, 0.0
+    for i in range(bound.shape[0]):
+        for k in range(bound.shape[1]):
+            rest[0, i, k], rest[1, i, k] = 0.0, 0.0
+            if bound[i, k] <= 0.0:
+                marks[i, k] = OUTSIDE
+                continue
+            t_x, t_y = traction[0, i, k], traction[1, i, k]
+            r_x, r_y = _REACH * slip[0, i, k], _REACH * slip[1, i, k]
+            marks[i, k] = STICK
+            if (t_x - r_x) ** 2 + (t_y - r_y) ** 2 > bound[i, k] ** 2:
+                v_x = t_x - _REACH * near[0, i, k]
+                v_y = t_y - _REACH * near[1, i, k]
+                length = np.sqrt(v_x * v_x + v_y * v_y)
+                d_x, d_y = (v_x / length, v_y / length) if length > 0.0 else (1.0, 0.0)
+                # Beside stick the slip near the point may be less than the one that says that it slips.
+                marks[i, k] = bound[i, k] / length if length > bound[i, k] else 1.0
+                direction[0, i, k], direction[1, i, k] = d_x, d_y
+                r_x, r_y = t_x - bound[i, k] * d_x, t_y - bound[i, k] * d_y
+            rest[0, i, k], rest[1, i, k] = r_x, r_y
+            error += np.sqrt(r_x * r_x + r_y * r_y)
+            size += np.sqrt(t_x * t_x + t_y * t_y)
+    return error, size
+
+
+@inner_kernel
+def _linear_step(
+    matrix: FloatArray, points: StripPoints, poisson_ratio: float, marks: FloatArray, direction: FloatArray,
+    rest: FloatArray, share: float, basis: FloatArray, change: FloatArray,
+) -> int:  # fmt: skip
+    """Newton's change of the tractions, exact to a share of the residual; returns the products it took.
+
+    Generalised minimal residuals, preconditioned on the right.
+    """
+    most, size, shape = basis.shape[0] - 1, rest.size, rest.shape
+    triangle, weight = np.zeros((most, most)), np.empty(most)
+    cosine, sine, left = np.empty(most), np.empty(most), np.empty(most + 1)
+    slip, near = np.empty((2, shape[1], shape[2] + 1)), np.empty(shape)
+    flat, whole = rest.reshape(size), 0.0
+    for i in range(size):
+        whole += flat[i] * flat[i]
+    left[0] = whole = np.sqrt(whole)
+    for i in range(size):
+        basis[0, i] = -flat[i] / whole
+    count = 0
+    while count < most and abs(left[count]) > share * whole:
+        _precondition(basis[count].reshape(shape), marks, direction, points.alone, poisson_ratio, change)
+        slip[:] = 0.0
+        _add_slip(matrix, change, slip)
+        _near_points(slip, points.at_slip, near)
+        for c in range(2):
+            for i in range(shape[1]):
+                for k in range(shape[2]):
+                    if marks[i, k] == STICK:
+                        near[c, i, k] = slip[c, i, k]
+        derivative(change, near, marks, direction, _REACH, basis[count + 1].reshape(shape))
+        orthogonalise(basis, count, triangle, cosine, sine, left)
+        count += 1
+    combine(basis, count, triangle, left, weight, near.reshape(size))
+    _precondition(near, marks, direction, points.alone, poisson_ratio, change)
+    return count
+
+
+@inner_bare_kernel
+def _precondition(
+    given: FloatArray, marks: FloatArray, direction: FloatArray, alone: FloatArray, poisson_ratio: float,
+    out: FloatArray,
+) -> None:  # fmt: skip
+    """Change of tractions with a given derivative, if stretches of stick and points that slip were alone."""
+    count = marks.shape[1]
+    stiff_y = 0.5 / _REACH
+    stiff_x = stiff_y / (1.0 - poisson_ratio)
+    for i in range(marks.shape[0]):
+        k = 0
+        while k < count:
+            mark, first = marks[i, k], k
+            if mark == STICK:
+                while k < count and marks[i, k] == STICK:
+                    k += 1
+                inverse = alone[first, k - first - 1]
+                for c in range(2):
+                    line, stiff = out[c, i, first:k], stiff_x if c == 0 else stiff_y
+                    line[:] = 0.0
+                    for l in range(k - first):
+                        value = stiff * given[c, i, first + l]
+                        for m in range(k - first):
+                            line[m] += inverse[l, m] * value
+                continue
+            out[0, i, k], out[1, i, k] = 0.0, 0.0
+            if mark != OUTSIDE:
+                d_x, d_y = direction[0, i, k], direction[1, i, k]
+                along = d_x * given[0, i, k] + d_y * given[1, i, k]
+                soft = 1.0 / (1.0 - mark + mark * _SOFT)
+                out[0, i, k] = along * d_x + soft * (given[0, i, k] - along * d_x)
+                out[1, i, k] = along * d_y + soft * (given[1, i, k] - along * d_y)
+            k += 1
