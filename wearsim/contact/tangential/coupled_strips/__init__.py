@@ -40,8 +40,8 @@ from wearsim.contact.tangential.coupled_strips.strips import solved_strips
 from wearsim.contact.tangential.model import TangentialModel, TangentialSolution, Wanted
 from wearsim.errors import ContactError, NumericalError, say
 
-POINTS = 8
-"""Along each strip."""
+STRIPS, POINTS = 12, 8
+"""Across a patch, more in wide ones and not more than the patch has, and points along each strip."""
 TOLERANCE = 3e-5
 """Sum of the residuals of all points over the sum of their tractions."""
 STALLED = 1e-3
@@ -72,7 +72,7 @@ def solve(
         row = int(patch.row[np.argmax(fault)])
         raise ContactError("creepage and friction coefficient must be finite", row=row)
     count, ny = patch.y.shape
-    points, strips = strip_points(POINTS), solved_strips(patch)
+    points, strips = strip_points(POINTS), solved_strips(patch, STRIPS)
     out = np.zeros((5, count, int(patch.cells.max(initial=1)) if fields else 0, ny))
     force, slip_area = np.zeros((count, 3)), np.zeros(count)
     length = (patch.x_lead - patch.x_trail) / patch.cells[:, None]
@@ -83,7 +83,7 @@ def solve(
             slip_area[m] = _slide_freely(patch, m, creepage[m], out[:, m])
             continue
         first, loaded, width = int(strips.first[m]), int(strips.loaded[m]), float(strips.width[m])
-        y, half, middle, peak = (part[m, : strips.count[m]] for part in strips[4:])
+        y, half, middle, peak, centre = (part[m, : strips.count[m]] for part in strips[4:])
         shape = peak.size, POINTS
         matrix = slip_influence(half, middle, width, POINTS, poisson_ratio)
         rigid, slip = np.empty((2, 2, peak.size, POINTS + 1))
@@ -103,7 +103,7 @@ def solve(
                 say("contact.rolling_unconverged", left=left, tolerance=allowed), row=int(patch.row[m])
             )
         slip_area[m] = fill_cells(
-            points, cell_means(int(patch.cells[m]), POINTS), traction, slip, marks, peak, shear_modulus,
+            points, cell_means(int(patch.cells[m]), POINTS), traction, slip, marks, peak, centre, shear_modulus,
             float(friction[m]), first, loaded, *(part[m] for part in outline), float(patch.width[m]),
             bool(fields), out[:, m], force[m],
         )  # fmt: skip

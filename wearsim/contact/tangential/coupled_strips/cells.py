@@ -9,7 +9,7 @@ import numpy as np
 from wearsim.contact.kernel import inner_bare_kernel, inner_kernel, kernel
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.tangential.coupled_strips.influence import StripPoints, strip_points
-from wearsim.contact.tangential.coupled_strips.strips import neighbours
+from wearsim.contact.tangential.coupled_strips.strips import parts_of
 from wearsim.contact.tangential.semismooth_newton import STICK
 
 
@@ -40,8 +40,8 @@ def cell_means(cells: int, count: int) -> FloatArray:
 @kernel
 def fill_cells(
     points: StripPoints, means: FloatArray, traction: FloatArray, slip: FloatArray, marks: FloatArray, peak:
-    FloatArray, shear_modulus: float, friction: float, first: int, loaded: int, y: FloatArray, x_lead: FloatArray, x_trail:
-    FloatArray, slope: FloatArray, width: float, keep: bool, out: FloatArray, force: FloatArray,
+    FloatArray, centre: FloatArray, shear_modulus: float, friction: float, first: int, loaded: int, y: FloatArray, x_lead:
+    FloatArray, x_trail: FloatArray, slope: FloatArray, width: float, keep: bool, out: FloatArray, force: FloatArray,
 ) -> float:  # fmt: skip
     """Fill the cells of one patch and add up its forces.
 
@@ -49,9 +49,10 @@ def fill_cells(
     ----------
     points, means
         Of each strip, and `cell_means`.
-    traction, slip, marks, peak : (2, N, n), (2, N, n + 1), (N, n), (N,) arrays
-        Tractions over the shear modulus, slip, how points are marked, and factor of the root in the pressure
-        of each solved strip.
+    traction, slip, marks : (2, N, n), (2, N, n + 1), (N, n) arrays
+        Tractions over the shear modulus, slip, and how points are marked.
+    peak, centre : (N,) arrays
+        Factor of the root in the pressure of each solved strip [Pa], and lateral position of its load [m].
     shear_modulus, friction : float
         [Pa], [-].
     first, loaded : int
@@ -73,7 +74,7 @@ def fill_cells(
         Area that slips [m2].
     """
     cells, count = means.shape[1], peak.size
-    solved, sums = np.zeros((3, count, cells)), np.zeros((3, y.size))
+    solved, slopes, sums = np.zeros((3, count, cells)), np.zeros((3, count, cells)), np.zeros((3, y.size))
     root, sliding, rate = np.zeros(cells), np.zeros(count), np.empty(points.between.size)
     for k in range(means.shape[0]):
         for c in range(cells):
@@ -88,21 +89,30 @@ def fill_cells(
             _cut_back_along(solved[0, i], solved[1, i], root, friction)
             sliding[i] = _rates(points.between, traction[:, i], slip[:, i], marks[i], friction, rate)
             _work_along(points.between, rate, root, solved[2, i])
+    _slopes_across(solved, peak, centre, slopes)
     area = 0.0
     for j in range(loaded):
         half = 0.5 * (x_lead[first + j] - x_trail[first + j])
-        left, share = neighbours(j, loaded, count, peak)
-        right, largest, length = min(left + 1, count - 1), slope[first + j] * half, 2.0 * half / cells
-        area += 2.0 * half * width * ((1.0 - share) * sliding[left] + share * sliding[right])
+        i, share, off, off_next = parts_of(j, loaded, count)
+        other, largest, length = min(i + 1, count - 1), slope[first + j] * half, 2.0 * half / cells
+        rest, off = 1.0 - share, y[first + j] + off * width - centre[i]
+        off_next = y[first + j] + off_next * width - centre[other]
+        area += 2.0 * half * width * (share * sliding[i] + rest * sliding[other])
         f_x, f_y, moment, x = 0.0, 0.0, 0.0, x_lead[first + j] - 0.5 * length
         for c in range(cells):
-            t_x = largest * ((1.0 - share) * solved[0, left, c] + share * solved[0, right, c])
-            t_y = largest * ((1.0 - share) * solved[1, left, c] + share * solved[1, right, c])
+            t_x = share * (solved[0, i, c] + off * slopes[0, i, c])
+            t_y = share * (solved[1, i, c] + off * slopes[1, i, c])
+            t_x += rest * (solved[0, other, c] + off_next * slopes[0, other, c])
+            t_y += rest * (solved[1, other, c] + off_next * slopes[1, other, c])
+            size, limit = np.sqrt(t_x * t_x + t_y * t_y), friction * root[c]
+            scale = largest * limit / size if size > limit else largest
+            t_x, t_y = scale * t_x, scale * t_y
             f_x, f_y, moment = f_x + t_x, f_y + t_y, moment + (x - c * length) * t_y
             if keep:
-                work = largest * ((1.0 - share) * solved[2, left, c] + share * solved[2, right, c])
+                work = share * (solved[2, i, c] + off * slopes[2, i, c])
+                work += rest * (solved[2, other, c] + off_next * slopes[2, other, c])
                 square = t_x * t_x + t_y * t_y
-                against = -work / square if square > 0.0 else 0.0
+                against = -largest * max(work, 0.0) / square if square > 0.0 else 0.0
                 out[0, c, first + j] = largest * root[c]
                 out[1, c, first + j], out[2, c, first + j] = t_x, t_y
                 out[3, c, first + j], out[4, c, first + j] = against * t_x, against * t_y
@@ -114,6 +124,25 @@ def fill_cells(
             force[k] += sums[k, j]
         force[k] *= width
     return area
+
+
+@inner_bare_kernel
+def _slopes_across(values: FloatArray, peak: FloatArray, centre: FloatArray, slopes: FloatArray) -> None:
+    """Fill the slopes across the solved strips (k, N, nx), which keep their means and stay between neighbours.
+
+    None beside strips without contact, and none in the outermost ones.
+    """
+    for i in range(1, peak.size - 1):
+        if peak[i - 1] > 0.0 and peak[i] > 0.0 and peak[i + 1] > 0.0:
+            to_left, to_right = 1.0 / (centre[i] - centre[i - 1]), 1.0 / (centre[i + 1] - centre[i])
+            both = 1.0 / (centre[i + 1] - centre[i - 1])
+            for k in range(values.shape[0]):
+                for c in range(values.shape[2]):
+                    left = 2.0 * (values[k, i, c] - values[k, i - 1, c]) * to_left
+                    right = 2.0 * (values[k, i + 1, c] - values[k, i, c]) * to_right
+                    middle = (values[k, i + 1, c] - values[k, i - 1, c]) * both
+                    size = min(abs(left), abs(right), abs(middle))
+                    slopes[k, i, c] = np.copysign(size, middle) if left * right > 0.0 else 0.0
 
 
 @inner_bare_kernel
