@@ -19,13 +19,13 @@ from __future__ import annotations
 import numpy as np
 
 from wearsim.contact.influence import scalar_product
-from wearsim.contact.kernel import inner_kernel
+from wearsim.contact.kernel import inner_bare_kernel
 from wearsim.contact.patch import FloatArray
 
 STICK, OUTSIDE = 2.0, -1.0
 
 
-@inner_kernel
+@inner_bare_kernel
 def cut_back(traction: FloatArray, bound: FloatArray) -> None:
     """Shorten tractions (2, nx, ny) above the bound (nx, ny)."""
     for i in range(bound.shape[0]):
@@ -36,7 +36,7 @@ def cut_back(traction: FloatArray, bound: FloatArray) -> None:
                 traction[1, i, j] *= bound[i, j] / size
 
 
-@inner_kernel
+@inner_bare_kernel
 def derivative(
     change: FloatArray, slip: FloatArray, marks: FloatArray, direction: FloatArray, reach: float, out:
     FloatArray,
@@ -57,7 +57,7 @@ def derivative(
                 out[1, i, j] = change[1, i, j] - mark * (v_y - along * d_y)
 
 
-@inner_kernel
+@inner_bare_kernel
 def exactness(error: float, before: float, tolerance: float) -> float:
     """Share of the residual `error` that a linear step may leave, after the residual `before` (or inf).
 
@@ -67,7 +67,7 @@ def exactness(error: float, before: float, tolerance: float) -> float:
     return max(share, 0.5 * tolerance / error, 1e-4)
 
 
-@inner_kernel
+@inner_bare_kernel
 def orthogonalise(
     basis: FloatArray, count: int, triangle: FloatArray, cosine: FloatArray, sine: FloatArray, left: FloatArray
 ) -> None:
@@ -94,7 +94,7 @@ def orthogonalise(
     left[count] *= cosine[count]
 
 
-@inner_kernel
+@inner_bare_kernel
 def combine(
     basis: FloatArray, count: int, triangle: FloatArray, left: FloatArray, weight: FloatArray, out: FloatArray
 ) -> None:

@@ -77,6 +77,7 @@ def solve(
     force, slip_area = np.zeros((count, 3)), np.zeros(count)
     length = (patch.x_lead - patch.x_trail) / patch.cells[:, None]
     creepage, outline = plain(creepage), [plain(getattr(patch, name)) for name in _OUTLINE]
+    tolerance, allowed = looser * TOLERANCE, max(looser * TOLERANCE, STALLED)
     known = None if start is None or start.cells is None else plain(start.cells)
     for m in range(count):
         if friction[m] <= 0.0:
@@ -93,11 +94,10 @@ def solve(
         else:
             guess_from_cells(points, known[:, m, : patch.cells[m]], first, loaded, traction)
             traction *= (peak / shear_modulus)[:, None]
-        left = rolling.roll_to(
+        left, _ = rolling.roll_to(
             matrix, points, poisson_ratio, creepage[m], y, half, middle, friction[m] / shear_modulus * peak,
-            looser * TOLERANCE, max(looser * TOLERANCE, STALLED), MOST_STEPS, traction, slip, marks
-        )
-        allowed = max(looser * TOLERANCE, STALLED)
+            tolerance, allowed, MOST_STEPS, traction, slip, marks,
+        )  # fmt: skip
         if not left <= allowed:
             raise NumericalError(
                 say("contact.rolling_unconverged", left=left, tolerance=allowed), row=int(patch.row[m])

@@ -9,7 +9,7 @@ import numpy as np
 from wearsim.contact.kernel import inner_bare_kernel, inner_kernel, kernel
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.tangential.coupled_strips.influence import StripPoints, strip_points
-from wearsim.contact.tangential.coupled_strips.strips import parts_of
+from wearsim.contact.tangential.coupled_strips.strips import neighbours, parts_of
 from wearsim.contact.tangential.semismooth_newton import STICK
 
 
@@ -66,7 +66,7 @@ def fill_cells(
     out : (5, nx, ny) array
         Filled with pressure, traction and slip.
     force : (3,) array
-        Filled with the sums over the cells.
+        The sums over the cells are added to it.
 
     Returns
     -------
@@ -74,7 +74,7 @@ def fill_cells(
         Area that slips [m2].
     """
     cells, count = means.shape[1], peak.size
-    solved, slopes, sums = np.zeros((3, count, cells)), np.zeros((3, count, cells)), np.zeros((3, y.size))
+    solved, slopes = np.zeros((3, count + 1, cells)), np.zeros((2, count, cells))
     root, sliding, rate = np.zeros(cells), np.zeros(count), np.empty(points.between.size)
     for k in range(means.shape[0]):
         for c in range(cells):
@@ -90,59 +90,64 @@ def fill_cells(
             sliding[i] = _rates(points.between, traction[:, i], slip[:, i], marks[i], friction, rate)
             _work_along(points.between, rate, root, solved[2, i])
     _slopes_across(solved, peak, centre, slopes)
-    area = 0.0
+    area, line = 0.0, np.empty((5, cells))
     for j in range(loaded):
         half = 0.5 * (x_lead[first + j] - x_trail[first + j])
         i, share, off, off_next = parts_of(j, loaded, count)
-        other, largest, length = min(i + 1, count - 1), slope[first + j] * half, 2.0 * half / cells
-        rest, off = 1.0 - share, y[first + j] + off * width - centre[i]
-        off_next = y[first + j] + off_next * width - centre[other]
-        area += 2.0 * half * width * (share * sliding[i] + rest * sliding[other])
-        f_x, f_y, moment, x = 0.0, 0.0, 0.0, x_lead[first + j] - 0.5 * length
+        other, rest, largest = min(i + 1, count - 1), 1.0 - share, slope[first + j] * half
+        off, off_next = y[first + j] + off * width - centre[i], y[first + j] + off_next * width - centre[other]
+        for axis in range(2):
+            for c in range(cells):
+                line[axis, c] = share * (solved[axis, i, c] + off * slopes[axis, i, c])
+            if rest > 0.0:
+                for c in range(cells):
+                    line[axis, c] += rest * (solved[axis, other, c] + off_next * slopes[axis, other, c])
+        left, to_right = neighbours(j, loaded, count, peak)
         for c in range(cells):
-            t_x = share * (solved[0, i, c] + off * slopes[0, i, c])
-            t_y = share * (solved[1, i, c] + off * slopes[1, i, c])
-            t_x += rest * (solved[0, other, c] + off_next * slopes[0, other, c])
-            t_y += rest * (solved[1, other, c] + off_next * slopes[1, other, c])
-            size, limit = np.sqrt(t_x * t_x + t_y * t_y), friction * root[c]
-            scale = largest * limit / size if size > limit else largest
-            t_x, t_y = scale * t_x, scale * t_y
-            f_x, f_y, moment = f_x + t_x, f_y + t_y, moment + (x - c * length) * t_y
+            work = solved[2, left, c] + to_right * (solved[2, left + 1, c] - solved[2, left, c])
+            limit, square = friction * root[c], line[0, c] * line[0, c] + line[1, c] * line[1, c]
+            scale = largest * limit / np.sqrt(square) if square > limit * limit else largest
+            line[0, c], line[1, c] = scale * line[0, c], scale * line[1, c]
+            line[2, c] = largest * root[c]
+            square = line[0, c] * line[0, c] + line[1, c] * line[1, c]
+            against = -largest * work / square if square > 0.0 else 0.0
+            line[3, c], line[4, c] = against * line[0, c], against * line[1, c]
+        f_x, f_y, moment, length = 0.0, 0.0, 0.0, 2.0 * half / cells
+        for c in range(cells):
+            f_x, f_y, moment = f_x + line[0, c], f_y + line[1, c], moment + (c + 0.5) * line[1, c]
             if keep:
-                work = share * (solved[2, i, c] + off * slopes[2, i, c])
-                work += rest * (solved[2, other, c] + off_next * slopes[2, other, c])
-                square = t_x * t_x + t_y * t_y
-                against = -largest * max(work, 0.0) / square if square > 0.0 else 0.0
-                out[0, c, first + j] = largest * root[c]
-                out[1, c, first + j], out[2, c, first + j] = t_x, t_y
-                out[3, c, first + j], out[4, c, first + j] = against * t_x, against * t_y
-        sums[0, j], sums[1, j] = f_x * length, f_y * length
-        sums[2, j] = (moment - y[first + j] * f_x) * length
-    for k in range(3):
-        force[k] = 0.0
-        for j in range(loaded):
-            force[k] += sums[k, j]
-        force[k] *= width
+                out[0, c, first + j] = line[2, c]
+                out[1, c, first + j], out[2, c, first + j] = line[0, c], line[1, c]
+                out[3, c, first + j], out[4, c, first + j] = line[3, c], line[4, c]
+        area += 2.0 * half * width * (share * sliding[i] + rest * sliding[other])
+        force[0] += f_x * length * width
+        force[1] += f_y * length * width
+        force[2] += (x_lead[first + j] * f_y - length * moment - y[first + j] * f_x) * length * width
     return area
 
 
 @inner_bare_kernel
 def _slopes_across(values: FloatArray, peak: FloatArray, centre: FloatArray, slopes: FloatArray) -> None:
-    """Fill the slopes across the solved strips (k, N, nx), which keep their means and stay between neighbours.
+    """Fill the slopes of tractions (2, N, nx) across solved strips, which keep means and stay between neighbours.
 
-    None beside strips without contact, and none in the outermost ones.
+    Outermost strips, also beside those without contact, go on as their neighbours.
     """
-    for i in range(1, peak.size - 1):
-        if peak[i - 1] > 0.0 and peak[i] > 0.0 and peak[i + 1] > 0.0:
-            to_left, to_right = 1.0 / (centre[i] - centre[i - 1]), 1.0 / (centre[i + 1] - centre[i])
-            both = 1.0 / (centre[i + 1] - centre[i - 1])
-            for k in range(values.shape[0]):
-                for c in range(values.shape[2]):
-                    left = 2.0 * (values[k, i, c] - values[k, i - 1, c]) * to_left
-                    right = 2.0 * (values[k, i + 1, c] - values[k, i, c]) * to_right
-                    middle = (values[k, i + 1, c] - values[k, i - 1, c]) * both
-                    size = min(abs(left), abs(right), abs(middle))
-                    slopes[k, i, c] = np.copysign(size, middle) if left * right > 0.0 else 0.0
+    count = peak.size
+    for i in range(count):
+        left, right = i > 0 and peak[i - 1] > 0.0, i < count - 1 and peak[i + 1] > 0.0
+        if peak[i] <= 0.0 or not (left or right):
+            continue
+        first, last = i - 1 if left else i, i + 1 if right else i
+        per_length = 1.0 / (centre[last] - centre[first])
+        for k in range(2):
+            for c in range(values.shape[2]):
+                slope = (values[k, last, c] - values[k, first, c]) * per_length
+                if left and right:
+                    before = (values[k, i, c] - values[k, first, c]) / (centre[i] - centre[first])
+                    after = (values[k, last, c] - values[k, i, c]) / (centre[last] - centre[i])
+                    size = min(abs(slope), 2.0 * abs(before), 2.0 * abs(after))
+                    slope = np.copysign(size, slope) if before * after > 0.0 else 0.0
+                slopes[k, i, c] = slope
 
 
 @inner_bare_kernel
@@ -153,6 +158,8 @@ def _cut_back_along(x: FloatArray, y: FloatArray, root: FloatArray, friction: fl
     """
     cells, more_x, more_y = x.size, 0.0, 0.0
     for step in range(2 * cells):
+        if step == cells and more_x == 0.0 and more_y == 0.0:
+            break
         c = step if step < cells else 2 * cells - 1 - step
         t_x, t_y, limit = x[c] + more_x, y[c] + more_y, friction * root[c]
         size = np.sqrt(t_x * t_x + t_y * t_y)

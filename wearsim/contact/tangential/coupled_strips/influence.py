@@ -200,9 +200,9 @@ def slip_influence(
 
     Returns
     -------
-    (3, N n, N (n + 1)) array
-        Slip along x per traction over G along x, the same across, and of either by the other; by the points
-        with tractions, at the places of strains, those of a strip together. Read only.
+    (N n, 3, N (n + 1)) array
+        Slip of each point's traction over G: along x by that along x, the same across, and of either by the
+        other; at the places of strains, those of a strip together. Read only.
     """
     shape = np.rint(np.concatenate((half, middle)) * (_FINEST / width))
     return _of_shape(shape.tobytes(), count, poisson_ratio)
@@ -213,7 +213,7 @@ def _of_shape(shape: bytes, count: int, poisson_ratio: float) -> FloatArray:
     """Matrix of strips with half lengths and middles in multiples of their width."""
     half, middle = np.frombuffer(shape).reshape(2, -1) / _FINEST
     points, table = strip_points(count), influence_table(count, poisson_ratio)
-    matrix = np.empty((3, half.size * count, half.size * (count + 1)))
+    matrix = np.empty((half.size * count, 3, half.size * (count + 1)))
     _fill(table.coupled, table.own, points.between, half, middle, np.empty((count + 1, 3 * count)), matrix)
     return matrix
 
@@ -232,7 +232,7 @@ def _fill(
     coupled: FloatArray, own: FloatArray, between: FloatArray, half: FloatArray, middle: FloatArray,
     block: FloatArray, matrix: FloatArray,
 ) -> None:  # fmt: skip
-    """Fill the matrix (3, N n, N (n + 1)) of strips of width 1, block by block."""
+    """Fill the matrix (N n, 3, N (n + 1)) of strips of width 1, block by block."""
     n, strips = between.size - 1, half.size
     for j in range(strips):
         row, share = _row_of(0.5 / half[j])
@@ -284,10 +284,8 @@ def _between_rows(
 def _place(block: FloatArray, i: int, j: int, side: float, matrix: FloatArray) -> None:
     """Put the influence (n + 1, 3 n) of strip j on strip i into the matrix; `side` is the sign of y_i - y_j."""
     rows, n = block.shape[0], block.shape[1] // 3
-    first = i * rows
-    for m in range(3):
-        sign = side if m == 2 else 1.0
-        for r in range(rows):
-            line = matrix[m, j * n : (j + 1) * n, first + r]
+    for r in range(rows):
+        for m in range(3):
+            sign = side if m == 2 else 1.0
             for k in range(n):
-                line[k] = sign * block[r, m * n + k]
+                matrix[j * n + k, m, i * rows + r] = sign * block[r, m * n + k]

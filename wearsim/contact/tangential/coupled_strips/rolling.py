@@ -35,6 +35,7 @@ from wearsim.contact.tangential.semismooth_newton import (
 MOST_PRODUCTS = 40  # of the matrix, of one linear step
 _REACH = 0.1  # r of the projection, over the shear modulus
 _SOFT = 0.1  # slip per traction of a point that slips, on its own, times r
+_GUESS = 1.0  # strip theory has 0.5; patches are narrow and less stiff
 _FREE = 4  # Newton steps that are taken whole; later ones are halved unless the residual falls
 _FALLS = 0.3
 _PARTS = 10  # of the creepage, where the direct way fails
@@ -49,7 +50,7 @@ def roll(
 
     Parameters
     ----------
-    matrix : (3, N n, N (n + 1)) array
+    matrix : (N n, 3, N (n + 1)) array
         From `influence.slip_influence`.
     points : StripPoints
         Of each strip.
@@ -105,13 +106,16 @@ def guess(
     points: StripPoints, poisson_ratio: float, creepage: FloatArray, y: FloatArray, half: FloatArray, middle:
     FloatArray, traction: FloatArray,
 ) -> None:  # fmt: skip
-    """Fill the tractions (2, N, n) of strips that stick and are alone, by strip theory."""
+    """Fill the tractions (2, N, n) of strips that stick, as strip theory has them for twice the creepage.
+
+    Strips of infinite width are as stiff as that, those of patches less.
+    """
     for i in range(y.size):
         for k in range(points.place.size):
-            flexible = -0.5 / (1.0 + points.place[k])
+            factor = -_GUESS / (1.0 + points.place[k])
             x = middle[i] + half[i] * points.place[k]
-            traction[0, i, k] = flexible / (1.0 - poisson_ratio) * (creepage[0] - creepage[2] * y[i])
-            traction[1, i, k] = flexible * (creepage[1] + creepage[2] * x)
+            traction[0, i, k] = factor / (1.0 - poisson_ratio) * (creepage[0] - creepage[2] * y[i])
+            traction[1, i, k] = factor * (creepage[1] + creepage[2] * x)
 
 
 @kernel
@@ -119,7 +123,7 @@ def roll_to(
     matrix: FloatArray, points: StripPoints, poisson_ratio: float, creepage: FloatArray, y: FloatArray, half:
     FloatArray, middle: FloatArray, bound: FloatArray, tolerance: float, allowed: float, most_steps: int,
     traction: FloatArray, slip: FloatArray, marks: FloatArray,
-) -> float:  # fmt: skip
+) -> tuple[float, int]:  # fmt: skip
     """Solve for tractions and slip under a creepage; if that fails, by way of smaller ones.
 
     Parameters
@@ -135,8 +139,8 @@ def roll_to(
 
     Returns
     -------
-    float
-        Residual; the caller judges it.
+    float, int
+        Residual, the caller judges it, and products of the matrix that were needed.
     """
     rigid, bounds = np.empty(slip.shape), np.empty(marks.shape)
     for i in range(y.size):
@@ -144,28 +148,32 @@ def roll_to(
         for r in range(points.between.size):
             rigid[0, i, r] = creepage[0] - creepage[2] * y[i]
             rigid[1, i, r] = creepage[1] + creepage[2] * (middle[i] + half[i] * points.between[r])
-    left, _, _ = roll(
+    left, _, products = roll(
         matrix, points, poisson_ratio, rigid, bounds, tolerance, most_steps, traction, slip, marks
     )
     if left <= allowed:
-        return left
+        return left, products
     traction[:] = 0.0
     for part in range(1, _PARTS + 1):
         smaller = rigid * (part / _PARTS)
-        left, _, _ = roll(
+        left, _, more = roll(
             matrix, points, poisson_ratio, smaller, bounds, tolerance, most_steps, traction, slip, marks
         )
-    return left
+        products += more
+    return left, products
 
 
-@inner_kernel
+@inner_bare_kernel
 def _state(
     matrix: FloatArray, points: StripPoints, rigid_slip: FloatArray, bound: FloatArray, traction: FloatArray,
     slip: FloatArray, near: FloatArray, marks: FloatArray, direction: FloatArray, rest: FloatArray,
 ) -> float:  # fmt: skip
     """Fill slip, marks, directions and residuals of tractions, cut back to the bound; relative residual."""
     cut_back(traction, bound)
-    slip[:] = rigid_slip
+    for c in range(2):
+        for i in range(slip.shape[1]):
+            for r in range(slip.shape[2]):
+                slip[c, i, r] = rigid_slip[c, i, r]
     _add_slip(matrix, traction, slip)
     _near_points(slip, points.at_slip, near)
     error, size = _residual(traction, slip, near, bound, marks, direction, rest)
@@ -174,18 +182,25 @@ def _state(
     return 0.0 if error == 0.0 else np.inf
 
 
-@inner_kernel
+@inner_bare_kernel
 def _add_slip(matrix: FloatArray, traction: FloatArray, slip: FloatArray) -> None:
-    """Add the slip (2, N, n + 1) of tractions (2, N, n); one after the other, so that sums keep their order."""
-    rows, columns = matrix.shape[2], matrix.shape[1]
+    """Add the slip (2, N, n + 1) of tractions (2, N, n): two points at once, which loads and stores it less.
+
+    One after the other in vectors of places, so that sums keep their order.
+    """
+    columns, rows = matrix.shape[0], matrix.shape[2]
     x, y = slip[0].reshape(rows), slip[1].reshape(rows)
     t_x, t_y = traction[0].reshape(columns), traction[1].reshape(columns)
-    for k in range(columns):
-        along, across, mixed, g_x, g_y = matrix[0, k], matrix[1, k], matrix[2, k], t_x[k], t_y[k]
+    for k in range(0, columns, 2):
+        last = min(k + 1, columns - 1)
+        first_x, first_y, first_mixed = matrix[k, 0], matrix[k, 1], matrix[k, 2]
+        next_x, next_y, next_mixed = matrix[last, 0], matrix[last, 1], matrix[last, 2]
+        one_x, one_y = t_x[k], t_y[k]
+        two_x, two_y = (t_x[last], t_y[last]) if last > k else (0.0, 0.0)
         for r in range(rows):
-            x[r] += along[r] * g_x + mixed[r] * g_y
+            x[r] += (first_x[r] * one_x + first_mixed[r] * one_y) + (next_x[r] * two_x + next_mixed[r] * two_y)
         for r in range(rows):
-            y[r] += across[r] * g_y + mixed[r] * g_x
+            y[r] += (first_y[r] * one_y + first_mixed[r] * one_x) + (next_y[r] * two_y + next_mixed[r] * two_x)
 
 
 @inner_bare_kernel

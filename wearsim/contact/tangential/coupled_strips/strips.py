@@ -128,3 +128,16 @@ def parts_of(j: int, loaded: int, count: int) -> tuple[int, float, float, float]
     if share > 1.0 - 1e-9 or i == count - 1:
         return i, 1.0, 0.0, 0.0
     return i, share, 0.5 * (share - 1.0), 0.5 * share
+
+
+@inner_bare_kernel
+def neighbours(j: int, loaded: int, count: int, peak: FloatArray) -> tuple[int, float]:
+    """Solved strip whose middle is left of that of strip j in contact, and the share of the next one.
+
+    Strips without contact have no share.
+    """
+    place = min(max((j + 0.5) * count / loaded - 0.5, 0.0), count - 1.0)
+    left = min(int(place), max(count - 2, 0))
+    if left + 1 == count or peak[left + 1] <= 0.0:
+        return left, 0.0
+    return left, 1.0 if peak[left] <= 0.0 else place - left
