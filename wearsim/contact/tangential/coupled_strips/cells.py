@@ -41,7 +41,7 @@ def cell_means(cells: int, count: int) -> FloatArray:
 def fill_cells(
     points: StripPoints, means: FloatArray, traction: FloatArray, slip: FloatArray, marks: FloatArray, peak:
     FloatArray, centre: FloatArray, shear_modulus: float, friction: float, first: int, loaded: int, y: FloatArray, x_lead:
-    FloatArray, x_trail: FloatArray, slope: FloatArray, width: float, keep: bool, out: FloatArray, force: FloatArray,
+    FloatArray, x_trail: FloatArray, slope: FloatArray, width: float, keep: bool, m: int, out: FloatArray, force: FloatArray,
 ) -> float:  # fmt: skip
     """Fill the cells of one patch and add up its forces.
 
@@ -63,10 +63,12 @@ def fill_cells(
         Of the patch's strips [m].
     keep : bool
         Whether fields are wanted.
-    out : (5, nx, ny) array
-        Filled with pressure, traction and slip.
-    force : (3,) array
-        The sums over the cells are added to it.
+    m : int
+        Number of the patch in the batch.
+    out : (5, m, nx, ny) array
+        Filled with pressure, traction and slip of patch m.
+    force : (m, 3) array
+        The sums over the cells are added to that of patch m.
 
     Returns
     -------
@@ -116,13 +118,13 @@ def fill_cells(
         for c in range(cells):
             f_x, f_y, moment = f_x + line[0, c], f_y + line[1, c], moment + (c + 0.5) * line[1, c]
             if keep:
-                out[0, c, first + j] = line[2, c]
-                out[1, c, first + j], out[2, c, first + j] = line[0, c], line[1, c]
-                out[3, c, first + j], out[4, c, first + j] = line[3, c], line[4, c]
+                out[0, m, c, first + j] = line[2, c]
+                out[1, m, c, first + j], out[2, m, c, first + j] = line[0, c], line[1, c]
+                out[3, m, c, first + j], out[4, m, c, first + j] = line[3, c], line[4, c]
         area += 2.0 * half * width * (share * sliding[i] + rest * sliding[other])
-        force[0] += f_x * length * width
-        force[1] += f_y * length * width
-        force[2] += (x_lead[first + j] * f_y - length * moment - y[first + j] * f_x) * length * width
+        force[m, 0] += f_x * length * width
+        force[m, 1] += f_y * length * width
+        force[m, 2] += (x_lead[first + j] * f_y - length * moment - y[first + j] * f_x) * length * width
     return area
 
 
@@ -228,10 +230,15 @@ def _work_along(between: FloatArray, rate: FloatArray, root: FloatArray, work: F
 
 @kernel
 def guess_from_cells(
-    points: StripPoints, cells: FloatArray, first: int, loaded: int, traction: FloatArray
-) -> None:
-    """Fill the tractions (2, N, n) over the pressure from cells (3, nx, ny) of a state nearby."""
-    count, rows = traction.shape[1], cells.shape[1]
+    points: StripPoints, cells: FloatArray, m: int, rows: int, first: int, loaded: int, stiff: FloatArray,
+    traction: FloatArray,
+) -> None:  # fmt: skip
+    """Fill tractions (2, N, n) from the cells (5, m, nx, ny) of a state nearby.
+
+    Patch m has `rows` cells along each strip, and `stiff` (N,) is the factor of the pressure over the shear
+    modulus.
+    """
+    count = traction.shape[1]
     for i in range(count):
         j = first + min(int((i + 0.5) * loaded / count), loaded - 1)
         for k in range(points.place.size):
@@ -241,6 +248,6 @@ def guess_from_cells(
             for axis in range(2):
                 value = 0.0
                 for c, share in ((front, 1.0 - (place - front)), (rear, place - front)):
-                    pressure = cells[0, c, j]
-                    value += share * cells[1 + axis, c, j] / pressure if pressure > 0.0 else 0.0
-                traction[axis, i, k] = value
+                    pressure = cells[0, m, c, j]
+                    value += share * cells[1 + axis, m, c, j] / pressure if pressure > 0.0 else 0.0
+                traction[axis, i, k] = value * stiff[i]

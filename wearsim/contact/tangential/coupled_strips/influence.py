@@ -41,7 +41,6 @@ _STEP = (1.0 + float(np.sqrt(5.0))) / _PLACES
 _OCTAVES = -12, 6  # of eta in the table
 _PER_OCTAVE = 4
 _ROWS = (_OCTAVES[1] - _OCTAVES[0]) * _PER_OCTAVE + 1
-_SLIP_PLACE = 0.3  # of a point that slips: share of the angle to the upstream place where strains are computed
 _FINEST = 2.0**40  # part of the width: patches stretched in search of a balance share a matrix
 
 
@@ -56,8 +55,8 @@ class StripPoints(NamedTuple):
         Where strains are computed: upstream of each point, and behind the last one.
     basis : (n, n) array
         Coefficients of U_l from the values at the points.
-    at_slip : (n + 1, n) array
-        Slip of points that slip from the values at `between`.
+    at_stick, at_slip : (n + 1, n) array
+        Slip of points that stick, and of those that slip, from the values at `between`.
     alone : (n, n, n, n) array
         Inverse matrices of strip theory, transposed, of stretches of stick: first point, points less one.
     """
@@ -65,6 +64,7 @@ class StripPoints(NamedTuple):
     place: FloatArray
     between: FloatArray
     basis: FloatArray
+    at_stick: FloatArray
     at_slip: FloatArray
     alone: FloatArray
 
@@ -85,13 +85,16 @@ class InfluenceTable(NamedTuple):
 
 
 @lru_cache(maxsize=16)
-def strip_points(count: int) -> StripPoints:
+def strip_points(count: int, stick: float = 1.0, slip: float = 1.0) -> StripPoints:
     """Points along a strip.
 
     Parameters
     ----------
     count : int
         n.
+    stick, slip : float
+        Where points that stick have no slip, and where those that slip have theirs: shares of the angle from
+        the point to the place upstream of it where strains are computed.
 
     Returns
     -------
@@ -103,14 +106,15 @@ def strip_points(count: int) -> StripPoints:
     basis = 2.0 / (count + 1) * np.sin(angle) * np.sin(np.outer(order + 1, angle))
     powers = np.arange(count + 1)
     of_values = np.linalg.inv(np.cos(np.outer(upstream, powers)))
-    at_slip = np.ascontiguousarray((np.cos(np.outer(angle - 0.5 * step * _SLIP_PLACE, powers)) @ of_values).T)
-    stick = np.cos(np.outer(upstream[:count], order + 1)) @ basis
+    places = [angle - 0.5 * step * share for share in (stick, slip)]
+    at_stick, at_slip = (np.ascontiguousarray((np.cos(np.outer(at, powers)) @ of_values).T) for at in places)
+    strain = np.cos(np.outer(places[0], order + 1)) @ basis
     alone = np.zeros((count,) * 4)
     for first in range(count):
         for size in range(1, count - first + 1):
             part = slice(first, first + size)
-            alone[first, size - 1, :size, :size] = np.linalg.inv(stick[part, part]).T
-    return StripPoints(np.cos(angle), np.cos(upstream), basis, at_slip, alone)
+            alone[first, size - 1, :size, :size] = np.linalg.inv(strain[part, part]).T
+    return StripPoints(np.cos(angle), np.cos(upstream), basis, at_stick, at_slip, alone)
 
 
 @lru_cache(maxsize=16)

@@ -1,11 +1,15 @@
 r"""Coulomb friction on the strips of one patch in steady rolling: semi-smooth Newton with Krylov steps.
 
 Unknown is the traction g at the n points of each strip, over the root of an ellipse: there Coulomb's bound is
-one number b per strip. A point that sticks has no slip at the place where strains are computed upstream of
-it, which leaves the trailing end free to be singular and keeps the leading one bounded, as particles enter
-the contact unstrained. A point that slips has g of the size b against the slip, near the point itself. Both
-are the equation of `tangential.semismooth_newton`. Linear steps are preconditioned by strip theory: each
-stretch of stick of each strip as if it were alone [1]_.
+one number b per strip. A point that sticks has no slip at the place upstream of it where strains are computed,
+which leaves the trailing end free to be singular and keeps the leading one bounded, as particles enter the
+contact unstrained. A point that slips has g of the size b against the slip near the point itself. Both are
+the equation of `tangential.semismooth_newton`. Linear steps are preconditioned by strip theory: each stretch
+of stick of each strip as if it were alone [1]_.
+
+With the slip at unlike places for stick and slip there need not be a solution: under large spin on narrow
+patches points may have one state by the one place and the other by the other. With one place for both there
+is one; it is less accurate at small creepage.
 
 Tractions are over the shear modulus.
 
@@ -38,7 +42,6 @@ _SOFT = 0.1  # slip per traction of a point that slips, on its own, times r
 _GUESS = 1.0  # strip theory has 0.5; patches are narrow and less stiff
 _FREE = 4  # Newton steps that are taken whole; later ones are halved unless the residual falls
 _FALLS = 0.3
-_PARTS = 10  # of the creepage, where the direct way fails
 
 
 @kernel
@@ -58,7 +61,7 @@ def roll(
         Of both bodies [-].
     rigid_slip : (2, N, n + 1) array
         Slip without deformation where strains are computed [-].
-    bound : (N, n) array
+    bound : (N,) array
         Friction coefficient times the root's factor of the pressure, over the shear modulus [-].
     tolerance : float
         Sum of the residuals over that of tractions at which the iteration stops.
@@ -76,10 +79,13 @@ def roll(
     """
     shape = traction.shape
     direction, rest, change = np.zeros(shape), np.empty(shape), np.empty(shape)
-    best, near, basis = traction.copy(), np.empty(shape), np.empty((MOST_PRODUCTS + 1, traction.size))
+    best, seen, basis = traction.copy(), np.empty((2, *shape)), np.empty((MOST_PRODUCTS + 1, traction.size))
+    bounds = np.empty(marks.shape)
+    for i in range(bound.size):
+        bounds[i] = bound[i]
     before, least, steps, products = np.inf, np.inf, 0, 0
     while True:
-        error = _state(matrix, points, rigid_slip, bound, traction, slip, near, marks, direction, rest)
+        error = _state(matrix, points, rigid_slip, bounds, traction, slip, seen, marks, direction, rest)
         products += 1
         if error < least:
             least = error
@@ -88,7 +94,7 @@ def roll(
             return error, steps, products
         if steps == most_steps or (not error < np.inf and steps > 0):
             traction[:] = best
-            least = _state(matrix, points, rigid_slip, bound, traction, slip, near, marks, direction, rest)
+            least = _state(matrix, points, rigid_slip, bounds, traction, slip, seen, marks, direction, rest)
             return least, steps, products + 1
         share = exactness(error, before, tolerance)
         products += _linear_step(matrix, points, poisson_ratio, marks, direction, rest, share, basis, change)
@@ -102,71 +108,30 @@ def roll(
 
 
 @kernel
-def guess(
+def prepare(
     points: StripPoints, poisson_ratio: float, creepage: FloatArray, y: FloatArray, half: FloatArray, middle:
-    FloatArray, traction: FloatArray,
+    FloatArray, rigid_slip: FloatArray, traction: FloatArray,
 ) -> None:  # fmt: skip
-    """Fill the tractions (2, N, n) of strips that stick, as strip theory has them for twice the creepage.
+    """Fill the rigid slip (2, N, n + 1) of strips and their first tractions (2, N, n).
 
-    Strips of infinite width are as stiff as that, those of patches less.
+    Those are tractions of strips that stick, as strip theory has them for twice the creepage: strips of
+    infinite width are as stiff as that, those of patches less.
     """
     for i in range(y.size):
+        along = creepage[0] - creepage[2] * y[i]
+        for r in range(points.between.size):
+            rigid_slip[0, i, r] = along
+            rigid_slip[1, i, r] = creepage[1] + creepage[2] * (middle[i] + half[i] * points.between[r])
         for k in range(points.place.size):
             factor = -_GUESS / (1.0 + points.place[k])
-            x = middle[i] + half[i] * points.place[k]
-            traction[0, i, k] = factor / (1.0 - poisson_ratio) * (creepage[0] - creepage[2] * y[i])
-            traction[1, i, k] = factor * (creepage[1] + creepage[2] * x)
-
-
-@kernel
-def roll_to(
-    matrix: FloatArray, points: StripPoints, poisson_ratio: float, creepage: FloatArray, y: FloatArray, half:
-    FloatArray, middle: FloatArray, bound: FloatArray, tolerance: float, allowed: float, most_steps: int,
-    traction: FloatArray, slip: FloatArray, marks: FloatArray,
-) -> tuple[float, int]:  # fmt: skip
-    """Solve for tractions and slip under a creepage; if that fails, by way of smaller ones.
-
-    Parameters
-    ----------
-    creepage : (3,) array
-        [-, -, 1/m].
-    y, half, middle, bound : (N,) arrays
-        Lateral position, half length and middle of the strips [m]; bound over the shear modulus [-].
-    tolerance, allowed : float
-        Residual at which the iteration stops, and that at which it need not be tried in another way.
-    matrix, points, poisson_ratio, most_steps, traction, slip, marks
-        As of `roll`.
-
-    Returns
-    -------
-    float, int
-        Residual, the caller judges it, and products of the matrix that were needed.
-    """
-    rigid, bounds = np.empty(slip.shape), np.empty(marks.shape)
-    for i in range(y.size):
-        bounds[i] = bound[i]
-        for r in range(points.between.size):
-            rigid[0, i, r] = creepage[0] - creepage[2] * y[i]
-            rigid[1, i, r] = creepage[1] + creepage[2] * (middle[i] + half[i] * points.between[r])
-    left, _, products = roll(
-        matrix, points, poisson_ratio, rigid, bounds, tolerance, most_steps, traction, slip, marks
-    )
-    if left <= allowed:
-        return left, products
-    traction[:] = 0.0
-    for part in range(1, _PARTS + 1):
-        smaller = rigid * (part / _PARTS)
-        left, _, more = roll(
-            matrix, points, poisson_ratio, smaller, bounds, tolerance, most_steps, traction, slip, marks
-        )
-        products += more
-    return left, products
+            across = creepage[1] + creepage[2] * (middle[i] + half[i] * points.place[k])
+            traction[0, i, k], traction[1, i, k] = factor / (1.0 - poisson_ratio) * along, factor * across
 
 
 @inner_bare_kernel
 def _state(
     matrix: FloatArray, points: StripPoints, rigid_slip: FloatArray, bound: FloatArray, traction: FloatArray,
-    slip: FloatArray, near: FloatArray, marks: FloatArray, direction: FloatArray, rest: FloatArray,
+    slip: FloatArray, seen: FloatArray, marks: FloatArray, direction: FloatArray, rest: FloatArray,
 ) -> float:  # fmt: skip
     """Fill slip, marks, directions and residuals of tractions, cut back to the bound; relative residual."""
     cut_back(traction, bound)
@@ -175,8 +140,9 @@ def _state(
             for r in range(slip.shape[2]):
                 slip[c, i, r] = rigid_slip[c, i, r]
     _add_slip(matrix, traction, slip)
-    _near_points(slip, points.at_slip, near)
-    error, size = _residual(traction, slip, near, bound, marks, direction, rest)
+    _at_places(slip, points.at_stick, seen[0])
+    _at_places(slip, points.at_slip, seen[1])
+    error, size = _residual(traction, seen[0], seen[1], bound, marks, direction, rest)
     if size > 0.0:
         return float(error / size)
     return 0.0 if error == 0.0 else np.inf
@@ -204,22 +170,36 @@ def _add_slip(matrix: FloatArray, traction: FloatArray, slip: FloatArray) -> Non
 
 
 @inner_bare_kernel
-def _near_points(slip: FloatArray, at_slip: FloatArray, near: FloatArray) -> None:
-    """Fill the slip (2, N, n) near the points, where those that slip have it."""
-    near[:] = 0.0
+def _at_places(slip: FloatArray, places: FloatArray, out: FloatArray) -> None:
+    """Fill the slip (2, N, n) at one place per point."""
     for c in range(2):
-        for i in range(near.shape[1]):
+        for i in range(out.shape[1]):
+            for k in range(out.shape[2]):
+                out[c, i, k] = 0.0
             for r in range(slip.shape[2]):
-                for k in range(near.shape[2]):
-                    near[c, i, k] += at_slip[r, k] * slip[c, i, r]
+                for k in range(out.shape[2]):
+                    out[c, i, k] += places[r, k] * slip[c, i, r]
+
+
+@inner_bare_kernel
+def _at_marked_places(slip: FloatArray, points: StripPoints, marks: FloatArray, out: FloatArray) -> None:
+    """Fill the slip (2, N, n) that the residual of each point looks at."""
+    for c in range(2):
+        for i in range(out.shape[1]):
+            for k in range(out.shape[2]):
+                out[c, i, k] = 0.0
+            for r in range(slip.shape[2]):
+                for k in range(out.shape[2]):
+                    share = points.at_stick[r, k] if marks[i, k] == STICK else points.at_slip[r, k]
+                    out[c, i, k] += share * slip[c, i, r]
 
 
 @inner_bare_kernel
 def _residual(
-    traction: FloatArray, slip: FloatArray, near: FloatArray, bound: FloatArray, marks: FloatArray, direction:
-    FloatArray, rest: FloatArray,
+    traction: FloatArray, ahead: FloatArray, near: FloatArray, bound: FloatArray, marks: FloatArray,
+    direction: FloatArray, rest: FloatArray,
 ) -> tuple[float, float]:  # fmt: skip
-    """Mark points and fill residuals; sums of the sizes of residuals and tractions."""
+    """Mark points by the slip where they would stick, or slip; sums of the sizes of residuals and tractions."""
     error, size = 0.0, 0.0
     for i in range(bound.shape[0]):
         for k in range(bound.shape[1]):
@@ -228,7 +208,7 @@ def _residual(
                 marks[i, k] = OUTSIDE
                 continue
             t_x, t_y = traction[0, i, k], traction[1, i, k]
-            r_x, r_y = _REACH * slip[0, i, k], _REACH * slip[1, i, k]
+            r_x, r_y = _REACH * ahead[0, i, k], _REACH * ahead[1, i, k]
             marks[i, k] = STICK
             if (t_x - r_x) ** 2 + (t_y - r_y) ** 2 > bound[i, k] ** 2:
                 v_x = t_x - _REACH * near[0, i, k]
@@ -257,7 +237,7 @@ def _linear_step(
     most, size, shape = basis.shape[0] - 1, rest.size, rest.shape
     triangle, weight = np.zeros((most, most)), np.empty(most)
     cosine, sine, left = np.empty(most), np.empty(most), np.empty(most + 1)
-    slip, near = np.empty((2, shape[1], shape[2] + 1)), np.empty(shape)
+    slip, seen = np.empty((2, shape[1], shape[2] + 1)), np.empty(shape)
     flat, whole = rest.reshape(size), 0.0
     for i in range(size):
         whole += flat[i] * flat[i]
@@ -269,17 +249,12 @@ def _linear_step(
         _precondition(basis[count].reshape(shape), marks, direction, points.alone, poisson_ratio, change)
         slip[:] = 0.0
         _add_slip(matrix, change, slip)
-        _near_points(slip, points.at_slip, near)
-        for c in range(2):
-            for i in range(shape[1]):
-                for k in range(shape[2]):
-                    if marks[i, k] == STICK:
-                        near[c, i, k] = slip[c, i, k]
-        derivative(change, near, marks, direction, _REACH, basis[count + 1].reshape(shape))
+        _at_marked_places(slip, points, marks, seen)
+        derivative(change, seen, marks, direction, _REACH, basis[count + 1].reshape(shape))
         orthogonalise(basis, count, triangle, cosine, sine, left)
         count += 1
-    combine(basis, count, triangle, left, weight, near.reshape(size))
-    _precondition(near, marks, direction, points.alone, poisson_ratio, change)
+    combine(basis, count, triangle, left, weight, seen.reshape(size))
+    _precondition(seen, marks, direction, points.alone, poisson_ratio, change)
     return count
 
 
