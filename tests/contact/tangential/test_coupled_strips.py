@@ -115,12 +115,12 @@ def test_coefficients_converge_with_the_points(ellipse, monkeypatch):
     """Of order 1.5 or more: slip at the trailing end reaches a distance of the points' squared."""
     c, values = 6e-3, []
     patch = ellipse(c, c, 100e3, 8)
-    for count in (5, 10, 20):
+    for count in (4, 8, 16):
         monkeypatch.setattr(coupled_strips, "POINTS", count)
         values.append(creepage_coefficients(patch, c)[:2])
     coarse, fine = np.abs(np.diff(values, axis=0))
     assert np.all(fine < 0.36 * coarse)
-    assert np.all(fine < 0.015 * values[-1])
+    assert np.all(fine < 0.02 * values[-1])
 
 
 @pytest.mark.parametrize("direction", [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 150.0)])

@@ -41,7 +41,7 @@ from wearsim.contact.tangential.model import TangentialModel, TangentialSolution
 from wearsim.errors import ContactError, NumericalError, say
 
 STRIPS, POINTS = 12, 8
-"""Across a patch, more in wide ones and not more than the patch has, and points along each strip."""
+"""Across a patch, more in wide ones and not more than the patch has; points along each, a multiple of four."""
 TOLERANCE = 3e-5
 """Sum of the residuals of all points over the sum of their tractions."""
 STALLED = 3e-4

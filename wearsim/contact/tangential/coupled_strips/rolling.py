@@ -77,33 +77,34 @@ def roll(
     float, int, int
         Residual, the caller judges it; Newton steps and products of the matrix that were needed.
     """
-    shape = traction.shape
+    shape, size = traction.shape, traction.size
     direction, rest, change = np.zeros(shape), np.empty(shape), np.empty(shape)
-    best, seen, basis = traction.copy(), np.empty((2, *shape)), np.empty((MOST_PRODUCTS + 1, traction.size))
-    bounds = np.empty(marks.shape)
-    for i in range(bound.size):
-        bounds[i] = bound[i]
-    before, least, steps, products = np.inf, np.inf, 0, 0
+    seen, bounds, basis = np.empty((2, *shape)), np.empty(marks.shape), np.empty((MOST_PRODUCTS + 1, size))
+    flat, best, step = traction.reshape(size), np.zeros(size), change.reshape(size)
+    for i in range(shape[1]):
+        for k in range(shape[2]):
+            bounds[i, k] = bound[i]
+    before, least, steps, products, back = np.inf, np.inf, 0, 0, False
     while True:
         error = _state(matrix, points, rigid_slip, bounds, traction, slip, seen, marks, direction, rest)
         products += 1
+        if error <= tolerance or back:
+            return error, steps, products
         if error < least:
             least = error
-            best[:] = traction
-        if error <= tolerance:
-            return error, steps, products
-        if steps == most_steps or (not error < np.inf and steps > 0):
-            traction[:] = best
-            least = _state(matrix, points, rigid_slip, bounds, traction, slip, seen, marks, direction, rest)
-            return least, steps, products + 1
+            for i in range(size):
+                best[i] = flat[i]
+        back = steps == most_steps or (not error < np.inf and steps > 0)
+        if back:
+            for i in range(size):
+                flat[i] = best[i]
+            continue
         share = exactness(error, before, tolerance)
         products += _linear_step(matrix, points, poisson_ratio, marks, direction, rest, share, basis, change)
-        size = 0.5 if steps >= _FREE and error > _FALLS * before else 1.0
+        part = 0.5 if steps >= _FREE and error > _FALLS * before else 1.0
         before = error
-        for c in range(2):
-            for i in range(shape[1]):
-                for k in range(shape[2]):
-                    traction[c, i, k] += size * change[c, i, k]
+        for i in range(size):
+            flat[i] += part * step[i]
         steps += 1
 
 
@@ -140,8 +141,8 @@ def _state(
             for r in range(slip.shape[2]):
                 slip[c, i, r] = rigid_slip[c, i, r]
     _add_slip(matrix, traction, slip)
-    _at_places(slip, points.at_stick, seen[0])
-    _at_places(slip, points.at_slip, seen[1])
+    _at_places(slip, points.at_stick.reshape(1, slip.shape[2], marks.shape[1]), seen[0])
+    _at_places(slip, points.at_slip.reshape(1, slip.shape[2], marks.shape[1]), seen[1])
     error, size = _residual(traction, seen[0], seen[1], bound, marks, direction, rest)
     if size > 0.0:
         return float(error / size)
@@ -150,48 +151,39 @@ def _state(
 
 @inner_bare_kernel
 def _add_slip(matrix: FloatArray, traction: FloatArray, slip: FloatArray) -> None:
-    """Add the slip (2, N, n + 1) of tractions (2, N, n): two points at once, which loads and stores it less.
+    """Add the slip (2, N, n + 1) of tractions (2, N, n).
 
-    One after the other in vectors of places, so that sums keep their order.
+    Four points at once, so that slip is loaded and stored less; in vectors of places, so that sums keep their
+    order.
     """
     columns, rows = matrix.shape[0], matrix.shape[2]
     x, y = slip[0].reshape(rows), slip[1].reshape(rows)
     t_x, t_y = traction[0].reshape(columns), traction[1].reshape(columns)
-    for k in range(0, columns, 2):
-        last = min(k + 1, columns - 1)
-        first_x, first_y, first_mixed = matrix[k, 0], matrix[k, 1], matrix[k, 2]
-        next_x, next_y, next_mixed = matrix[last, 0], matrix[last, 1], matrix[last, 2]
-        one_x, one_y = t_x[k], t_y[k]
-        two_x, two_y = (t_x[last], t_y[last]) if last > k else (0.0, 0.0)
+    for k in range(0, columns, 4):
+        x_0, x_1, x_2, x_3 = matrix[k, 0], matrix[k + 1, 0], matrix[k + 2, 0], matrix[k + 3, 0]
+        y_0, y_1, y_2, y_3 = matrix[k, 1], matrix[k + 1, 1], matrix[k + 2, 1], matrix[k + 3, 1]
+        m_0, m_1, m_2, m_3 = matrix[k, 2], matrix[k + 1, 2], matrix[k + 2, 2], matrix[k + 3, 2]
+        a_0, a_1, a_2, a_3 = t_x[k], t_x[k + 1], t_x[k + 2], t_x[k + 3]
+        b_0, b_1, b_2, b_3 = t_y[k], t_y[k + 1], t_y[k + 2], t_y[k + 3]
         for r in range(rows):
-            x[r] += (first_x[r] * one_x + first_mixed[r] * one_y) + (next_x[r] * two_x + next_mixed[r] * two_y)
+            alike = (x_0[r] * a_0 + x_1[r] * a_1) + (x_2[r] * a_2 + x_3[r] * a_3)
+            x[r] += alike + ((m_0[r] * b_0 + m_1[r] * b_1) + (m_2[r] * b_2 + m_3[r] * b_3))
         for r in range(rows):
-            y[r] += (first_y[r] * one_y + first_mixed[r] * one_x) + (next_y[r] * two_y + next_mixed[r] * two_x)
+            alike = (y_0[r] * b_0 + y_1[r] * b_1) + (y_2[r] * b_2 + y_3[r] * b_3)
+            y[r] += alike + ((m_0[r] * a_0 + m_1[r] * a_1) + (m_2[r] * a_2 + m_3[r] * a_3))
 
 
 @inner_bare_kernel
 def _at_places(slip: FloatArray, places: FloatArray, out: FloatArray) -> None:
-    """Fill the slip (2, N, n) at one place per point."""
+    """Fill the slip (2, N, n) at one place per point; `places` (1 or N, n + 1, n) of all strips or of each."""
     for c in range(2):
         for i in range(out.shape[1]):
+            of_strip = places[min(i, places.shape[0] - 1)]
             for k in range(out.shape[2]):
                 out[c, i, k] = 0.0
             for r in range(slip.shape[2]):
                 for k in range(out.shape[2]):
-                    out[c, i, k] += places[r, k] * slip[c, i, r]
-
-
-@inner_bare_kernel
-def _at_marked_places(slip: FloatArray, points: StripPoints, marks: FloatArray, out: FloatArray) -> None:
-    """Fill the slip (2, N, n) that the residual of each point looks at."""
-    for c in range(2):
-        for i in range(out.shape[1]):
-            for k in range(out.shape[2]):
-                out[c, i, k] = 0.0
-            for r in range(slip.shape[2]):
-                for k in range(out.shape[2]):
-                    share = points.at_stick[r, k] if marks[i, k] == STICK else points.at_slip[r, k]
-                    out[c, i, k] += share * slip[c, i, r]
+                    out[c, i, k] += of_strip[r, k] * slip[c, i, r]
 
 
 @inner_bare_kernel
@@ -238,7 +230,12 @@ def _linear_step(
     triangle, weight = np.zeros((most, most)), np.empty(most)
     cosine, sine, left = np.empty(most), np.empty(most), np.empty(most + 1)
     slip, seen = np.empty((2, shape[1], shape[2] + 1)), np.empty(shape)
-    flat, whole = rest.reshape(size), 0.0
+    places = np.empty((shape[1], shape[2] + 1, shape[2]))
+    for i in range(shape[1]):
+        for r in range(shape[2] + 1):
+            for k in range(shape[2]):
+                places[i, r, k] = points.at_stick[r, k] if marks[i, k] == STICK else points.at_slip[r, k]
+    flat, none, whole = rest.reshape(size), slip.reshape(slip.size), 0.0
     for i in range(size):
         whole += flat[i] * flat[i]
     left[0] = whole = np.sqrt(whole)
@@ -247,9 +244,10 @@ def _linear_step(
     count = 0
     while count < most and abs(left[count]) > share * whole:
         _precondition(basis[count].reshape(shape), marks, direction, points.alone, poisson_ratio, change)
-        slip[:] = 0.0
+        for i in range(slip.size):
+            none[i] = 0.0
         _add_slip(matrix, change, slip)
-        _at_marked_places(slip, points, marks, seen)
+        _at_places(slip, places, seen)
         derivative(change, seen, marks, direction, _REACH, basis[count + 1].reshape(shape))
         orthogonalise(basis, count, triangle, cosine, sine, left)
         count += 1
@@ -277,7 +275,8 @@ def _precondition(
                 inverse = alone[first, k - first - 1]
                 for c in range(2):
                     line, stiff = out[c, i, first:k], stiff_x if c == 0 else stiff_y
-                    line[:] = 0.0
+                    for m in range(k - first):
+                        line[m] = 0.0
                     for l in range(k - first):
                         value = stiff * given[c, i, first + l]
                         for m in range(k - first):
