@@ -93,7 +93,7 @@ def creepage_coefficients(patch, c):
 
 @pytest.mark.parametrize("ratio", [0.2, 0.5, 1.0, 2.0, 5.0])
 def test_ellipses_have_kalkers_coefficients(ellipse, ratio):
-    """2.5 % with twelve strips of eight points; 2.0 % measured. Kalker's own table is of two to three digits."""
+    """2.5 % with twelve strips of eight points; 2.0 % measured. Kalker's table has two to three digits."""
     c = 6e-3
     patch = ellipse(c * np.sqrt(ratio), c / np.sqrt(ratio), 100e3, 30, cells=30)
     expected = coefficients(np.array([ratio]), POISSON)[:3, 0]
@@ -234,7 +234,8 @@ def test_scaling_of_the_patch(ellipse):
     unit = solved(ellipse(A, B, LOAD, 30, offset=0.1), CREEPAGE).force[0]
     for scale in (0.3, 1.001, 3.0):
         scaled = solved(
-            ellipse(scale * A, scale * B, scale**2 * LOAD, 30, offset=0.1), CREEPAGE / np.array([1.0, 1.0, scale])
+            ellipse(scale * A, scale * B, scale**2 * LOAD, 30, offset=0.1),
+            CREEPAGE / np.array([1.0, 1.0, scale]),
         )
         np.testing.assert_allclose(scaled.force[0], unit * scale ** np.array([2.0, 2.0, 3.0]), rtol=1e-7)
     assert influence._of_shape.cache_info().misses == 1
@@ -289,7 +290,9 @@ def test_two_lobes_side_by_side(ellipse):
     """Empty strips between them, too: each carries what friction lets it, and nothing acts between them."""
     patch = ellipse(A, B, LOAD, 40, cells=26)
     gap = np.where(np.abs(patch.y) < 1.5e-3, 0.0, 1.0)
-    lobes = replace(patch, **{name: gap * getattr(patch, name) for name in ("x_lead", "x_trail", "pressure_slope")})
+    lobes = replace(
+        patch, **{name: gap * getattr(patch, name) for name in ("x_lead", "x_trail", "pressure_slope")}
+    )
     carried = FRICTION * LOAD * 0.5 * np.pi / LOAD
     carried *= (lobes.pressure_slope * (0.5 * (lobes.x_lead - lobes.x_trail)) ** 2).sum() * patch.width[0]
     result = solved(lobes, [0.05, 0.0, 0.0])
@@ -410,7 +413,9 @@ def contacts(wheelset, counterface, points, strips):
         result = solve_contact(where, wheelset, counterface(curvature), models, sides=(0,))
         for m in np.flatnonzero(result.normal_force > 8e3):
             cut = {
-                f.name: getattr(result.patch, f.name)[m : m + 1] for f in fields(Patch) if f.name not in ("row", "grid")
+                f.name: getattr(result.patch, f.name)[m : m + 1]
+                for f in fields(Patch)
+                if f.name not in ("row", "grid")
             }
             creepage = np.array([result.creepage_x[m], result.creepage_y[m], result.spin[m]])
             found.append((Patch(row=np.array([0]), **cut), creepage, result.normal_force[m]))

@@ -69,8 +69,9 @@ def exactness(error: float, before: float, tolerance: float) -> float:
 
 @inner_bare_kernel
 def orthogonalise(
-    basis: FloatArray, count: int, triangle: FloatArray, cosine: FloatArray, sine: FloatArray, left: FloatArray
-) -> None:
+    basis: FloatArray, count: int, triangle: FloatArray, cosine: FloatArray, sine: FloatArray, left:
+    FloatArray,
+) -> None:  # fmt: skip
     """Take the product `basis[count + 1]` into an orthonormal basis; `left` is the residual from then on."""
     product = basis[count + 1]
     for k in range(count + 1):

@@ -41,16 +41,15 @@ from wearsim.contact.tangential.model import TangentialModel, TangentialSolution
 from wearsim.errors import ContactError, NumericalError, say
 
 STRIPS, POINTS = 12, 8
-"""Across a patch, more in wide ones and not more than the patch has; points along each, a multiple of four."""
+"""Across a patch (more in wide ones, not more than it has), and along each strip (a multiple of four)."""
 TOLERANCE = 3e-5
 """Sum of the residuals of all points over the sum of their tractions."""
 STALLED = 3e-4
 """Residual up to which a stalled iteration counts as solved: a point that neither sticks nor slips."""
 PLACES = (1.0, 0.3), (0.3, 0.3), (0.5, 0.5)
-"""Places of the slip of points that stick and that slip, see `strip_points`: the others where one has no solution."""
+"""Places of the slip of points that stick and that slip, see `strip_points`; the next where these fail."""
 MOST_STEPS = 14
 """Newton steps at most."""
-_OUTLINE = "y", "x_lead", "x_trail", "pressure_slope"
 
 
 def solve(
@@ -78,7 +77,8 @@ def solve(
     out = np.zeros((5, count, int(patch.cells.max(initial=1)) if fields else 0, ny))
     force, slip_area = np.zeros((count, 3)), np.zeros(count)
     length = (patch.x_lead - patch.x_trail) / patch.cells[:, None]
-    creepage, outline = plain(creepage), [plain(getattr(patch, name)) for name in _OUTLINE]
+    creepage, y_all, slope = plain(creepage), plain(patch.y), plain(patch.pressure_slope)
+    x_lead, x_trail = plain(patch.x_lead), plain(patch.x_trail)
     tolerance, allowed = looser * TOLERANCE, max(looser * TOLERANCE, STALLED)
     known = None if start is None or start.cells is None else plain(start.cells)
     for m in range(count):
@@ -86,7 +86,8 @@ def solve(
             slip_area[m] = _slide_freely(patch, m, creepage[m], out[:, m])
             continue
         first, loaded, width = int(strips.first[m]), int(strips.loaded[m]), float(strips.width[m])
-        y, half, middle, peak, centre = (part[m, : strips.count[m]] for part in strips[4:])
+        here = (m, slice(int(strips.solved[m])))
+        y, half, middle, peak = strips.y[here], strips.half[here], strips.middle[here], strips.peak[here]
         stiff, rows = peak / shear_modulus, int(patch.cells[m])
         matrix = slip_influence(half, middle, width, POINTS, poisson_ratio)
         rigid, slip = np.empty((2, 2, peak.size, POINTS + 1))
@@ -96,8 +97,8 @@ def solve(
             guess_from_cells(points, known, m, rows, first, loaded, stiff, traction)
         for places in PLACES:
             left, _, _ = rolling.roll(
-                matrix, strip_points(POINTS, *places), poisson_ratio, rigid, friction[m] * stiff, tolerance, MOST_STEPS, traction,
-                slip, marks,
+                matrix, strip_points(POINTS, *places), poisson_ratio, rigid, friction[m] * stiff, tolerance,
+                MOST_STEPS, traction, slip, marks,
             )  # fmt: skip
             if left <= allowed:
                 break
@@ -106,9 +107,9 @@ def solve(
                 say("contact.rolling_unconverged", left=left, tolerance=allowed), row=int(patch.row[m])
             )
         slip_area[m] = fill_cells(
-            points, cell_means(rows, POINTS), traction, slip, marks, peak, centre, shear_modulus,
-            float(friction[m]), first, loaded, *(part[m] for part in outline), float(patch.width[m]),
-            bool(fields), m, out, force,
+            points, cell_means(rows, POINTS), traction, slip, marks, peak, strips.centre[here], shear_modulus,
+            float(friction[m]), first, loaded, y_all[m], x_lead[m], x_trail[m], slope[m],
+            float(patch.width[m]), bool(fields), m, out, force,
         )  # fmt: skip
     return TangentialSolution(force, slip_area, patch.x_lead, length, out if fields else None)
 

@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from wearsim.contact.kernel import inner_bare_kernel, inner_kernel, kernel
+from wearsim.contact.kernel import inner_bare_kernel, kernel
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.tangential.coupled_strips.influence import StripPoints, strip_points
 from wearsim.contact.tangential.coupled_strips.strips import neighbours, parts_of
@@ -40,8 +40,9 @@ def cell_means(cells: int, count: int) -> FloatArray:
 @kernel
 def fill_cells(
     points: StripPoints, means: FloatArray, traction: FloatArray, slip: FloatArray, marks: FloatArray, peak:
-    FloatArray, centre: FloatArray, shear_modulus: float, friction: float, first: int, loaded: int, y: FloatArray, x_lead:
-    FloatArray, x_trail: FloatArray, slope: FloatArray, width: float, keep: bool, m: int, out: FloatArray, force: FloatArray,
+    FloatArray, centre: FloatArray, shear_modulus: float, friction: float, first: int, loaded: int, y:
+    FloatArray, x_lead: FloatArray, x_trail: FloatArray, slope: FloatArray, width: float, keep: bool, m: int,
+    out: FloatArray, force: FloatArray,
 ) -> float:  # fmt: skip
     """Fill the cells of one patch and add up its forces.
 
@@ -76,18 +77,16 @@ def fill_cells(
         Area that slips [m2].
     """
     cells, count = means.shape[1], peak.size
-    solved, slopes = np.zeros((3, count + 1, cells)), np.zeros((2, count, cells))
-    root, sliding, rate = np.zeros(cells), np.zeros(count), np.empty(points.between.size)
+    solved, slopes, sliding = np.zeros((3, count + 1, cells)), np.zeros((2, count, cells)), np.zeros(count)
+    root, rate = np.zeros(cells), np.empty(points.between.size)
     for k in range(means.shape[0]):
         for c in range(cells):
             root[c] += means[k, c]
     for i in range(count):
         if peak[i] > 0.0:
+            scale = shear_modulus / peak[i]
             for axis in range(2):
-                for k in range(means.shape[0]):
-                    value = traction[axis, i, k] * (shear_modulus / peak[i])
-                    for c in range(cells):
-                        solved[axis, i, c] += means[k, c] * value
+                _means_along(traction[axis, i], scale, means, solved[axis, i])
             _cut_back_along(solved[0, i], solved[1, i], root, friction)
             sliding[i] = _rates(points.between, traction[:, i], slip[:, i], marks[i], friction, rate)
             _work_along(points.between, rate, root, solved[2, i])
@@ -97,7 +96,9 @@ def fill_cells(
         half = 0.5 * (x_lead[first + j] - x_trail[first + j])
         i, share, off, off_next = parts_of(j, loaded, count)
         other, rest, largest = min(i + 1, count - 1), 1.0 - share, slope[first + j] * half
-        off, off_next = y[first + j] + off * width - centre[i], y[first + j] + off_next * width - centre[other]
+        off += (y[first + j] - centre[i]) / width
+        off_next += (y[first + j] - centre[other]) / width
+        off, off_next = off * width, off_next * width
         for axis in range(2):
             for c in range(cells):
                 line[axis, c] = share * (solved[axis, i, c] + off * slopes[axis, i, c])
@@ -129,8 +130,17 @@ def fill_cells(
 
 
 @inner_bare_kernel
+def _means_along(traction: FloatArray, scale: float, means: FloatArray, out: FloatArray) -> None:
+    """Add the means of the cells of a strip, `scale` times its traction at the points."""
+    for k in range(traction.size):
+        value = scale * traction[k]
+        for c in range(out.size):
+            out[c] += means[k, c] * value
+
+
+@inner_bare_kernel
 def _slopes_across(values: FloatArray, peak: FloatArray, centre: FloatArray, slopes: FloatArray) -> None:
-    """Fill the slopes of tractions (2, N, nx) across solved strips, which keep means and stay between neighbours.
+    """Fill the slopes of tractions (2, N, nx) across solved strips, which keep means and make no new extremes.
 
     Outermost strips, also beside those without contact, go on as their neighbours.
     """

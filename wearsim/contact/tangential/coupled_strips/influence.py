@@ -16,7 +16,7 @@ are :math:`\eta_-` and :math:`\eta_+` off the middle of the loaded one, with the
 .. math:: s_x = \tfrac1\pi\{[(1-\nu)F_1+\nu F_2]\,g_x + \nu F_4\,g_y\},\qquad
    s_y = \tfrac1\pi\{[F_1-\nu F_2]\,g_y + \nu F_4\,g_x\}.
 
-:math:`k_1 = \mathrm{sgn}(Y)\,[1/X - X/(\rho(\rho+|Y|))]`: its first part is that of a strip of infinite width,
+:math:`k_1 = \mathrm{sgn}(Y)\,[1/X - X/(\rho(\rho+|Y|))]`: its first part is that of an infinitely wide strip,
 of which :math:`\sqrt{1-t^2}\,U_l` makes :math:`\pi T_{l+1}(\xi)`, the matrix of strip theory; among different
 strips it cancels. The rest is regular and is tabulated over :math:`\xi` and :math:`\eta`.
 
@@ -286,7 +286,7 @@ def _between_rows(
 
 @inner_bare_kernel
 def _place(block: FloatArray, i: int, j: int, side: float, matrix: FloatArray) -> None:
-    """Put the influence (n + 1, 3 n) of strip j on strip i into the matrix; `side` is the sign of y_i - y_j."""
+    """Put the influence (n + 1, 3 n) of strip j on strip i into the matrix; `side`: sign of y_i - y_j."""
     rows, n = block.shape[0], block.shape[1] // 3
     for r in range(rows):
         for m in range(3):

@@ -1,7 +1,7 @@
 r"""Coulomb friction on the strips of one patch in steady rolling: semi-smooth Newton with Krylov steps.
 
 Unknown is the traction g at the n points of each strip, over the root of an ellipse: there Coulomb's bound is
-one number b per strip. A point that sticks has no slip at the place upstream of it where strains are computed,
+one number b per strip. A point that sticks has no slip where strains are computed upstream of it,
 which leaves the trailing end free to be singular and keeps the leading one bounded, as particles enter the
 contact unstrained. A point that slips has g of the size b against the slip near the point itself. Both are
 the equation of `tangential.semismooth_newton`. Linear steps are preconditioned by strip theory: each stretch
@@ -175,7 +175,7 @@ def _add_slip(matrix: FloatArray, traction: FloatArray, slip: FloatArray) -> Non
 
 @inner_bare_kernel
 def _at_places(slip: FloatArray, places: FloatArray, out: FloatArray) -> None:
-    """Fill the slip (2, N, n) at one place per point; `places` (1 or N, n + 1, n) of all strips or of each."""
+    """Fill the slip (2, N, n) at one place per point; `places` (1 or N, n + 1, n), all strips' or each one's."""
     for c in range(2):
         for i in range(out.shape[1]):
             of_strip = places[min(i, places.shape[0] - 1)]
@@ -191,7 +191,7 @@ def _residual(
     traction: FloatArray, ahead: FloatArray, near: FloatArray, bound: FloatArray, marks: FloatArray,
     direction: FloatArray, rest: FloatArray,
 ) -> tuple[float, float]:  # fmt: skip
-    """Mark points by the slip where they would stick, or slip; sums of the sizes of residuals and tractions."""
+    """Mark points by the slip `ahead` of or `near` them; sums of the sizes of residuals and tractions."""
     error, size = 0.0, 0.0
     for i in range(bound.shape[0]):
         for k in range(bound.shape[1]):

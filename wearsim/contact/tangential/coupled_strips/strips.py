@@ -13,14 +13,14 @@ _PER_STRIP = 3.2  # of the patch's own, at most
 
 
 class SolvedStrips(NamedTuple):
-    """Strips of m patches that are solved; what lies behind `count` of them is padding.
+    """Strips of m patches that are solved; what lies behind `solved` of them is padding.
 
     Parameters
     ----------
     first, loaded : (m,) int array
         First strip of the patch in contact, and number of strips from it to the last one in contact.
-    count : (m,) int array
-        N.
+    solved : (m,) int array
+        N, number of solved strips.
     width : (m,) array
         [m].
     y, half, middle, peak : (m, N) array
@@ -32,7 +32,7 @@ class SolvedStrips(NamedTuple):
 
     first: IntArray
     loaded: IntArray
-    count: IntArray
+    solved: IntArray
     width: FloatArray
     y: FloatArray
     half: FloatArray
@@ -58,9 +58,9 @@ def solved_strips(patch: Patch, fewest: int) -> SolvedStrips:
         strips.
     """
     count, most = patch.y.shape[0], _solved(patch.y.shape[1], fewest)
-    whole = np.empty((3, count), dtype=np.int64)
-    width, per_strip = np.empty(count), np.zeros((5, count, most))
-    strips = SolvedStrips(*whole, width, *per_strip)
+    first, loaded, solved = np.empty((3, count), dtype=np.int64)
+    y, half, middle, peak, centre = np.zeros((5, count, most))
+    strips = SolvedStrips(first, loaded, solved, np.empty(count), y, half, middle, peak, centre)
     _put_together(
         plain(patch.y), plain(patch.width), plain(patch.x_lead), plain(patch.x_trail),
         plain(patch.pressure_slope), plain(patch.strips, np.int64), fewest, strips,
@@ -70,7 +70,7 @@ def solved_strips(patch: Patch, fewest: int) -> SolvedStrips:
 
 @kernel
 def _solved(count: int, fewest: int) -> int:
-    """Strips that are solved for a number of the patch's own."""
+    """Count the strips that are solved, of a number of the patch's own."""
     return int(min(count, max(fewest, int(np.ceil(count / _PER_STRIP)))))
 
 
@@ -88,7 +88,7 @@ def _put_together(
             last -= 1
         count = _solved(last - first, fewest)
         ratio = (last - first) / count
-        strips.first[m], strips.loaded[m], strips.count[m] = first, last - first, count
+        strips.first[m], strips.loaded[m], strips.solved[m] = first, last - first, count
         strips.width[m] = width[m] * ratio
         for i in range(count):
             strips.y[m, i] = y[m, first] + width[m] * (ratio * (i + 0.5) - 0.5)
