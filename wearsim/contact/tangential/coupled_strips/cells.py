@@ -140,7 +140,7 @@ def _means_along(traction: FloatArray, scale: float, means: FloatArray, out: Flo
 
 @inner_bare_kernel
 def _slopes_across(values: FloatArray, peak: FloatArray, centre: FloatArray, slopes: FloatArray) -> None:
-    """Fill the slopes of tractions (2, N, nx) across solved strips, which keep means and make no new extremes.
+    """Fill the slopes of tractions (2, N, nx) across solved strips, that keep means and make no extremes.
 
     Outermost strips, also beside those without contact, go on as their neighbours.
     """

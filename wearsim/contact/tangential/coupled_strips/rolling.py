@@ -175,7 +175,7 @@ def _add_slip(matrix: FloatArray, traction: FloatArray, slip: FloatArray) -> Non
 
 @inner_bare_kernel
 def _at_places(slip: FloatArray, places: FloatArray, out: FloatArray) -> None:
-    """Fill the slip (2, N, n) at one place per point; `places` (1 or N, n + 1, n), all strips' or each one's."""
+    """Fill the slip (2, N, n) at one place per point; `places` (1, n + 1, n) or (N, n + 1, n)."""
     for c in range(2):
         for i in range(out.shape[1]):
             of_strip = places[min(i, places.shape[0] - 1)]
