@@ -91,7 +91,8 @@ def fill_cells(
             sliding[i] = _rates(points.between, traction[:, i], slip[:, i], marks[i], friction, rate)
             _work_along(points.between, rate, root, solved[2, i])
     _slopes_across(solved, peak, centre, slopes)
-    area, line = 0.0, np.empty((5, cells))
+    # Traction, pressure and slip of one strip; and of all strips by cells, so that memory is written in order.
+    area, line, turned = 0.0, np.empty((5, cells)), np.empty((5, cells, loaded))
     for j in range(loaded):
         half = 0.5 * (x_lead[first + j] - x_trail[first + j])
         i, share, off, off_next = parts_of(j, loaded, count)
@@ -116,16 +117,21 @@ def fill_cells(
             against = -largest * work / square if square > 0.0 else 0.0
             line[3, c], line[4, c] = against * line[0, c], against * line[1, c]
         f_x, f_y, moment, length = 0.0, 0.0, 0.0, 2.0 * half / cells
+        if keep:
+            for k in range(5):
+                for c in range(cells):
+                    turned[k, c, j] = line[k, c]
         for c in range(cells):
             f_x, f_y, moment = f_x + line[0, c], f_y + line[1, c], moment + (c + 0.5) * line[1, c]
-            if keep:
-                out[0, m, c, first + j] = line[2, c]
-                out[1, m, c, first + j], out[2, m, c, first + j] = line[0, c], line[1, c]
-                out[3, m, c, first + j], out[4, m, c, first + j] = line[3, c], line[4, c]
         area += 2.0 * half * width * (share * sliding[i] + rest * sliding[other])
         force[m, 0] += f_x * length * width
         force[m, 1] += f_y * length * width
         force[m, 2] += (x_lead[first + j] * f_y - length * moment - y[first + j] * f_x) * length * width
+    if keep:
+        for field, k in enumerate((2, 0, 1, 3, 4)):
+            for c in range(cells):
+                for j in range(loaded):
+                    out[field, m, c, first + j] = turned[k, c, j]
     return area
 
 
@@ -174,10 +180,12 @@ def _cut_back_along(x: FloatArray, y: FloatArray, root: FloatArray, friction: fl
             break
         c = step if step < cells else 2 * cells - 1 - step
         t_x, t_y, limit = x[c] + more_x, y[c] + more_y, friction * root[c]
-        size = np.sqrt(t_x * t_x + t_y * t_y)
-        share = limit / size if size > limit else 1.0
-        x[c], y[c] = share * t_x, share * t_y
-        more_x, more_y = t_x - x[c], t_y - y[c]
+        square, more_x, more_y = t_x * t_x + t_y * t_y, 0.0, 0.0
+        if square > limit * limit:
+            share = limit / np.sqrt(square)
+            more_x, more_y = (1.0 - share) * t_x, (1.0 - share) * t_y
+            t_x, t_y = share * t_x, share * t_y
+        x[c], y[c] = t_x, t_y
 
 
 @inner_bare_kernel
