@@ -258,6 +258,17 @@ def test_cells_hold_the_solution(patch):
     assert power == pytest.approx(frictional_power(result.force, [CREEPAGE], 1.0)[0], rel=0.02)
 
 
+@pytest.mark.parametrize("creepage", [(1e-7, 0.0, 0.0), (0.0, -1e-6, 0.0), (0.0, 0.0, 0.01), CREEPAGE])
+def test_all_strips_that_pull_do_work(patch, creepage):
+    """Also where no point slips: then at the trailing end, as the elastic body has it."""
+    result = solved(patch, creepage)
+    _, shear_x, shear_y, slip_x, slip_y = result.cells[:, 0]
+    work = -(shear_x * slip_x + shear_y * slip_y)
+    assert np.all(work.sum(axis=0)[2:-2] > 0.0)
+    assert work[-6:].sum() > 0.8 * work.sum() or creepage == CREEPAGE
+    assert np.isfinite(result.cells).all()
+
+
 def test_forces_hardly_depend_on_the_cells(ellipse):
     """What the bound cuts goes to other cells: 2e-4 of friction x load between 10 and 80 cells."""
     force = [solved(ellipse(A, B, LOAD, 30, cells=cells), CREEPAGE).force[0, :2] for cells in (10, 30, 80)]

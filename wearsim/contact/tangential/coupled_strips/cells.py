@@ -88,7 +88,7 @@ def fill_cells(
             for axis in range(2):
                 _means_along(traction[axis, i], scale, means, solved[axis, i])
             _cut_back_along(solved[0, i], solved[1, i], root, friction)
-            sliding[i] = _rates(points.between, traction[:, i], slip[:, i], marks[i], friction, rate)
+            sliding[i] = _rates(points.between, traction[:, i], slip[:, i], marks[i], scale, friction, rate)
             _work_along(points.between, rate, root, solved[2, i])
     _slopes_across(solved, peak, centre, slopes)
     # Traction, pressure and slip of one strip; and of all strips by cells, so that memory is written in order.
@@ -190,29 +190,30 @@ def _cut_back_along(x: FloatArray, y: FloatArray, root: FloatArray, friction: fl
 
 @inner_bare_kernel
 def _rates(
-    between: FloatArray, traction: FloatArray, slip: FloatArray, marks: FloatArray, friction: float, rate:
-    FloatArray,
+    between: FloatArray, traction: FloatArray, slip: FloatArray, marks: FloatArray, scale: float, friction:
+    float, rate: FloatArray,
 ) -> float:  # fmt: skip
     """Fill the work of friction over the largest pressure, where strains are computed; share that slips.
 
-    Between two points that slip with the mean of their directions.
+    Between two points that slip with the mean of their directions. At the trailing end there is slip also
+    where all points stick: that of the singular strain, which takes the power of small creepages.
     """
     count, share, before = marks.size, 0.0, False
-    for k in range(count + 1):
-        slides = marks[min(k, count - 1)] <= 1.0 if k == count else marks[k] != STICK
+    for k in range(count):
+        slides = marks[k] != STICK
         rate[k] = 0.0
         if slides:
-            last = min(k, count - 1)
-            t_x, t_y = traction[0, last], traction[1, last]
-            if before and k < count:
+            t_x, t_y = traction[0, k], traction[1, k]
+            if before:
                 t_x, t_y = t_x + traction[0, k - 1], t_y + traction[1, k - 1]
             size = np.sqrt(t_x * t_x + t_y * t_y)
             if size > 0.0:
                 rate[k] = max(-friction * (t_x * slip[0, k] + t_y * slip[1, k]) / size, 0.0)
-        if k < count and slides:
             front, rear = 1.0 if k == 0 else between[k], -1.0 if k == count - 1 else between[k + 1]
             share += 0.5 * (front - rear)
         before = slides
+    last = traction[0, count - 1] * slip[0, count] + traction[1, count - 1] * slip[1, count]
+    rate[count] = max(-scale * last, 0.0)
     return share
 
 
