@@ -91,7 +91,7 @@ def fill_cells(
             sliding[i] = _rates(points.between, traction[:, i], slip[:, i], marks[i], scale, friction, rate)
             _work_along(points.between, rate, root, solved[2, i])
     _slopes_across(solved, peak, centre, slopes)
-    # Traction, pressure and slip of one strip; and of all strips by cells, so that memory is written in order.
+    # Traction, pressure and slip of one strip; and of all by cells, so that memory is written in order.
     area, line, turned = 0.0, np.empty((5, cells)), np.empty((5, cells, loaded))
     for j in range(loaded):
         half = 0.5 * (x_lead[first + j] - x_trail[first + j])
