@@ -72,6 +72,7 @@ def solve(
     if fault.any():
         row = int(patch.row[np.argmax(fault)])
         raise ContactError("creepage and friction coefficient must be finite", row=row)
+    shear_modulus, poisson_ratio = float(shear_modulus), float(poisson_ratio)
     count, ny = patch.y.shape
     points, strips = strip_points(POINTS), solved_strips(patch, STRIPS)
     out = np.zeros((5, count, int(patch.cells.max(initial=1)) if fields else 0, ny))
