@@ -10,7 +10,7 @@ and material of one's own:
 
 >>> import wearsim
 >>> sorted(wearsim.NORMAL_MODELS), sorted(wearsim.TANGENTIAL_MODELS)
-(['half_space', 'hertz', 'kik_piotrowski', 'knothe_le_the'], ['fastsim', 'half_space'])
+(['half_space', 'hertz', 'kik_piotrowski', 'knothe_le_the'], ['coupled_strips', 'fastsim', 'half_space'])
 >>> wearsim.NORMAL_MODELS["hertz"].can_update_profile
 False
 >>> wearsim.ContactModels(normal="knothe_le_the", strips=50, cells=50, youngs_modulus=207e9).tangential

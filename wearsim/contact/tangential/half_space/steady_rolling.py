@@ -38,11 +38,19 @@ from wearsim.contact.influence import (
 )
 from wearsim.contact.kernel import inner_kernel, kernel, plain
 from wearsim.contact.patch import FloatArray, IntArray
+from wearsim.contact.tangential.semismooth_newton import (
+    OUTSIDE,
+    STICK,
+    combine,
+    cut_back,
+    derivative,
+    exactness,
+    orthogonalise,
+)
 
 TOLERANCE = 1e-6  # sum of the residuals of all cells over the sum of their tractions
 MOST_STEPS = 40
 MOST_PRODUCTS = 80  # convolutions of one linear solution
-_STICK, _OUTSIDE = 2.0, -1.0  # marks of cells; between 0 and 1 a cell slips
 _LONGEST = 64  # cells of a stretch that are solved together: the work grows with the cells, not faster
 _SIDE = 0.28  # what neighbouring strips take from a strip's part; counted out, a fifth of the products less
 
@@ -199,7 +207,7 @@ def _newton(
     change, basis = np.empty(traction.shape), np.empty((most_products + 1, traction.size))
     products, before, steps = 0, np.inf, 0
     while True:
-        _cut_back(traction, bound)
+        cut_back(traction, bound)
         _slip(operator, traction, slip)
         slip += rigid_slip
         products += 1
@@ -207,9 +215,7 @@ def _newton(
         error = error / size if size > 0.0 else (0.0 if error == 0.0 else np.inf)
         if error <= tolerance or steps == most_steps or (not error < np.inf and steps > 0):
             return error, steps, products
-        # As exact as the outer iteration deserves (Eisenstat and Walker), no more than the last one needs.
-        share = 0.2 if not before < np.inf else min(0.2, 0.5 * (error / before) ** 1.6)
-        share = max(share, 0.5 * tolerance / error, 1e-4)
+        share = exactness(error, before, tolerance)
         before = error
         products += _linear_step(operator, marks, direction, rest, share, basis, change)
         traction += change
@@ -264,40 +270,12 @@ def _linear_step(
         basis[0, i] = -flat[i] / whole
     count = 0
     while count < most and abs(left[count]) > share * whole:
-        product = basis[count + 1]
         _precondition(basis[count].reshape(shape), marks, direction, operator, stretches, change)
         _slip(operator, change, slip)
-        _derivative(change, slip, marks, direction, operator.reach, product.reshape(shape))
-        for k in range(count + 1):
-            value = scalar_product(basis[k], product)
-            triangle[k, count] = value
-            for i in range(size):
-                product[i] -= value * basis[k, i]
-        length = np.sqrt(scalar_product(product, product))
-        if length > 0.0:
-            for i in range(size):
-                product[i] /= length
-        for k in range(count):
-            upper, lower = triangle[k, count], triangle[k + 1, count]
-            triangle[k, count] = cosine[k] * upper + sine[k] * lower
-            triangle[k + 1, count] = cosine[k] * lower - sine[k] * upper
-        upper = triangle[count, count]
-        total = np.sqrt(upper * upper + length * length)
-        cosine[count], sine[count] = (upper / total, length / total) if total > 0.0 else (1.0, 0.0)
-        triangle[count, count] = total
-        left[count + 1] = -sine[count] * left[count]
-        left[count] *= cosine[count]
+        derivative(change, slip, marks, direction, operator.reach, basis[count + 1].reshape(shape))
+        orthogonalise(basis, count, triangle, cosine, sine, left)
         count += 1
-    for k in range(count - 1, -1, -1):
-        value = left[k]
-        for j in range(k + 1, count):
-            value -= triangle[k, j] * weight[j]
-        weight[k] = value / triangle[k, k] if triangle[k, k] != 0.0 else 0.0
-    flat = slip.reshape(size)
-    flat[:] = 0.0
-    for k in range(count):
-        for i in range(size):
-            flat[i] += weight[k] * basis[k, i]
+    combine(basis, count, triangle, left, weight, slip.reshape(size))
     _precondition(slip, marks, direction, operator, stretches, change)
     return count
 
@@ -327,17 +305,6 @@ def _split(matrix: FloatArray, inverse: FloatArray) -> None:
                     whole[i, j] -= upper[i, k] * whole[k, j]
 
 
-@inner_kernel
-def _cut_back(traction: FloatArray, bound: FloatArray) -> None:
-    """Shorten tractions above the bound."""
-    for i in range(bound.shape[0]):
-        for j in range(bound.shape[1]):
-            size = np.sqrt(traction[0, i, j] ** 2 + traction[1, i, j] ** 2)
-            if size > bound[i, j]:
-                traction[0, i, j] *= bound[i, j] / size
-                traction[1, i, j] *= bound[i, j] / size
-
-
 @kernel
 def _residual(
     traction: FloatArray, slip: FloatArray, bound: FloatArray, reach: float, marks: FloatArray, direction:
@@ -352,14 +319,14 @@ def _residual(
     for i in range(bound.shape[0]):
         for j in range(bound.shape[1]):
             if bound[i, j] <= 0.0:
-                marks[i, j] = _OUTSIDE
+                marks[i, j] = OUTSIDE
                 rest[0, i, j], rest[1, i, j] = 0.0, 0.0
                 continue
             t_x, t_y = traction[0, i, j], traction[1, i, j]
             r_x, r_y = reach * slip[0, i, j], reach * slip[1, i, j]
             length = np.sqrt((t_x - r_x) ** 2 + (t_y - r_y) ** 2)
             if length <= bound[i, j]:
-                marks[i, j] = _STICK
+                marks[i, j] = STICK
             else:
                 marks[i, j] = bound[i, j] / length
                 d_x, d_y = (t_x - r_x) / length, (t_y - r_y) / length
@@ -372,27 +339,6 @@ def _residual(
 
 
 @inner_kernel
-def _derivative(
-    change: FloatArray, slip: FloatArray, marks: FloatArray, direction: FloatArray, reach: float, out:
-    FloatArray,
-) -> None:  # fmt: skip
-    """Differentiate the residual along a change of tractions that changes the slip by `slip`."""
-    for i in range(marks.shape[0]):
-        for j in range(marks.shape[1]):
-            mark = marks[i, j]
-            if mark == _OUTSIDE:
-                out[0, i, j], out[1, i, j] = 0.0, 0.0
-            elif mark == _STICK:
-                out[0, i, j], out[1, i, j] = reach * slip[0, i, j], reach * slip[1, i, j]
-            else:
-                d_x, d_y = direction[0, i, j], direction[1, i, j]
-                v_x, v_y = change[0, i, j] - reach * slip[0, i, j], change[1, i, j] - reach * slip[1, i, j]
-                along = d_x * v_x + d_y * v_y
-                out[0, i, j] = change[0, i, j] - mark * (v_x - along * d_x)
-                out[1, i, j] = change[1, i, j] - mark * (v_y - along * d_y)
-
-
-@inner_kernel
 def _stretches(marks: FloatArray, longest: int) -> IntArray:
     """First cell, strip and number of cells (k, 3) of each stretch of stick."""
     nx, ny = marks.shape
@@ -400,12 +346,12 @@ def _stretches(marks: FloatArray, longest: int) -> IntArray:
     for j in range(ny):
         count = 0
         for i in range(nx):
-            if marks[i, j] == _STICK:
+            if marks[i, j] == STICK:
                 if count == 0:
                     table[lines, 0], table[lines, 1] = i, j
                 count += 1
                 table[lines, 2] = count
-            if count == longest or (count > 0 and (marks[i, j] != _STICK or i == nx - 1)):
+            if count == longest or (count > 0 and (marks[i, j] != STICK or i == nx - 1)):
                 lines, count = lines + 1, 0
     return table[:lines]
 
@@ -420,9 +366,9 @@ def _precondition(
     for i in range(nx):
         for j in range(ny):
             mark = marks[i, j]
-            if mark == _OUTSIDE:
+            if mark == OUTSIDE:
                 out[0, i, j], out[1, i, j] = 0.0, 0.0
-            elif mark != _STICK:
+            elif mark != STICK:
                 d_x, d_y = direction[0, i, j], direction[1, i, j]
                 along = d_x * given[0, i, j] + d_y * given[1, i, j]
                 soft = 1.0 / (1.0 - mark + mark * operator.own)
@@ -439,9 +385,9 @@ def _precondition(
             for k in range(stretches[m, 2]):
                 i = first + k
                 value = given[c, i, j]
-                if j > 0 and marks[i, j - 1] == _STICK:
+                if j > 0 and marks[i, j - 1] == STICK:
                     value -= _SIDE * given[c, i, j - 1]
-                if j + 1 < ny and marks[i, j + 1] == _STICK:
+                if j + 1 < ny and marks[i, j + 1] == STICK:
                     value -= _SIDE * given[c, i, j + 1]
                 line[m, k] = value / operator.reach
         multiply(line, operator.strip[c, 0], half)

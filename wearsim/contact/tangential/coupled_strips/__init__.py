@@ -1,0 +1,133 @@
+r"""Steady rolling on coupled strips of the elastic half-space: few points along each strip, no cells.
+
+The patch is cut into some twelve strips along the rolling direction, each with the pressure
+:math:`p\sqrt{1-t^2}`, t from -1 to 1 along it. The traction of a strip is :math:`\sqrt{1-t^2}` times a
+polynomial, known at eight Gauss-Chebyshev points [3]_; Coulomb's bound becomes the constant :math:`\mu p` of
+the strip. The slip over V is :math:`s = w - \partial u/\partial x`, with the rigid slip
+:math:`w = (\xi_x - \varphi y, \xi_y + \varphi x)` and the displacements u of the half-space under the
+tractions of all strips [1]_, [2]_ (`influence`). Strips of infinite width are strip theory, and with it
+Carter's solution; a single ellipse has Kalker's coefficients. Points stick or slip as `rolling` has it; the
+iteration is that of `semismooth_newton` [5]_.
+
+The normal counterpart is [4]_: both resolve the patch across by strips and along each by functions.
+
+Assumptions: equal materials, one friction coefficient, a flat patch; two lobes one behind the other in a
+strip are one semi-ellipse of the same load. Strains are polynomials, so that a stick zone that begins or ends
+between two points is smeared over their distance: at small creepage, where one or two points of a strip slip,
+strip work is known to some per cent only.
+
+References
+----------
+.. [1] J. J. Kalker, On the rolling contact of two elastic bodies in the presence of dry friction,
+   thesis, Delft 1967; Three-dimensional elastic bodies in rolling contact, Kluwer 1990.
+.. [2] K. L. Johnson, Contact Mechanics, Cambridge 1985, doi:10.1017/CBO9781139171731, sections 3.6 and 8.3.
+.. [3] F. Erdogan, G. D. Gupta, Q. Appl. Math. 29 (1972) 525-534, doi:10.1090/qam/408277.
+.. [4] K. Knothe, H. Le The, Int. J. Solids Struct. 20 (1984) 803-815.
+.. [5] P. Alart, A. Curnier, Comput. Methods Appl. Mech. Eng. 92 (1991) 353-375,
+   doi:10.1016/0045-7825(91)90022-X.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wearsim.contact.kernel import plain
+from wearsim.contact.patch import FloatArray, Patch
+from wearsim.contact.tangential.coupled_strips import rolling
+from wearsim.contact.tangential.coupled_strips.cells import cell_means, fill_cells, guess_from_cells
+from wearsim.contact.tangential.coupled_strips.influence import slip_influence, strip_points
+from wearsim.contact.tangential.coupled_strips.strips import solved_strips
+from wearsim.contact.tangential.model import TangentialModel, TangentialSolution, Wanted
+from wearsim.errors import ContactError, NumericalError, say
+
+STRIPS, POINTS = 12, 8
+"""Across a patch (more in wide ones, not more than it has), and along each strip (a multiple of four)."""
+TOLERANCE = 3e-5
+"""Sum of the residuals of all points over the sum of their tractions."""
+STALLED = 3e-4
+"""Residual up to which a stalled iteration counts as solved: a point that neither sticks nor slips."""
+PLACES = (1.0, 0.3), (0.3, 0.3), (0.5, 0.5)
+"""Places of the slip of points that stick and that slip, see `strip_points`; the next where these fail."""
+MOST_STEPS = 14
+"""Newton steps at most."""
+
+
+def solve(
+    patch: Patch,
+    creepage: FloatArray,
+    friction: FloatArray,
+    *,
+    shear_modulus: float,
+    poisson_ratio: float,
+    fields: Wanted,
+    start: TangentialSolution | None = None,
+    looser: float = 1.0,
+) -> TangentialSolution:
+    """Shear, slip and creep forces of each patch; contract in `tangential.model`.
+
+    Forces are the sums of the cells, which hold the integrals of the polynomials, cut back to the bound. A
+    start has to have fields.
+    """
+    fault = ~(np.isfinite(creepage).all(axis=1) & np.isfinite(friction))
+    if fault.any():
+        row = int(patch.row[np.argmax(fault)])
+        raise ContactError("creepage and friction coefficient must be finite", row=row)
+    shear_modulus, poisson_ratio = float(shear_modulus), float(poisson_ratio)
+    count, ny = patch.y.shape
+    points, strips = strip_points(POINTS), solved_strips(patch, STRIPS)
+    out = np.zeros((5, count, int(patch.cells.max(initial=1)) if fields else 0, ny))
+    force, slip_area = np.zeros((count, 3)), np.zeros(count)
+    length = (patch.x_lead - patch.x_trail) / patch.cells[:, None]
+    creepage, y_all, slope = plain(creepage), plain(patch.y), plain(patch.pressure_slope)
+    x_lead, x_trail = plain(patch.x_lead), plain(patch.x_trail)
+    tolerance, allowed = looser * TOLERANCE, max(looser * TOLERANCE, STALLED)
+    known = None if start is None or start.cells is None else plain(start.cells)
+    for m in range(count):
+        if friction[m] <= 0.0:
+            slip_area[m] = _slide_freely(patch, m, creepage[m], out[:, m])
+            continue
+        first, loaded, width = int(strips.first[m]), int(strips.loaded[m]), float(strips.width[m])
+        here = (m, slice(int(strips.solved[m])))
+        y, half, middle, peak = strips.y[here], strips.half[here], strips.middle[here], strips.peak[here]
+        stiff, rows = peak / shear_modulus, int(patch.cells[m])
+        matrix = slip_influence(half, middle, width, POINTS, poisson_ratio)
+        rigid, slip = np.empty((2, 2, peak.size, POINTS + 1))
+        traction, marks = np.empty((2, peak.size, POINTS)), np.empty((peak.size, POINTS))
+        rolling.prepare(points, poisson_ratio, creepage[m], y, half, middle, rigid, traction)
+        if known is not None and known[0, m].any():
+            guess_from_cells(points, known, m, rows, first, loaded, stiff, traction)
+        for places in PLACES:
+            left, _, _ = rolling.roll(
+                matrix, strip_points(POINTS, *places), poisson_ratio, rigid, friction[m] * stiff, tolerance,
+                MOST_STEPS, traction, slip, marks,
+            )  # fmt: skip
+            if left <= allowed:
+                break
+        else:
+            raise NumericalError(
+                say("contact.rolling_unconverged", left=left, tolerance=allowed), row=int(patch.row[m])
+            )
+        slip_area[m] = fill_cells(
+            points, cell_means(rows, POINTS), traction, slip, marks, peak, strips.centre[here], shear_modulus,
+            float(friction[m]), first, loaded, y_all[m], x_lead[m], x_trail[m], slope[m],
+            float(patch.width[m]), bool(fields), m, out, force,
+        )  # fmt: skip
+    return TangentialSolution(force, slip_area, patch.x_lead, length, out if fields else None)
+
+
+def _slide_freely(patch: Patch, m: int, creepage: FloatArray, cells: FloatArray) -> float:
+    """Fill the pressure and the rigid slip (5, nx, ny) of a patch without friction; area that slips."""
+    count, half = int(patch.cells[m]), 0.5 * (patch.x_lead[m] - patch.x_trail[m])
+    place = 1.0 - (2.0 * np.arange(count)[:, None] + 1.0) / count
+    slip_x = creepage[0] - creepage[2] * patch.y[m] + 0.0 * place
+    slip_y = creepage[1] + creepage[2] * (patch.x_trail[m] + half * (1.0 + place))
+    touches = half > 0.0
+    if cells.shape[1] > 0:
+        root = cell_means(count, POINTS).sum(axis=0)
+        cells[0, :count] = root[:, None] * (patch.pressure_slope[m] * half)
+        cells[3, :count], cells[4, :count] = slip_x * touches, slip_y * touches
+    moves = ((slip_x != 0.0) | (slip_y != 0.0)) & touches
+    return float((moves * half).sum() * 2.0 / count * patch.width[m])
+
+
+MODEL = TangentialModel(name="coupled_strips", solve=solve, tolerance=1e-4, warm=True, fewest=2, chunk=16)
