@@ -26,21 +26,53 @@ def one_k(k):
     ("pressure", "speed", "region"),
     [
         (1e9, 0.0, "mild"),
-        (1e9, 0.199, "mild"),
-        (1e9, 0.2, "severe"),
-        (1e9, 0.699, "severe"),
-        (1e9, 0.7, "oxidative"),
+        (1e9, 0.187, "mild"),
+        (1e9, 0.21, "severe"),
+        (1e9, 0.665, "severe"),
+        (1e9, 0.75, "oxidative"),
         (1e9, 50.0, "oxidative"),
-        (2.325e9, 0.3, "severe"),
+        (2.324e9, 0.3, "severe"),
         (2.475e9, 0.0, "seizure"),
         (2.475e9, 0.9, "seizure"),
     ],
 )
 def test_regions_of_the_map(pressure, speed, region):
-    """Limits as printed: 0.2 and 0.7 m/s, which belong to the region above; 0.8 H = 2.4 GPa +- 2.5 % of H."""
-    masks = archard.regime(np.array([pressure]), np.array([speed]), SET)
-    assert masks.sum() == 1
-    assert archard.REGIMES[int(masks[:, 0].argmax())] == region
+    """Limits as printed with their blends: 0.2 and 0.7 m/s within 7 %, 0.8 H = 2.4 GPa +- 2.5 % of H."""
+    part = archard.by_regime(np.array([pressure]), np.array([speed]), SET)[:, 0]
+    assert np.count_nonzero(part) == 1
+    assert archard.REGIMES[int(part.argmax())] == region
+    assert part.max() == pytest.approx(SET[f"k_{region}"], rel=1e-12)
+
+
+def test_coefficients_are_blended_over_the_limits_of_the_speed():
+    """Over 5 % on both sides of a limit, by the mean of the jump, without a kink."""
+    for limit, below, above in ((0.2, "mild", "severe"), (0.7, "severe", "oxidative")):
+        logarithm = np.linspace(np.log(limit) - 0.1, np.log(limit) + 0.1, 20001)
+        speed = np.exp(logarithm)
+        part = archard.by_regime(np.full_like(speed, 1e9), speed, SET)
+        k = part.sum(axis=0)
+        first, last = SET[f"k_{below}"], SET[f"k_{above}"]
+        assert (np.diff(k) * (last - first) >= 0.0).all()
+        between = (k != k[0]) & (k != k[-1])
+        assert np.ptp(logarithm[between]) == pytest.approx(2.0 * np.log(1.05), rel=0.01)
+        jump = np.where(speed < limit, first, last)
+        assert k.mean() == pytest.approx(jump.mean(), rel=1e-4)
+        slope = np.gradient(k, logarithm)
+        assert np.abs(np.diff(slope)).max() < 0.01 * np.abs(slope).max()
+        shares = part[[archard.REGIMES.index(name) for name in (below, above)]] / k
+        np.testing.assert_allclose(shares.sum(axis=0), 1.0, rtol=1e-12)
+        # k of the shares: the logarithm is linear in them
+        mean = shares[0] * np.log(first) + shares[1] * np.log(last)
+        np.testing.assert_allclose(np.log(k), mean, rtol=1e-12)
+
+
+def test_without_blend_a_limit_of_the_speed_belongs_to_the_region_above():
+    jumping = SET.with_value("speed_blend", 0.0, "test")
+    for limit, below, above in ((0.2, "mild", "severe"), (0.7, "severe", "oxidative")):
+        for speed, region in ((np.nextafter(limit, 0.0), below), (limit, above)):
+            part = archard.by_regime(np.array([1e9]), np.array([speed]), jumping)[:, 0]
+            assert archard.REGIMES[int(part.argmax())] == region
+            assert np.count_nonzero(part) == 1
 
 
 def test_jumps_of_the_map():
@@ -48,8 +80,8 @@ def test_jumps_of_the_map():
     k = np.array([SET[f"k_{name}"] for name in archard.REGIMES])
 
     def at(pressure, speed, blend=0.05):
-        with_blend = SET.with_value("seizure_blend", blend, "test")
-        return k @ archard.regime(np.atleast_1d(pressure), np.array([speed]), with_blend)
+        with_blend = SET.with_value("seizure_blend", blend, "test").with_value("speed_blend", 0.0, "test")
+        return archard.by_regime(np.atleast_1d(pressure), np.array([speed]), with_blend).sum(axis=0)
 
     for limit, jump in ((0.2, 7.0), (0.7, 1 / 7)):
         assert at(1e9, limit) / at(1e9, np.nextafter(limit, 0)) == pytest.approx(jump)

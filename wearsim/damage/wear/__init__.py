@@ -16,6 +16,7 @@ from wearsim.damage.coefficients import coefficient_set
 from wearsim.damage.coefficients.record import CoefficientSet
 from wearsim.damage.wear.archard import SEIZURE_CAPS, SeizureCap
 from wearsim.damage.wear.law import Form, WearLaw
+from wearsim.damage.within_cells import within_cells
 from wearsim.errors import Fault
 
 WEAR_LAWS: Registry[WearLaw] = discover("wear law", __name__, __path__, WearLaw)
@@ -114,7 +115,11 @@ def passage_depth(fields: SurfaceFields, area: FloatArray, settings: WearSetting
     coefficients = coefficients_of(settings)
     taken = {name: getattr(settings, name) for name in ("density", "seizure_cap") if name in law.parameters}
     few = batches((fields, area), area.size) if law.needs_fields else [(fields, area)]
-    parts = [law.depth(*part, coefficients, form=settings.form, **taken) for part in few]
+    local = law.needs_fields and settings.form == "local"
+    parts = [
+        law.depth(within_cells(own) if local else own, of, coefficients, form=settings.form, **taken)
+        for own, of in few
+    ]
     depth = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
     bad = np.asarray(~np.isfinite(depth).all(axis=(0, 2)))
     require_usable(f'wear law "{settings.law}"', bad, "not finite")

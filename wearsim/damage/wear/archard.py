@@ -4,7 +4,9 @@ The depth a cell loses in one passage is :math:`\Delta z = k(p, v)\, p\, \Delta 
 distance :math:`\Delta s = |s| \Delta x / V` [1]_. In the map of [2]_ the coefficient k depends on the
 sliding speed v in m/s, and so on the running speed: the same creepage at half the speed may be another
 regime. Above 0.8 of the hardness H the surfaces seize; the coefficient, 70 times as large there, is blended
-over `seizure_blend` = 5 % of H around that limit, so that wear is a smooth function of the pressure.
+over `seizure_blend` = 5 % of H around that limit, so that wear is a smooth function of the pressure. At the
+limits of the speed the coefficient jumps sevenfold; its logarithm is blended over `speed_blend` = 5 % of each
+limit on both sides of it: cells whose slip is known to a per cent would fall on either side by chance.
 Pressures of elastic contact models exceed the limit in contacts of small radius, so that the seizure regime
 may follow from the assumption of elasticity.
 
@@ -37,6 +39,8 @@ SEIZURE_CAPS: tuple[SeizureCap, ...] = ("none", "pressure", "regime")
 
 _COEFFICIENTS = ("k_mild", "k_oxidative", "k_severe", "k_seizure")
 _GPA = 1e9
+_LEAST = 1e-300  # of numbers whose logarithm is taken
+_OF_MEAN = 201  # points of the mean over a blend
 
 
 def seizure_pressure(coefficients: CoefficientSet) -> float:
@@ -44,8 +48,8 @@ def seizure_pressure(coefficients: CoefficientSet) -> float:
     return float(np.round(coefficients["seizure_share"] * coefficients["hardness"] * _GPA))
 
 
-def regime(pressure: FloatArray, speed: FloatArray, coefficients: CoefficientSet) -> FloatArray:
-    r"""Return the share of each region of the map at a pressure and speed.
+def by_regime(pressure: FloatArray, speed: FloatArray, coefficients: CoefficientSet) -> FloatArray:
+    r"""Return the part of the wear coefficient that each region of the map has at a pressure and speed.
 
     Parameters
     ----------
@@ -54,29 +58,56 @@ def regime(pressure: FloatArray, speed: FloatArray, coefficients: CoefficientSet
     speed : (...) array
         Sliding speed [m/s].
     coefficients : CoefficientSet
-        With the limits `severe_speed`, `oxidative_speed` and `seizure_share` of `hardness`, and the width
-        `seizure_blend` of the blend into seizure over the hardness.
+        With the coefficients, the limits `severe_speed`, `oxidative_speed` and `seizure_share` of `hardness`,
+        the width `seizure_blend` of the blend into seizure over the hardness, and `speed_blend`, by how much
+        the blend at a limit of the speed goes beyond it on both sides, over the limit.
 
     Returns
     -------
     (4, ...) array
-        In the order of `REGIMES`, of sum 1. A limit of the speed belongs to the region above it.
+        In the order of `REGIMES`; their sum is the wear coefficient [-]. Without blend a limit of the speed
+        belongs to the region above it.
 
     Notes
     -----
-    The share of seizure is :math:`t^2 (3 - 2t)` with t rising from 0 to 1 over the blend, 0.5 at the limit.
+    The share of seizure is :math:`s = t^2 (3 - 2t)` with t rising from 0 to 1 over the blend, 0.5 at the
+    limit. At a limit of the speed t rises with the logarithm of the speed and
+    :math:`k = k_1^{1 - s} k_2^s`, of which the regions below and above the limit have 1 - s and s. The blend
+    lies where its mean over the logarithm of the speed is that of the jump.
     """
+    coefficient = np.array([coefficients[name] for name in _COEFFICIENTS])
+    mild, oxidative, severe, seized = coefficient
     limit = seizure_pressure(coefficients)
     blend = coefficients["seizure_blend"] * coefficients["hardness"] * _GPA
     if blend > 0.0 and np.isfinite(limit):
-        t = np.clip((pressure - limit) / blend + 0.5, 0.0, 1.0)
-        seizure = t * t * (3.0 - 2.0 * t)
+        seizure = _smooth(np.clip((pressure - limit) / blend + 0.5, 0.0, 1.0))
     else:
         seizure = (pressure >= limit).astype(np.float64)
-    slow = speed < coefficients["severe_speed"]
-    fast = speed >= coefficients["oxidative_speed"]
-    below = 1.0 - seizure
-    return np.stack([below * slow, below * fast, below * (~slow & ~fast), seizure])
+    blend = coefficients["speed_blend"]
+    above_mild = _share_above(speed, coefficients["severe_speed"], mild, severe, blend)
+    above_severe = _share_above(speed, coefficients["oxidative_speed"], severe, oxidative, blend)
+    shares = np.stack([1.0 - above_mild, above_severe, above_mild - above_severe])
+    logarithm = np.log(np.maximum(coefficient[:3], _LEAST))
+    unseized = (1.0 - seizure) * np.exp(np.tensordot(logarithm, shares, axes=1))
+    return np.concatenate([shares * unseized, [seizure * seized]])
+
+
+def _share_above(speed: FloatArray, limit: float, below: float, above: float, blend: float) -> FloatArray:
+    """Share of the region above a limit of the speed, with coefficients below and above it."""
+    if blend == 0.0 or not np.isfinite(limit):
+        return (speed >= limit).astype(np.float64)
+    half = np.log1p(blend)
+    rise = _smooth(np.linspace(0.0, 1.0, _OF_MEAN))
+    logarithms = np.log(np.maximum([below, above], _LEAST))
+    mean = np.trapezoid(np.exp(logarithms[0] + rise * (logarithms[1] - logarithms[0]))) / (_OF_MEAN - 1)
+    moved = 0.0 if above == below else half * (2.0 * mean - below - above) / (above - below)
+    away = np.log(np.maximum(speed, _LEAST)) - (np.log(limit) + moved)
+    return _smooth(np.clip(0.5 * (away / half + 1.0), 0.0, 1.0))
+
+
+def _smooth(t: FloatArray) -> FloatArray:
+    """Rise from 0 to 1 without a kink at either end."""
+    return t * t * (3.0 - 2.0 * t)
 
 
 def capped(
@@ -114,18 +145,17 @@ def depth(
     and the mean sliding speed, weighted with the pressure. Both forms agree where k is the same over a patch.
     """
     fields, coefficients = capped(fields, coefficients, seizure_cap)
-    coefficient = np.array([coefficients[name] for name in _COEFFICIENTS])
-    per_hardness = coefficient / (coefficients["hardness"] * _GPA)
+    hardness = coefficients["hardness"] * _GPA
     slip = relative_slip(fields)
     work = fields.pressure * slip
     if form == "local":
-        shares = regime(fields.pressure, slip * fields.speed[:, None, None], coefficients)
-        return per_hardness[:, None, None] * along_strips(shares * work, fields)
+        part = by_regime(fields.pressure, slip * fields.speed[:, None, None], coefficients)
+        return along_strips(part * work, fields) / hardness
     strips = along_strips(work, fields)
     load = patch_total(along_strips(fields.pressure, fields), fields)
     mean_speed = mean_of(patch_total(strips, fields), load) * fields.speed
-    shares = regime(mean_of(load, area), mean_speed, coefficients)
-    return (per_hardness[:, None] * shares)[:, :, None] * strips
+    part = by_regime(mean_of(load, area), mean_speed, coefficients)
+    return part[:, :, None] * strips / hardness
 
 
 ARCHARD = WearLaw(

@@ -1,0 +1,92 @@
+r"""Contact fields within cells: pressure and slip linear between the middles of neighbouring cells.
+
+The fields of a contact solution are means of cells. A law whose coefficient jumps with the pressure or the
+sliding speed of a cell takes a whole cell for one side of the jump or the other, so that its wear depends on
+how the patch is cut into cells. Integrated over points within cells it depends on where the slip passes the
+jump.
+
+Between the middles of two cells of a strip pressure and slip are linear; beyond the outermost ones, and
+towards a cell without pressure, they go on as from the other neighbour, and not below zero. Each cell keeps
+the means of pressure, of the magnitude of slip, and of the frictional work; a cell that sticks does so all
+over.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from wearsim.contact.kernel import kernel, plain
+from wearsim.contact.patch import FloatArray, SurfaceFields
+
+POINTS = 4
+"""Within each cell along its strip."""
+
+
+def within_cells(fields: SurfaceFields, points: int = POINTS) -> SurfaceFields:
+    """Return the fields on cells cut into parts along their strips.
+
+    Parameters
+    ----------
+    fields : SurfaceFields
+        On the cells (m, nx, ny) of m patches.
+    points : int
+        Parts of each cell.
+
+    Returns
+    -------
+    SurfaceFields
+        On cells (m, points nx, ny).
+    """
+    slip = np.sqrt(fields.slip_x**2 + fields.slip_y**2)
+    shape = fields.pressure.shape[0], points * fields.pressure.shape[1], fields.pressure.shape[2]
+    pressure, sliding = np.empty(shape), np.empty(shape)
+    _fill(plain(fields.pressure), plain(slip), pressure, sliding)
+    work = pressure * sliding
+    mean = work.reshape(*fields.pressure.shape[:2], points, shape[2]).mean(axis=2)
+    work /= np.repeat(np.where(mean == 0.0, 1.0, mean), points, axis=1)
+
+    def parts(values: FloatArray, course: FloatArray) -> FloatArray:
+        return np.repeat(values, points, axis=1) * course
+
+    return replace(
+        fields,
+        pressure=parts(fields.pressure, pressure),
+        shear_x=parts(fields.shear_x, pressure),
+        shear_y=parts(fields.shear_y, pressure),
+        slip_x=parts(fields.slip_x, sliding),
+        slip_y=parts(fields.slip_y, sliding),
+        work_density=parts(fields.work_density, work),
+        cell_length=fields.cell_length / points,
+    )
+
+
+@kernel
+def _fill(pressure: FloatArray, slip: FloatArray, of_pressure: FloatArray, of_slip: FloatArray) -> None:
+    """Course of pressure and slip within each cell, over their means in it; 1 in cells without them."""
+    patches, cells, strips = pressure.shape
+    points = of_pressure.shape[1] // cells
+    for m in range(patches):
+        for i in range(cells):
+            for j in range(strips):
+                ahead = i > 0 and pressure[m, i - 1, j] > 0.0
+                behind = i < cells - 1 and pressure[m, i + 1, j] > 0.0
+                for values, course in ((pressure, of_pressure), (slip, of_slip)):
+                    here = values[m, i, j]
+                    before = here - values[m, i - 1, j] if ahead else 0.0
+                    after = values[m, i + 1, j] - here if behind else before
+                    if not ahead:
+                        before = after
+                    total = 0.0
+                    for k in range(points):
+                        away = (k + 0.5) / points - 0.5
+                        value = here + away * (before if away < 0.0 else after)
+                        value = max(value, 0.0) if here == here else here  # NaN stays what it is
+                        course[m, i * points + k, j] = value
+                        total += value
+                    for k in range(points):
+                        if total == 0.0 or here == 0.0:
+                            course[m, i * points + k, j] = 1.0
+                        else:
+                            course[m, i * points + k, j] *= points / total
