@@ -63,7 +63,7 @@ if TYPE_CHECKING:
     from wearsim.scene.read import load_scene
     from wearsim.translation.translate import translate
 
-__version__ = "0.2.0"
+__version__ = "0.3.0.dev0"
 
 _MODULES = {
     "campaign.run": ("resume", "run_scene"),
