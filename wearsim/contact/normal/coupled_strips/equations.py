@@ -13,7 +13,7 @@ import numpy as np
 
 from wearsim.contact.kernel import inner_bare_kernel
 from wearsim.contact.normal.coupled_strips.influence import LOWEST, PER_OCTAVE, STEP, between_places
-from wearsim.contact.normal.coupled_strips.strips import Strips
+from wearsim.contact.normal.coupled_strips.strips import Strips, hardly_carries
 from wearsim.contact.patch import FloatArray, IntArray
 
 _AT = float(np.sqrt(0.75))  # place of a strip, over its half-length, where it must fit the gap as in its middle
@@ -139,9 +139,15 @@ def _factors(strips: Strips, total: int, work: Equations) -> float:
             there = factor[i]
             factor[i] = min(max(asked / there, _LEAST), _MOST) if there > 0.0 else _MOST
             i += 1
-        last, outermost = i - 1, i - first > 2
-        if outermost:
-            factor[first], factor[last] = factor[first + 1], factor[last - 1]
+        # Surfaces do not determine the ratio of strips at the edge: it is that of the first one inside.
+        last, left, right = i - 1, first, i - 1
+        if i - first > 4:
+            left = first + (2 if hardly_carries(strips, first, first + 1) else 1)
+            right = last - (2 if hardly_carries(strips, last, last - 1) else 1)
+        for k in range(first, left):
+            factor[k] = factor[left]
+        for k in range(right + 1, last + 1):
+            factor[k] = factor[right]
         for k in range(first, i):
             carried = strips.ratio[k] * strips.square[k] * strips.width[k]
             load += carried
@@ -152,10 +158,10 @@ def _factors(strips: Strips, total: int, work: Equations) -> float:
             worst = max(worst, min(part, 1.0) * abs(factor[k] - 1.0))
             # All of a change common to the strips, less of the rest, which also changes what is there.
             factor[k] = mean**_COMMON * factor[k] ** (1.0 - _COMMON)
-        if outermost:
-            # Surfaces do not determine the ratio of a strip at the edge: it has that of its neighbour.
-            factor[first] = factor[first + 1] * strips.ratio[first + 1] / strips.ratio[first]
-            factor[last] = factor[last - 1] * strips.ratio[last - 1] / strips.ratio[last]
+        for k in range(first, left):
+            factor[k] = factor[left] * strips.ratio[left] / strips.ratio[k]
+        for k in range(right + 1, last + 1):
+            factor[k] = factor[right] * strips.ratio[right] / strips.ratio[k]
     return worst
 
 

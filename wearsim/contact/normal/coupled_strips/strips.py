@@ -20,10 +20,12 @@ from wearsim.contact.patch import FloatArray, IntArray
 Records: TypeAlias = Any  # numpy record array
 
 FLATNESS = 0.004  # deviation of the gap from its chord over a strip, over the displacement, at most
+SHORT = 0.25  # of its neighbour's q, below which the outermost strip does not count
 _BEND = 3  # steps of the profile on either side over which the gap's curvature is taken
 _GROWTH = 0.5  # of the width of strips, per width
 _NARROWEST = 80.0  # of the narrowest strips would cover a part
 _MULTIPLE = 4  # of which the number of strips of a part is one: it seldom jumps as profiles and loads change
+_KEPT = 3.0  # strips by which a part may ask for more or less than it had in the set before
 _LEAST_TURN = 0.1  # cosine of the steepest surface of a wheel that strips lie on
 _LEAST_BEND = 0.05  # of 1/r: curvature of a yawed wheel along the rolling direction, at least
 
@@ -79,7 +81,7 @@ class Strips(NamedTuple):
 
 # Part of the profile in contact: stations of both ends; where they were laid in the set before, and how far
 # the ends of the patch were off then; pressure-weighted y, angle and force; angle of its plane; number of its
-# strips.
+# strips, that of the set before until they are laid, 0 if there was none.
 PART = np.dtype(
     [
         (name, float)
@@ -95,6 +97,13 @@ PART = np.dtype(
 def strips_for(most: int) -> Strips:
     """Room for strips."""
     return Strips(np.zeros(most, np.int64), *np.zeros((len(Strips._fields) - 1, most)))
+
+
+@inner_bare_kernel
+def hardly_carries(strips: Strips, end: int, inside: int) -> bool:
+    """Whether the outermost strip is so short that the next one is at the edge of the patch."""
+    short: bool = strips.square[end] < SHORT * strips.square[inside]
+    return short
 
 
 @inner_bare_kernel
@@ -130,7 +139,9 @@ def lay_strips(
     total = 0.0
     for k in range(low, high):
         total += max(min(k + 1.0, right) - max(float(k), left), 0.0) * _density(widths, k)
-    number = min(_MULTIPLE * max(int(total / _MULTIPLE + 0.5 + 1e-6), 1), most)
+    number = parts[part].strips
+    if abs(total - number) > _KEPT:
+        number = min(_MULTIPLE * max(int(total / _MULTIPLE + 0.5 + 1e-6), 1), most)
     if first + number + 2 > room:
         return 0
     cosine, sine = np.cos(parts[part].angle), np.sin(parts[part].angle)

@@ -15,11 +15,12 @@ from wearsim.contact.normal.coupled_strips.equations import Equations, equations
 from wearsim.contact.normal.coupled_strips.influence import LOWEST, PER_OCTAVE, between_places
 from wearsim.contact.normal.coupled_strips.strips import (
     PART,
+    SHORT,
     Records,
     Row,
     Strips,
     arrange,
-    blended,
+    hardly_carries,
     lay_strips,
     linear_at,
     room_for_strips,
@@ -42,7 +43,6 @@ _FREE_FITS = 4  # sets in which parts may split, and ends go all the way
 _FEWEST = 8  # strips of a part
 _NARROW = 1.5  # strips of a part go with the root of its width, from the widest divided by its square
 _APART = 3.0  # steps of the profile between parts, at least
-_COUNTS = 0.25  # of its neighbour's q, from which the outermost strip alone says where a patch ends
 _SHORT, _LONG = 0.4, 4.0  # of the way to the end of a patch, for the next set of strips
 _BARELY = 1e-6  # steps of the profile
 _SLIGHT = 2e-4  # of the load: parts below are left out
@@ -290,7 +290,7 @@ def _overlaps(level: float, row: Row, parts: Records) -> int:
             force += depth
             moment += depth * row.y[i]
             tilt += depth * row.angle[i]
-        part.force, part.middle, part.own = force, moment / force, tilt / force
+        part.force, part.middle, part.own, part.strips = force, moment / force, tilt / force, 0
         count += 1
     return count
 
@@ -394,6 +394,7 @@ def _find_parts(total: int, split: bool, work: Work) -> int:
         part.left, part.right, part.force = left, right, force
         part.middle, part.own = moment / force, tilt / force
         part.left_missed = part.right_missed = 0.0
+        part.strips = 0
         count += 1
     return count
 
@@ -412,11 +413,10 @@ def end_of(strips: Strips, first: int, last: int, way: int, total: int) -> float
             beside = end - way
         return strips.station[end] + 0.5 * way * abs(strips.station[beside] - strips.station[end])
     place = _zero_beyond(strips, end, inside)
-    count = min(strips.square[end] / (_COUNTS * strips.square[inside]), 1.0)
-    if count == 1.0 or last - first < 2:
+    if not hardly_carries(strips, end, inside) or last - first < 2:
         return place
     before = _zero_beyond(strips, inside, inside - way)
-    return before + count * (place - before)
+    return before + strips.square[end] / (SHORT * strips.square[inside]) * (place - before)
 
 
 @inner_bare_kernel
@@ -439,6 +439,7 @@ def _aim(fresh: int, parts: int, work: Work) -> tuple[float, float]:
     moved, turned = 0.0, 0.0
     for k in range(parts):
         now, laid = work.fresh[k], work.parts[k]
+        now.strips = laid.strips
         width = (now.right - now.left) / laid.strips
         left_missed, right_missed = now.left - laid.left, now.right - laid.right
         if max(abs(left_missed), abs(right_missed)) > width:
@@ -520,7 +521,7 @@ def _missed(total: int, parts: int, displacement: float, row: Row, work: Work) -
         if 0 < k < parts and i - work.parts[k - 1].right < work.parts[k].left - i:
             near = k - 1
         cosine, sine = np.cos(work.parts[near].angle), np.sin(work.parts[near].angle)
-        height = (row.gap[i] - row.low - displacement) * cosine
+        height = (row.gap[i] - row.low - displacement) * np.cos(row.angle[i])
         for j in range(total):
             share = work.share[strips.part[j], near]
             if strips.square[j] <= 0.0 or share == 0.0:
@@ -555,6 +556,7 @@ def _insert(station: float, parts: int, row: Row, work: Work) -> int:
     part.left, part.right, part.force = station - _APART, station + _APART, 0.0
     part.middle, part.own = linear_at(row.y, station), linear_at(row.angle, station)
     part.left_missed = part.right_missed = 0.0
+    part.strips = 0
     return parts + 1
 
 
