@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wearsim.contact.kernel import inner_bare_kernel
-from wearsim.contact.normal.coupled_strips.influence import LOWEST, PER_OCTAVE, STEP, between_places
+from wearsim.contact.normal.coupled_strips.influence import LOWEST, PER_OCTAVE, STEP, column_at, influence_at
 from wearsim.contact.normal.coupled_strips.strips import Strips, hardly_carries
 from wearsim.contact.patch import FloatArray, IntArray
 
@@ -25,6 +25,7 @@ _SETTLED = 0.3  # change of the load of strips below which their ratios are adap
 _WORSE, _HALVINGS = 2.0, 3  # residual over that before, from which a step is halved, so many times
 _LOST = 1e9  # change of the load of strips that find no solution
 _IN_LINE = 1e-5  # m along the rolling direction
+_SHORTEST = 1e-12  # m2, q of a strip without pressure where one is asked for
 _NEAREST = 1e-9  # m from the edge of a strip
 
 
@@ -87,33 +88,51 @@ def _influences(strips: Strips, total: int, aside: bool, straight: bool, work: E
     """
     table = work.table
     for j in range(total):
-        square = strips.square[j]
-        if square <= 0.0:
-            square = 1e-12
+        square = max(strips.square[j], _SHORTEST)
         half, octaves = np.sqrt(square), 0.5 * PER_OCTAVE * np.log2(square)
+        inverse, middle = 1.0 / half, strips.middle[j]
+        column, share, beyond = column_at(0.0)
         for i in range(total):
             way = work.way[j, i]
             weight = abs(way)
             if weight == 0.0:
                 work.mean[j, i] = work.rise[j, i] = work.aside[j, i] = 0.0
                 continue
-            off = (strips.middle[i] - strips.middle[j]) / half
+            off = (strips.middle[i] - middle) * inverse
             far, near = work.far[j, i] - octaves, work.near[j, i] - octaves
-            value, slope = between_places(table, off, far)
-            other, other_slope = between_places(table, off, near)
-            work.mean[j, i] = weight * value + way * other
-            work.rise[j, i] = work.mean[j, i] - (0.5 / STEP) * (weight * slope + way * other_slope)
-            if not aside:
+            if not straight:
+                column, share, beyond = column_at(off)
+                if beyond > 1.0:
+                    farther = PER_OCTAVE * np.log2(beyond)
+                    far, near = far - farther, near - farther
+            value, slope = influence_at(table, column, share, far)
+            other, other_slope = influence_at(table, column, share, near)
+            mean = weight * value + way * other
+            work.mean[j, i] = mean
+            work.rise[j, i] = mean - (0.5 / STEP) * (weight * slope + way * other_slope)
+        if not aside:
+            continue
+        for i in range(total):
+            way = work.way[j, i]
+            if way == 0.0 or strips.square[i] == 0.0:
+                work.aside[j, i] = work.mean[j, i]
                 continue
-            place = _AT * np.sqrt(strips.square[i]) / half
-            ahead = weight * between_places(table, off + place, far)[0]
-            ahead += way * between_places(table, off + place, near)[0]
-            if straight:
-                work.aside[j, i] = ahead
-                continue
-            behind = weight * between_places(table, off - place, far)[0]
-            behind += way * between_places(table, off - place, near)[0]
-            work.aside[j, i] = 0.5 * (ahead + behind)
+            off, place = (strips.middle[i] - middle) * inverse, strips.reach[i] * inverse
+            far, near = work.far[j, i] - octaves, work.near[j, i] - octaves
+            ahead = _beside(table, off + place, far, near, way)
+            work.aside[j, i] = ahead if straight else 0.5 * (ahead + _beside(table, off - place, far, near, way))
+
+
+@inner_bare_kernel
+def _beside(table: FloatArray, along: float, far: float, near: float, way: float) -> float:
+    """Influence of a strip at a distance along it, over its half-length."""
+    column, share, beyond = column_at(along)
+    if beyond > 1.0:
+        farther = PER_OCTAVE * np.log2(beyond)
+        far, near = far - farther, near - farther
+    value: float = abs(way) * influence_at(table, column, share, far)[0]
+    value += way * influence_at(table, column, share, near)[0]
+    return value
 
 
 @inner_bare_kernel
@@ -202,6 +221,8 @@ def solve_strips(
     missed, displacement_before = 0.0, displacement
     for _ in range(steps):
         adapt = change < _SETTLED and off > 0.5 * tolerance
+        for i in range(total):
+            strips.reach[i] = _AT * np.sqrt(square[i])
         _influences(strips, total, adapt, straight, work)
         missed_before = missed
         missed, count = _open_heights(strips, total, displacement, work)

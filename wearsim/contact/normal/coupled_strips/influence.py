@@ -89,33 +89,35 @@ def _integrate(
 
 
 @inner_bare_kernel
-def between_places(
-    table: FloatArray, along: float, octaves: float
-) -> tuple[float, float]:
-    """Influence f and its slope by a step of ln eta.
-
-    At xi and at a distance in steps of the table from its lowest one.
-    """
-    beyond = abs(along) / FARTHEST
-    if beyond > 1.0:
-        octaves -= PER_OCTAVE * np.log2(beyond)
-    from_end = min(abs(along), FARTHEST) - 1.0
+def column_at(along: float) -> tuple[int, float, float]:
+    """Column of the table at xi, share of the next one, and by how much xi goes beyond the last one."""
+    away = abs(along)
+    beyond = max(away / FARTHEST, 1.0)
+    from_end = min(away, FARTHEST) - 1.0
     root = np.sqrt(abs(from_end))
-    root = (root if from_end > 0.0 else -root) - _FIRST_ROOT
-    column = min(int(root * ROOT_STEPS), _ROOTS - 1)
-    share = root * ROOT_STEPS - column
+    place = ((root if from_end > 0.0 else -root) - _FIRST_ROOT) * ROOT_STEPS
+    column = min(int(place), _ROOTS - 1)
+    return column, place - column, beyond
+
+
+@inner_bare_kernel
+def influence_at(table: FloatArray, column: int, share: float, octaves: float) -> tuple[float, float]:
+    """Influence f and its slope by a step of ln eta, at steps of ln eta from the lowest of the table."""
     inside = min(max(octaves, 0.0), STEPS - 1e-9)
     k = int(inside)
     t = inside - k
-    first, other = table[column], table[column + 1]
-    left = first[k, 0] + share * (other[k, 0] - first[k, 0])
-    left_slope = first[k, 1] + share * (other[k, 1] - first[k, 1])
-    right = first[k + 1, 0] + share * (other[k + 1, 0] - first[k + 1, 0])
-    right_slope = first[k + 1, 1] + share * (other[k + 1, 1] - first[k + 1, 1])
+    left, left_slope = table[column, k, 0], table[column, k, 1]
+    right, right_slope = table[column, k + 1, 0], table[column, k + 1, 1]
+    if share > 0.0:
+        left += share * (table[column + 1, k, 0] - left)
+        left_slope += share * (table[column + 1, k, 1] - left_slope)
+        right += share * (table[column + 1, k + 1, 0] - right)
+        right_slope += share * (table[column + 1, k + 1, 1] - right_slope)
     rise = right - left
     a, b, u = left_slope - rise, rise - right_slope, 1.0 - t
-    value = left + t * rise + t * u * (a * u + b * t)
-    slope = rise + (u - t) * (a * u + b * t) + t * u * (b - a)
+    bend = a * u + b * t
+    value = left + t * (rise + u * bend)
+    slope = rise + (u - t) * bend + t * u * (b - a)
     if octaves > STEPS:
         value += (octaves - STEPS) * right_slope
     return value, slope

@@ -19,7 +19,7 @@ from wearsim.contact.patch import FloatArray, IntArray
 
 Records: TypeAlias = Any  # numpy record array
 
-FLATNESS = 0.004  # deviation of the gap from its chord over a strip, over the displacement, at most
+FLATNESS = 0.002  # deviation of the gap from its chord over a strip, over the displacement, at most
 SHORT = 0.25  # of its neighbour's q, below which the outermost strip does not count
 _BEND = 3  # steps of the profile on either side over which the gap's curvature is taken
 _GROWTH = 0.5  # of the width of strips, per width
@@ -61,7 +61,8 @@ class Strips(NamedTuple):
     Part of the profile; station, y and z of the middle; width in the plane; gap above its lowest value;
     share `turn` of a vertical displacement along the plane's normal; curvature `bend` of the gap along the
     strip; contact line `middle`; contact angle `tilt` of the profile; share `lift` of the pressure that
-    counts as load; half-length squared `square`; and pressure over pi E* and half-length, `ratio`.
+    counts as load; half-length squared `square`; pressure over pi E* and half-length, `ratio`; and `reach`, where along it the surface is
+    compared with its middle.
     """
 
     part: IntArray
@@ -77,6 +78,7 @@ class Strips(NamedTuple):
     lift: FloatArray
     square: FloatArray
     ratio: FloatArray
+    reach: FloatArray
 
 
 # Part of the profile in contact: stations of both ends; where they were laid in the set before, and how far

@@ -12,7 +12,7 @@ import numpy as np
 from wearsim.contact.geometry import NO_WHEEL
 from wearsim.contact.kernel import bare_kernel, inner_bare_kernel
 from wearsim.contact.normal.coupled_strips.equations import Equations, equations_for, pair_up, solve_strips
-from wearsim.contact.normal.coupled_strips.influence import LOWEST, PER_OCTAVE, between_places
+from wearsim.contact.normal.coupled_strips.influence import LOWEST, PER_OCTAVE, column_at, influence_at
 from wearsim.contact.normal.coupled_strips.strips import (
     PART,
     SHORT,
@@ -43,6 +43,7 @@ _FREE_FITS = 4  # sets in which parts may split, and ends go all the way
 _FEWEST = 8  # strips of a part
 _NARROW = 1.5  # strips of a part go with the root of its width, from the widest divided by its square
 _APART = 3.0  # steps of the profile between parts, at least
+_EVEN, _FARTHEST = 0.7, 4.0  # of its neighbour's q, from which a patch ends so many strips beyond the outermost
 _SHORT, _LONG = 0.4, 4.0  # of the way to the end of a patch, for the next set of strips
 _BARELY = 1e-6  # steps of the profile
 _SLIGHT = 2e-4  # of the load: parts below are left out
@@ -237,7 +238,7 @@ def _press(row: Row, work: Work) -> tuple[int, int, int, float]:
         displacement, change = solve_strips(
             strips, total, row.load, level, _FIRST_STEPS, _FIRST, work.equations
         )
-        if change < _ENOUGH and _UNDER * level < displacement < _OVER * level:
+        if change < _FIRST and _UNDER * level < displacement < _OVER * level:
             return 0, total, count, displacement
         aim = 1.15 * min(max(displacement, 0.1 * level), 10.0 * level) if change < 1.0 else 1.5 * level
         level = aim if trial < 3 else np.sqrt(level * aim)
@@ -412,6 +413,11 @@ def end_of(strips: Strips, first: int, last: int, way: int, total: int) -> float
         if not 0 <= beside < total or strips.part[beside] != strips.part[end]:
             beside = end - way
         return strips.station[end] + 0.5 * way * abs(strips.station[beside] - strips.station[end])
+    beyond = end + way
+    laid = 0 <= beyond < total and strips.part[beyond] == strips.part[end]
+    if not laid and strips.square[end] > _EVEN * strips.square[inside]:
+        # Contact goes on far beyond the strips.
+        return strips.station[end] + _FARTHEST * (strips.station[end] - strips.station[inside])
     place = _zero_beyond(strips, end, inside)
     if not hardly_carries(strips, end, inside) or last - first < 2:
         return place
@@ -531,7 +537,10 @@ def _missed(total: int, parts: int, displacement: float, row: Row, work: Work) -
             off = (row.along[i] - strips.middle[j]) / half
             far = (np.log2((distance + 0.5 * strips.width[j]) / half) - LOWEST) * PER_OCTAVE
             close = (np.log2(abs(distance - 0.5 * strips.width[j]) / half) - LOWEST) * PER_OCTAVE
-            influence = between_places(table, off, far)[0] - between_places(table, off, close)[0]
+            column, part, beyond = column_at(off)
+            farther = PER_OCTAVE * np.log2(beyond)
+            influence = influence_at(table, column, part, far - farther)[0]
+            influence -= influence_at(table, column, part, close - farther)[0]
             height += share * strips.ratio[j] * strips.square[j] * influence
         if height < deepest:
             station, deepest = float(i), height
