@@ -16,7 +16,9 @@ from wearsim.contact.normal.coupled_strips.influence import LOWEST, PER_OCTAVE, 
 from wearsim.contact.normal.coupled_strips.strips import Strips, hardly_carries
 from wearsim.contact.patch import FloatArray, IntArray
 
-_AT = float(np.sqrt(0.75))  # place of a strip, over its half-length, where it must fit the gap as in its middle
+_AT = float(
+    np.sqrt(0.75)
+)  # place along a strip, over its half-length, where it fits the gap as in its middle
 _LEAST, _MOST = 0.5, 2.0  # of the curvature asked for over that there is
 _COMMON = 0.1  # power of the mean change of the ratios of a patch in that of each; its own has the rest
 _BELOW, _ABOVE, _FRESH = 0.1, 4.0, 0.05  # of q before, and of the largest one, to which a step may lead
@@ -56,8 +58,9 @@ class Equations(NamedTuple):
 
 def equations_for(most: int, table: FloatArray) -> Equations:
     """Room for the equations of strips."""
-    pairs = [np.empty((most, most)) for _ in range(7)]
-    return Equations(table, *pairs, np.zeros(most, np.int64), *np.empty((5, most)))
+    pairs, active = np.empty((7, most, most)), np.zeros(most, np.int64)
+    far, near, way, mean, aside, rise, matrix = pairs
+    return Equations(table, far, near, way, mean, aside, rise, matrix, active, *np.empty((5, most)))
 
 
 @inner_bare_kernel
@@ -120,7 +123,8 @@ def _influences(strips: Strips, total: int, aside: bool, straight: bool, work: E
             off, place = (strips.middle[i] - middle) * inverse, strips.reach[i] * inverse
             far, near = work.far[j, i] - octaves, work.near[j, i] - octaves
             ahead = _beside(table, off + place, far, near, way)
-            work.aside[j, i] = ahead if straight else 0.5 * (ahead + _beside(table, off - place, far, near, way))
+            behind = ahead if straight else _beside(table, off - place, far, near, way)
+            work.aside[j, i] = 0.5 * (ahead + behind)
 
 
 @inner_bare_kernel
@@ -286,9 +290,7 @@ def _open_heights(strips: Strips, total: int, displacement: float, work: Equatio
 
 
 @inner_bare_kernel
-def _take_step(
-    strips: Strips, count: int, load: float, work: Equations
-) -> tuple[float, float, float]:
+def _take_step(strips: Strips, count: int, load: float, work: Equations) -> tuple[float, float, float]:
     """Step the active strips under the load; return displacement, load by it, and change of the load."""
     carried, more, largest = 0.0, 0.0, 0.0
     for a in range(count):

@@ -1,8 +1,8 @@
 """Patches of the strips that were solved, cut into strips of equal width for the contract.
 
-Equations and sources: see `coupled_strips`. Between the middles of solved strips q is a cubic, with the slopes
-of the parabola through a node and its neighbours, and the ratio a line; a strip of the patch carries the
-integral of the load over its width, and its q is the mean.
+Equations and sources: see `coupled_strips`. Between the middles of solved strips q is a cubic, with the
+slopes of the parabola through a node and its neighbours, and the ratio a line; a strip of the patch carries
+the integral of the load over its width, and its q is the mean.
 """
 
 from __future__ import annotations

@@ -61,8 +61,8 @@ class Strips(NamedTuple):
     Part of the profile; station, y and z of the middle; width in the plane; gap above its lowest value;
     share `turn` of a vertical displacement along the plane's normal; curvature `bend` of the gap along the
     strip; contact line `middle`; contact angle `tilt` of the profile; share `lift` of the pressure that
-    counts as load; half-length squared `square`; pressure over pi E* and half-length, `ratio`; and `reach`, where along it the surface is
-    compared with its middle.
+    counts as load; half-length squared `square`; pressure over pi E* and half-length, `ratio`; and `reach`,
+    where along the strip the surface is compared with its middle.
     """
 
     part: IntArray
@@ -171,7 +171,7 @@ def lay_strips(
 
 @inner_bare_kernel
 def _density(widths: FloatArray, k: int) -> float:
-    """Strips per step of the profile behind point k."""
+    """Return the strips per step of the profile behind point k."""
     return 0.5 * (1.0 / widths[k] + 1.0 / widths[k + 1])
 
 

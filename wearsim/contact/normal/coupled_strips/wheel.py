@@ -43,7 +43,7 @@ _FREE_FITS = 4  # sets in which parts may split, and ends go all the way
 _FEWEST = 8  # strips of a part
 _NARROW = 1.5  # strips of a part go with the root of its width, from the widest divided by its square
 _APART = 3.0  # steps of the profile between parts, at least
-_EVEN, _FARTHEST = 0.7, 4.0  # of its neighbour's q, from which a patch ends so many strips beyond the outermost
+_EVEN, _FARTHEST = 0.7, 4.0  # of its neighbour's q, from which the patch goes on for so many strips
 _SHORT, _LONG = 0.4, 4.0  # of the way to the end of a patch, for the next set of strips
 _BARELY = 1e-6  # steps of the profile
 _SLIGHT = 2e-4  # of the load: parts below are left out
@@ -119,14 +119,14 @@ class Work(NamedTuple):
     equations: Equations
 
 
-def work_for(most: int, given: int, points: int, table: FloatArray) -> Work:
-    """Room for so many strips, and parts, of a profile of so many points; `given` strips to start from."""
+def work_for(most: int, parts: int, given: int, points: int, table: FloatArray) -> Work:
+    """Room for so many strips in parts of a profile of so many points; `given` strips to start from."""
     return Work(
         strips_for(max(most, given)),
         strips_for(max(most, given)),
-        np.zeros(most, PART),
-        np.zeros(most, PART),
-        np.zeros((most, most)),
+        np.zeros(parts, PART),
+        np.zeros(parts, PART),
+        np.zeros((parts, parts)),
         np.empty(points),
         equations_for(most, table),
     )
@@ -169,10 +169,9 @@ def row_of(wheels: Wheels, r: int, load: float) -> Row:
 @inner_bare_kernel
 def _take_over(n: int, start: Start, row: Row, work: Work) -> tuple[int, int]:
     """Take the strips of a solution nearby as those of the set before; return parts and strips."""
-    old, parts, total, count = work.strips, work.parts, 0, 0
+    total, count = 0, 0
     for m in range(start.first[n], start.first[n + 1]):
         k = 0
-        parts[count].left = parts[count].right = 0.0
         before = 0.0
         for j in range(start.strips[m] + 1):
             place = start.edge[m, j]
@@ -180,7 +179,8 @@ def _take_over(n: int, start: Start, row: Row, work: Work) -> tuple[int, int]:
                 k += 1
             station = k + (place - row.y[k]) / (row.y[k + 1] - row.y[k])
             if j > 0:
-                _set_old(total, count, before, station, start.square[m, j - 1], start.ratio[m, j - 1], row, work)
+                square, ratio = start.square[m, j - 1], start.ratio[m, j - 1]
+                _set_old(total, count, before, station, square, ratio, row, work)
                 total += 1
             before = station
         count += 1
