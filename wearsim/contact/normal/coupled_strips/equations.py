@@ -113,7 +113,7 @@ def _influences(strips: Strips, total: int, aside: bool, straight: bool, work: E
             mean = weight * value + way * other
             work.mean[j, i] = mean
             work.rise[j, i] = mean - (0.5 / STEP) * (weight * slope + way * other_slope)
-        if not aside:
+        if not aside or strips.square[j] <= 0.0:
             continue
         for i in range(total):
             way = work.way[j, i]

@@ -50,7 +50,8 @@ _SLIGHT = 2e-4  # of the load: parts below are left out
 _STILL, _TURNED = 0.01, 1e-5  # of a strip and rad, by which ends and planes may be off in the end
 _NEAR = 0.25  # of a strip, by which ends are off when strips are solved exactly
 _ENOUGH = 0.3  # change of the load of strips in the last step that is no failure yet
-_FIRST, _ROUGH, _EXACT = 0.1, 1e-2, 3e-4  # tolerance of the load of strips
+_FIRST, _ROUGH = 0.1, 1e-2  # tolerance of the load of strips
+_EXACT, _SHARED = 1e-3, 3e-4  # in the end: of one part, and of several, which share the load
 _SMALLEST = 5e-4  # of the load: patches below are left out
 _INSERTED = 2  # parts at most that the overlap of the displaced surfaces adds
 _OVERLAP = 1e-3  # of the displacement, of surfaces that have missed each other
@@ -325,7 +326,7 @@ def _fit(
             return NO_ROOM, total, parts, displacement
         arrange(work.fresh, fresh, row, work.share)
         off, turned = _aim(fresh, parts, work) if fit > 0 else (1.0, 1.0)
-        if tolerance <= _EXACT and off < _STILL and turned < _TURNED:
+        if tolerance < _ROUGH and off < _STILL and turned < _TURNED:
             missed = _missed(total, parts, displacement, row, work) if inserted < _INSERTED else 0.0
             if missed == 0.0:
                 break
@@ -342,7 +343,8 @@ def _fit(
         if total == 0:
             return NO_ROOM, total, parts, displacement
         parts = fresh
-        tolerance = _EXACT if off < _NEAR or fit >= _FREE_FITS else _ROUGH
+        exact = _EXACT if parts == 1 else _SHARED
+        tolerance = exact if off < _NEAR or fit >= _FREE_FITS else _ROUGH
         pair_up(work.strips, total, work.share, work.parts.angle, work.equations)
         displacement, change = solve_strips(
             work.strips, total, row.load, displacement, _STEPS, tolerance, work.equations
