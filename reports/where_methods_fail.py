@@ -37,21 +37,29 @@ LOAD, BOUND, WORK = 2e-6, 1e-3, 1e-4  # relative tolerances on load, friction bo
 
 STATED = {
     ("kik_piotrowski", "fastsim"): (0.25, 0.45, 0.1, 0.2, 0.5),
+    ("coupled_strips", "fastsim"): (0.06, 0.2, 0.25, 0.3, 0.35),
     ("knothe_le_the", "fastsim"): (0.06, 0.2, 0.25, 0.3, 0.35),
     ("hertz", "fastsim"): (0.35, 0.2, 0.15, 0.4, 0.7),
     ("kik_piotrowski", "coupled_strips"): (0.25, 0.45, 0.2, 0.3, 0.5),
+    ("coupled_strips", "coupled_strips"): (0.06, 0.2, 0.15, 0.2, 0.35),
     ("knothe_le_the", "coupled_strips"): (0.06, 0.2, 0.15, 0.2, 0.35),
     ("hertz", "coupled_strips"): (0.35, 0.2, 0.2, 0.25, 0.7),
     ("half_space", "fastsim"): (0.03, 0.08, 0.25, 0.3, 0.25),
     ("half_space", "coupled_strips"): (0.03, 0.08, 0.05, 0.1, 0.2),
     ("kik_piotrowski", "half_space"): (0.25, 0.45, 0.2, 0.3, 0.5),
+    ("coupled_strips", "half_space"): (0.06, 0.2, 0.15, 0.2, 0.35),
     ("knothe_le_the", "half_space"): (0.06, 0.2, 0.15, 0.2, 0.35),
     ("hertz", "half_space"): (0.35, 0.2, 0.2, 0.25, 0.7),
     ("half_space", "half_space"): (0.03, 0.08, 0.02, 0.08, 0.2),
 }
 """Every combination of normal and tangential model, the cheapest first as in speed_accuracy.md at 50 x 50,
 with the errors it keeps within on 30 strips and cells or more, but for known failures the tests name."""
-MODELS = {f"{normal} + {tangential}": (normal, tangential) for normal, tangential in STATED}
+NOT_COMPARED = ("coupled_strips",)  # normal models that the committed tables do not have yet
+MODELS = {
+    f"{normal} + {tangential}": (normal, tangential)
+    for normal, tangential in STATED
+    if normal not in NOT_COMPARED
+}
 CANNOT_UPDATE = ("hertz",)  # normal models that cannot update the profile
 PLACE = re.compile(r"^(right|left) wheel, shift [^:]*: ")  # of a message
 SYMBOLS = dict(zip(ERRORS, "ApFPW", strict=True))
@@ -362,7 +370,7 @@ def main(arguments=None):
     chosen = options(__file__, __doc__, arguments, from_csv=True)
     files = {name: chosen.out / f"where_methods_fail{name}.csv" for name in ("", "_steps")}
     if not chosen.from_csv:
-        normals = sorted({normal for normal, _ in STATED})
+        normals = sorted({normal for normal, _ in MODELS.values()})
         steps = pd.concat([wave_after_one_step(normal) for normal in normals])
         for name, values in (("", assess()), ("_steps", steps)):
             write_csv(values, files[name], "%.4g")

@@ -247,7 +247,10 @@ def test_unusable_profiles_are_errors(call, message):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"models": wearsim.ContactModels(normal="herz")}, "normal = 'herz' is not one of half_space, hertz"),
+        (
+            {"models": wearsim.ContactModels(normal="herz")},
+            "normal = 'herz' is not one of coupled_strips, half_space, hertz",
+        ),
         (
             {"models": wearsim.ContactModels(parameters=(("penetration", 0.6),))},
             "name of a parameter = 'penetration' is not one of .*, virtual_penetration_factor$",

@@ -9,8 +9,10 @@ Registries hold models, laws, coefficient sets and quantities by name; a model c
 and material of one's own:
 
 >>> import wearsim
->>> sorted(wearsim.NORMAL_MODELS), sorted(wearsim.TANGENTIAL_MODELS)
-(['half_space', 'hertz', 'kik_piotrowski', 'knothe_le_the'], ['coupled_strips', 'fastsim', 'half_space'])
+>>> sorted(wearsim.NORMAL_MODELS)
+['coupled_strips', 'half_space', 'hertz', 'kik_piotrowski', 'knothe_le_the']
+>>> sorted(wearsim.TANGENTIAL_MODELS)
+['coupled_strips', 'fastsim', 'half_space']
 >>> wearsim.NORMAL_MODELS["hertz"].can_update_profile
 False
 >>> wearsim.ContactModels(normal="knothe_le_the", strips=50, cells=50, youngs_modulus=207e9).tangential

@@ -14,7 +14,6 @@ from where_methods_fail import (
     RIGHT,
     RIGHT_WITHIN,
     SITUATIONS,
-    STATED,
     UNSOUND,
     WRONG,
     assess,
@@ -96,7 +95,7 @@ def test_wear_steps_of_the_report(reports, normal):
 def test_steps_within_the_limit_let_no_wave_grow_under_a_model_that_updates_the_profile(reports):
     """1 %: knothe_le_the does not see the wave of two points; hertz, which never updates, lets one grow."""
     steps = read_table(reports / TABLES[1])
-    assert set(steps["normal"]) == {normal for normal, _ in STATED}
+    assert set(steps["normal"]) == {normal for normal, _ in MODELS.values()}
     left = steps.pivot_table(index=["normal", "wavelength"], columns="factor", values="left")
     assert (left.drop("hertz")[1.0] < 1.01).all()
     assert left.loc["hertz"][1.0].max() > 1.01

@@ -19,7 +19,13 @@ SHIFT = 1e-3 * np.array([-5.0, -3.0, -1.0, 1.0, 3.0, 4.0, 5.0, -3.0, 3.0])
 YAW = 1e-3 * np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 10.0, -10.0])
 LOAD = np.array([80e3, 5e3, 120e3, 80e3, 80e3, 40e3, 80e3, 80e3, 80e3])
 
-SHIPPED = {"half_space": True, "hertz": False, "kik_piotrowski": True, "knothe_le_the": True}
+SHIPPED = {
+    "coupled_strips": True,
+    "half_space": True,
+    "hertz": False,
+    "kik_piotrowski": True,
+    "knothe_le_the": True,
+}
 """Whether the models of the package can update the profile."""
 
 SHARED = ("half_space",)  # models that put both contacts at 5 mm, whose rims are 5 mm apart, on one grid

@@ -1,0 +1,273 @@
+"""Coupled strips: ellipses of Hertz, symmetry and similarity, repeats, worn wheels against the half-space."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from closed_forms import hertz
+
+from wearsim.contact import geometry
+from wearsim.contact.geometry import CounterfaceProfile, Gap, WheelsetPose
+from wearsim.contact.normal import NORMAL_MODELS
+from wearsim.contact.normal.coupled_strips.influence import column_at, influence_at, influence_table
+from wearsim.contact.normal.hertz import axis_ratio
+from wearsim.contact.patch import Resolution
+from wearsim.profile import standard
+from wearsim.profile.files import load_profile
+
+DATA = Path(__file__).parents[2] / "data"
+E_STAR = 210e9 / (2.0 * (1.0 - 0.3**2))
+RADIUS = 0.46
+SPACING = 2e-5  # m, of the points of made up gaps
+
+
+def solved(gap, load, strips=30, vertical=True, normal="coupled_strips", start=None, **parameters):
+    load = np.atleast_1d(np.asarray(load, dtype=float))
+    return NORMAL_MODELS[normal](
+        gap,
+        np.arange(load.size),
+        load,
+        vertical=vertical,
+        effective_modulus=E_STAR,
+        resolution=Resolution(0.5e-3, strips, strips, max(strips, 120)),
+        parameters=parameters,
+        start=start,
+    )
+
+
+def made_up(heights, y):
+    """Wheel of constant radius over a flat counterface, with these gaps (n, g) at positions y."""
+    zero = np.zeros_like(y)
+    heights = np.atleast_2d(heights)
+    rows = np.zeros_like(heights)
+    return Gap(
+        CounterfaceProfile(y, zero, zero, zero), 0.0, heights, rows + y, rows, rows + RADIUS, rows.copy()
+    )
+
+
+def parabola(curvature, offset=0.0):
+    """Gap `curvature` (y - offset)^2 across, for every offset."""
+    y = np.arange(-30e-3, 30e-3, SPACING)
+    return made_up(curvature * (y - np.atleast_1d(offset)[:, None]) ** 2, y)
+
+
+def ellipse_of(ratio, middle=6e-3):
+    """Curvature across [1/m], load [N] and Hertz's ellipse with a/b = ratio and sqrt(ab) = middle."""
+    along = 0.5 / RADIUS
+    quotient = np.exp(np.linspace(12.0, -12.0, 4801))  # a/b rises as A/B falls
+    across = along / np.exp(np.interp(np.log(ratio), np.log(axis_ratio(quotient)), np.log(quotient)))
+    unit = hertz(along, across, 1.0, E_STAR)
+    load = middle**3 / float(unit.semi_axis_x * unit.semi_axis_y) ** 1.5
+    return across, load, hertz(along, across, load, E_STAR)
+
+
+@pytest.fixture(scope="module")
+def gap_of(s1002, rail_60e1):
+    """Factory of gaps of S1002, or another wheel, on 60E1."""
+    new, ground = geometry.wheel_surface(s1002, RADIUS), geometry.counterface_profile(rail_60e1)
+
+    def gap(shift, yaw=0.0, curvature=0.0, wheel=None):
+        shift = np.atleast_1d(shift).astype(float)
+        pose = WheelsetPose(shift, yaw + np.zeros_like(shift), np.zeros_like(shift))
+        surface = new if wheel is None else geometry.wheel_surface(wheel, RADIUS)
+        return geometry.gap(surface, ground, pose, half_span=0.75, nominal_radius=RADIUS, curvature=curvature)
+
+    return gap
+
+
+@pytest.mark.parametrize("along", [0.0, 0.4, 0.999, 1.3, 4.0, 20.0])
+@pytest.mark.parametrize("across", [0.01, 0.7, 30.0])
+def test_influence_is_that_of_the_integral(along, across):
+    """By quadrature in the angle, t = cos(angle): 1e-3 for the table's lines between places along.
+
+    Beyond its last place along, where a strip counts as a point, 1 %.
+    """
+    angle = (np.arange(400000) + 0.5) * np.pi / 400000
+    weight = np.pi / 400000 * np.sin(angle) ** 2
+    distance = np.abs(along - np.cos(angle))
+    value = np.sum(weight * np.arcsinh(across / distance))
+    slope = np.sum(weight * across / np.hypot(across, distance))
+    table = influence_table()
+    column, share, beyond = column_at(along)
+    octaves = 8.0 * (np.log2(across / beyond) + 12.0)
+    got, rise = influence_at(table, column, share, octaves)
+    within = 1e-2 if along > 6.0 else 1e-3
+    assert got == pytest.approx(value, rel=within)
+    assert rise * 8.0 / np.log(2.0) == pytest.approx(slope, rel=10.0 * within)
+
+
+@pytest.mark.parametrize("ratio", [0.2, 0.5, 1.0, 2.0, 5.0])
+def test_ellipses_of_hertz(ratio):
+    """Sixteen strips: pressure and approach to 0.5 %, area and half-axes to 1.5 %, the middle to 1 um."""
+    across, load, exact = ellipse_of(ratio)
+    got = solved(parabola(across, 0.37e-3), load, 120, vertical=False)
+    assert got.max_pressure[0] == pytest.approx(float(exact.max_pressure), rel=5e-3)
+    assert got.approach[0] == pytest.approx(float(exact.approach), rel=5e-3)
+    assert got.patch.area[0] == pytest.approx(float(exact.area), rel=1.5e-2)
+    assert 0.5 * got.patch.length[0] == pytest.approx(float(exact.semi_axis_x), rel=1.5e-2)
+    assert 0.5 * got.patch.lateral_extent[0] == pytest.approx(float(exact.semi_axis_y), rel=1.5e-2)
+    assert got.centre_y[0] == pytest.approx(0.37e-3, abs=1e-6)
+
+
+def test_an_ellipse_converges_with_the_strips_solved_for():
+    """Its area, from 1 % with sixteen strips; the approach is right to the tolerance, 1e-4, with as many."""
+    across, load, exact = ellipse_of(1.0)
+    coarse, fine = (solved(parabola(across), load, 400, vertical=False, least_strips=n) for n in (16.0, 36.0))
+    area = [abs(each.patch.area[0] / exact.area - 1.0) for each in (coarse, fine)]
+    assert area[0] < 0.01
+    assert area[1] < 0.6 * area[0]
+    for each in (coarse, fine):
+        assert each.approach[0] == pytest.approx(float(exact.approach), rel=1.5e-4)
+
+
+def test_integrals_of_the_solved_strips_are_handed_out():
+    """Thirty strips carry what 1200 do in the same places, to 2e-4 of the load; one largest pressure."""
+    across, load, _ = ellipse_of(1.5)
+    gap = parabola(across, 0.2e-3)
+    coarse, fine = (solved(gap, load, n, vertical=False) for n in (30, 1200))
+    carried = []
+    for patch in (coarse.patch, fine.patch):
+        half = 0.5 * (patch.x_lead[0] - patch.x_trail[0])
+        carried.append(0.5 * np.pi * patch.pressure_slope[0] * half**2 * patch.width[0])
+    np.testing.assert_allclose(carried[0], carried[1].reshape(30, 40).sum(axis=1), rtol=0.0, atol=2e-4 * load)
+    assert coarse.max_pressure[0] == pytest.approx(fine.max_pressure[0], rel=1e-12)
+
+
+def test_a_mirrored_gap_has_the_mirrored_patch():
+    """Of two unlike lobes 9 mm apart; the order of sums and the search for the ends: 1e-5."""
+    y = np.arange(-30e-3, 30e-3 + 0.5 * SPACING, SPACING)
+    y -= y.mean()
+    heights = np.minimum(30.0 * (y + 5e-3) ** 2, 10.0 * (y - 4e-3) ** 2 + 4e-6)
+    one, other = solved(made_up(heights, y), 60e3), solved(made_up(heights[::-1].copy(), y), 60e3)
+    assert one.patch.row.size == other.patch.row.size == 2
+    for key in ("normal_force", "max_pressure", "approach"):
+        np.testing.assert_allclose(getattr(one, key), getattr(other, key), rtol=1e-5, err_msg=key)
+    np.testing.assert_allclose(one.centre_y, -other.centre_y, rtol=0.0, atol=1e-7)
+    loads = [(s.patch.pressure_slope * (s.patch.x_lead - s.patch.x_trail) ** 2)[0, :30] for s in (one, other)]
+    np.testing.assert_allclose(loads[0], loads[1][::-1], rtol=0.0, atol=1e-4 * loads[0].max())
+
+
+def test_eight_times_the_load_on_a_parabola_doubles_the_patch():
+    """Similarity of Hertz: pressure and half-axes twice, approach four times as large; the grid: 1e-3."""
+    across, load, _ = ellipse_of(2.0, 3e-3)
+    got = solved(parabola(across, [0.0, 0.0]), [load, 8.0 * load], 120, vertical=False)
+    assert got.max_pressure[1] == pytest.approx(2.0 * got.max_pressure[0], rel=1e-3)
+    assert got.patch.length[1] == pytest.approx(2.0 * got.patch.length[0], rel=1e-3)
+    assert got.patch.lateral_extent[1] == pytest.approx(2.0 * got.patch.lateral_extent[0], rel=1e-3)
+    assert got.approach[1] == pytest.approx(4.0 * got.approach[0], rel=1e-3)
+
+
+def test_two_patches_of_a_wheel_press_each_other_apart():
+    """Two like contacts 12 mm apart sink in further than each alone with half the load."""
+    across, load, exact = ellipse_of(1.0, 2e-3)
+    y = np.arange(-30e-3, 30e-3, SPACING)
+    got = solved(made_up(across * np.minimum((y - 6e-3) ** 2, (y + 6e-3) ** 2), y), 2.0 * load)
+    further = load / (np.pi * E_STAR * 12e-3)  # as a point load, less the growth of the patch by it
+    np.testing.assert_allclose(got.normal_force, load, rtol=1e-4)
+    np.testing.assert_allclose(got.approach, float(exact.approach) + further, rtol=4e-3)
+    assert further > 0.02 * float(exact.approach)
+
+
+@pytest.mark.parametrize("shift", [-3e-3, 0.0, 3e-3, 5e-3])
+def test_displacements_do_not_scatter_over_small_shifts(gap_of, shift):
+    """Steps of 2 um: within 5 nm of a parabola; a start from 3 % less load: within the stated scatter."""
+    steps = shift + 2e-6 * np.arange(9)
+    gap, load = gap_of(steps), np.full(9, 80e3)
+    cold = solved(gap, load)
+    warm = solved(gap, load, start=solved(gap, 0.97 * load))
+    first = np.searchsorted(cold.patch.row, np.arange(9))
+    displacement, place = cold.vertical_displacement[first], np.arange(9.0)
+    smooth = np.polyval(np.polyfit(place, displacement, 2), place)
+    np.testing.assert_allclose(displacement, smooth, rtol=0.0, atol=5e-9)
+    scatter = NORMAL_MODELS["coupled_strips"].scatter
+    np.testing.assert_allclose(warm.vertical_displacement[first], displacement, rtol=0.0, atol=scatter)
+
+
+def test_a_contact_that_the_start_does_not_have_is_found():
+    """A second summit closes under twice the load: the same patches as without a start."""
+    y = np.arange(-30e-3, 30e-3, SPACING)
+    gap = made_up(np.minimum(20.0 * (y - 8e-3) ** 2, 20.0 * (y + 8e-3) ** 2 + 60e-6), y)
+    light = solved(gap, 30e3)
+    assert light.patch.row.size == 1
+    warm, cold = solved(gap, 90e3, start=light), solved(gap, 90e3)
+    assert warm.patch.row.size == cold.patch.row.size == 2
+    np.testing.assert_allclose(warm.normal_force, cold.normal_force, rtol=1e-3)
+
+
+def test_a_conformal_pair_near_the_end_of_its_profile(gap_of, rail_60e1):
+    """Relative radius of 1 m, 3 mm from where the wheel ends: solved, as by the half-space (1 %)."""
+    part = np.abs(rail_60e1.y) < 33e-3
+    y = rail_60e1.y[part]
+    wheel = replace(
+        standard.wheel("S1002"), name="conformal", y=y, z=rail_60e1.z[part] - 0.5 * (y + 0.028) ** 2
+    )
+    gap = gap_of(0.0, wheel=wheel)
+    got, exact = (solved(gap, 80e3, 60, normal=name) for name in ("coupled_strips", "half_space"))
+    assert got.normal_force.sum() == pytest.approx(exact.normal_force.sum(), rel=1e-2)
+    assert got.vertical_displacement[0] == pytest.approx(exact.vertical_displacement[0], abs=1e-6)
+
+
+def load_across(solution):
+    """Cumulative share of the load over lateral positions of the counterface, every 0.05 mm."""
+    place, total = np.arange(-45e-3, 40e-3, 5e-5), 0.0
+    for m in range(solution.patch.row.size):
+        patch, count = solution.patch, solution.patch.strips[m]
+        half = 0.5 * (patch.x_lead[m, :count] - patch.x_trail[m, :count])
+        carried = 0.5 * np.pi * patch.pressure_slope[m, :count] * half**2 * patch.width[m]
+        total = total + np.interp(
+            place, solution.edge_y[m, : count + 1], np.concatenate(([0.0], np.cumsum(carried)))
+        )
+    return total / total[-1]
+
+
+def against_half_space(gap, load, cells):
+    """L1 of the distribution of the load over 0.25 mm, and relative error of the largest pressure."""
+    got, exact = (solved(gap, load, cells, normal=name) for name in ("coupled_strips", "half_space"))
+    each = [np.diff(load_across(one)[::5]) for one in (got, exact)]
+    return np.abs(each[0] - each[1]).sum(), got.max_pressure.max() / exact.max_pressure.max() - 1.0
+
+
+@pytest.mark.parametrize(
+    ("shift", "yaw", "curvature"), [(-3e-3, 0.0, 0.0), (0.0, 0.0, 1.0), (3e-3, 3e-3, 0.0), (5e-3, 0.0, 0.0)]
+)
+def test_new_wheels_against_the_half_space(gap_of, shift, yaw, curvature):
+    """On 30 cells the steps of both make half of the 3 %; pressure 2.5 %."""
+    distribution, pressure = against_half_space(gap_of(shift, yaw, curvature), 80e3, 30)
+    assert distribution < 0.03
+    assert abs(pressure) < 0.025
+
+
+def worn_wheel(place, side):
+    with np.load(DATA / f"operation_worn_{place}.npz") as worn:
+        return replace(standard.wheel("S1002"), y=worn["wheel_y"][side], z=worn["wheel_z"][side])
+
+
+WORN = [("flank", 0, 0.0), ("flank", 0, 5e-3), ("flank", 1, -2e-3), ("fold", 0, 3e-3), ("fold", 1, 5.5e-3)]
+
+
+@pytest.mark.parametrize(
+    ("place", "side", "shift"),
+    [WORN[0], *(pytest.param(*each, marks=pytest.mark.slow) for each in WORN[1:])],
+)
+def test_worn_wheels_against_the_half_space(gap_of, place, side, shift):
+    """On 60 cells: 3.5 % of the load's distribution on profiles with ridges, 2 % of the pressure."""
+    distribution, pressure = against_half_space(gap_of(shift, wheel=worn_wheel(place, side)), 80e3, 60)
+    assert distribution < 0.035
+    assert abs(pressure) < 0.02
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("shift", [-4e-3, 0.5e-3, 4.5e-3, 5.5e-3])
+def test_real_wheels_against_the_half_space(gap_of, shift):
+    """On 60 cells: 2.5 % of the load's distribution, 2 % of the pressure."""
+    wheel = load_profile(DATA / "real_wheels" / "wheel_right.smooth.whl", "wheel")
+    distribution, pressure = against_half_space(gap_of(shift, wheel=wheel), 45e3, 60)
+    assert distribution < 0.025
+    assert abs(pressure) < 0.02
+
+
+def test_a_flange_climbs_without_a_special_case(gap_of):
+    """At 7 mm the contact angle is 70 degrees, the patch 18 times as long as wide: 5 % of the pressure."""
+    _, pressure = against_half_space(gap_of(7e-3), 80e3, 30)
+    assert abs(pressure) < 0.05

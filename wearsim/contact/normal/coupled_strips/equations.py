@@ -1,0 +1,345 @@
+r"""Equations of the strips of a wheel: half-lengths and vertical displacement, and pressures by curvature.
+
+Equations and sources: see `coupled_strips`. Ratios are divided by pi E*: :math:`\hat c = c / (\pi E^*)`
+[1/m], so that a strip displaces by :math:`\hat c\,q\,F`, and carries :math:`\hat c\,q` times its width of
+2 N / (pi^2 E*).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from wearsim.contact.kernel import inner_bare_kernel
+from wearsim.contact.normal.coupled_strips.influence import LOWEST, PER_OCTAVE, STEP, column_at, influence_at
+from wearsim.contact.normal.coupled_strips.strips import Strips, hardly_carries
+from wearsim.contact.patch import FloatArray, IntArray
+
+_AT = float(
+    np.sqrt(0.75)
+)  # place along a strip, over its half-length, where it fits the gap as in its middle
+_LEAST, _MOST = 0.5, 2.0  # of the curvature asked for over that there is
+_COMMON = 0.1  # power of the mean change of the ratios of a patch in that of each; its own has the rest
+_BELOW, _ABOVE, _FRESH = 0.1, 4.0, 0.05  # of q before, and of the largest one, to which a step may lead
+_VANISHING = 1e-4  # of the largest q: below, strips may lose all pressure at once
+_SETTLED = 0.3  # change of the load of strips below which their ratios are adapted
+_WORSE, _HALVINGS = 2.0, 3  # residual over that before, from which a step is halved, so many times
+_LOST = 1e9  # change of the load of strips that find no solution
+_IN_LINE = 1e-5  # m along the rolling direction
+_SHORTEST = 1e-12  # m2, q of a strip without pressure where one is asked for
+_NEAREST = 1e-9  # m from the edge of a strip
+
+
+class Equations(NamedTuple):
+    """Arrays (n, n) of pairs of strips, source first, and (n,) of strips.
+
+    Distances of the `far` and the `near` edge of a source in steps of the table, share `way` of the
+    influence, negative outside of the source; influences `mean` in the middle of the strips, `aside` at a
+    share of their half-lengths, `rise` by q; `matrix` and right sides of the equations of the `active`
+    strips; residuals `height` of the surfaces; `factor` on the ratios; q `before` the last step.
+    """
+
+    table: FloatArray
+    far: FloatArray
+    near: FloatArray
+    way: FloatArray
+    mean: FloatArray
+    aside: FloatArray
+    rise: FloatArray
+    matrix: FloatArray
+    active: IntArray
+    step: FloatArray
+    by_displacement: FloatArray
+    height: FloatArray
+    factor: FloatArray
+    before: FloatArray
+
+
+def equations_for(most: int, table: FloatArray) -> Equations:
+    """Room for the equations of strips."""
+    pairs, active = np.empty((7, most, most)), np.zeros(most, np.int64)
+    far, near, way, mean, aside, rise, matrix = pairs
+    return Equations(table, far, near, way, mean, aside, rise, matrix, active, *np.empty((5, most)))
+
+
+@inner_bare_kernel
+def pair_up(strips: Strips, total: int, share: FloatArray, angle: FloatArray, work: Equations) -> None:
+    """Find distances of strips from the edges of each other along the plane between theirs."""
+    cosine, sine, before, weight = 0.0, 0.0, -1, 0.0
+    for j in range(total):
+        half = 0.5 * strips.width[j]
+        before = -1
+        for i in range(total):
+            if strips.part[i] != before:
+                before = strips.part[i]
+                own, other = angle[strips.part[j]], angle[before]
+                cosine, sine = np.cos(0.5 * (own + other)), np.sin(0.5 * (own + other))
+                weight = share[strips.part[j], before] * max(np.cos(own - other), 0.0)
+            across, down = strips.y[i] - strips.y[j], strips.z[i] - strips.z[j]
+            distance = abs(across * cosine + down * sine)
+            work.far[j, i] = (np.log2(distance + half) - LOWEST) * PER_OCTAVE
+            work.near[j, i] = (np.log2(max(abs(distance - half), _NEAREST)) - LOWEST) * PER_OCTAVE
+            work.way[j, i] = weight if distance < half else -weight
+
+
+@inner_bare_kernel
+def _influences(strips: Strips, total: int, aside: bool, straight: bool, work: Equations) -> None:
+    """Take influences of strips on each other from the table, if asked also `aside` of their middles.
+
+    Where all middles are in a line, both sides are alike.
+    """
+    table = work.table
+    for j in range(total):
+        square = max(strips.square[j], _SHORTEST)
+        half, octaves = np.sqrt(square), 0.5 * PER_OCTAVE * np.log2(square)
+        inverse, middle = 1.0 / half, strips.middle[j]
+        column, share, beyond = column_at(0.0)
+        for i in range(total):
+            way = work.way[j, i]
+            weight = abs(way)
+            if weight == 0.0:
+                work.mean[j, i] = work.rise[j, i] = work.aside[j, i] = 0.0
+                continue
+            off = (strips.middle[i] - middle) * inverse
+            far, near = work.far[j, i] - octaves, work.near[j, i] - octaves
+            if not straight:
+                column, share, beyond = column_at(off)
+                if beyond > 1.0:
+                    farther = PER_OCTAVE * np.log2(beyond)
+                    far, near = far - farther, near - farther
+            value, slope = influence_at(table, column, share, far)
+            other, other_slope = influence_at(table, column, share, near)
+            mean = weight * value + way * other
+            work.mean[j, i] = mean
+            work.rise[j, i] = mean - (0.5 / STEP) * (weight * slope + way * other_slope)
+        if not aside or strips.square[j] <= 0.0:
+            continue
+        for i in range(total):
+            way = work.way[j, i]
+            if way == 0.0 or strips.square[i] == 0.0:
+                work.aside[j, i] = work.mean[j, i]
+                continue
+            off, place = (strips.middle[i] - middle) * inverse, strips.reach[i] * inverse
+            far, near = work.far[j, i] - octaves, work.near[j, i] - octaves
+            ahead = _beside(table, off + place, far, near, way)
+            behind = ahead if straight else _beside(table, off - place, far, near, way)
+            work.aside[j, i] = 0.5 * (ahead + behind)
+
+
+@inner_bare_kernel
+def _beside(table: FloatArray, along: float, far: float, near: float, way: float) -> float:
+    """Influence of a strip at a distance along it, over its half-length."""
+    column, share, beyond = column_at(along)
+    if beyond > 1.0:
+        farther = PER_OCTAVE * np.log2(beyond)
+        far, near = far - farther, near - farther
+    value: float = abs(way) * influence_at(table, column, share, far)[0]
+    value += way * influence_at(table, column, share, near)[0]
+    return value
+
+
+@inner_bare_kernel
+def _factors(strips: Strips, total: int, work: Equations) -> float:
+    """Find by which factor ratios give the surface the curvature of the gap; return how far off they are."""
+    factor = work.factor
+    for i in range(total):
+        factor[i] = 0.0
+    for j in range(total):
+        carried = strips.ratio[j] * strips.square[j]
+        if carried > 0.0:
+            for i in range(total):
+                factor[i] += carried * (work.mean[j, i] - work.aside[j, i])
+    worst, i = 0.0, 0
+    while i < total:
+        if strips.square[i] <= 0.0:
+            factor[i] = 1.0
+            i += 1
+            continue
+        first, load, mean = i, 0.0, 0.0
+        while i < total and strips.square[i] > 0.0 and strips.part[i] == strips.part[first]:
+            asked = 0.5 * strips.bend[i] * _AT**2 * strips.square[i]
+            there = factor[i]
+            factor[i] = min(max(asked / there, _LEAST), _MOST) if there > 0.0 else _MOST
+            i += 1
+        # Surfaces do not determine the ratio of strips at the edge: it is that of the first one inside.
+        last, left, right = i - 1, first, i - 1
+        if i - first > 4:
+            left = first + (2 if hardly_carries(strips, first, first + 1) else 1)
+            right = last - (2 if hardly_carries(strips, last, last - 1) else 1)
+        for k in range(first, left):
+            factor[k] = factor[left]
+        for k in range(right + 1, last + 1):
+            factor[k] = factor[right]
+        for k in range(first, i):
+            carried = strips.ratio[k] * strips.square[k] * strips.width[k]
+            load += carried
+            mean += carried * factor[k]
+        mean /= load
+        for k in range(first, i):
+            part = strips.ratio[k] * strips.square[k] * strips.width[k] * (i - first) / load
+            worst = max(worst, min(part, 1.0) * abs(factor[k] - 1.0))
+            # All of a change common to the strips, less of the rest, which also changes what is there.
+            factor[k] = mean**_COMMON * factor[k] ** (1.0 - _COMMON)
+        for k in range(first, left):
+            factor[k] = factor[left] * strips.ratio[left] / strips.ratio[k]
+        for k in range(right + 1, last + 1):
+            factor[k] = factor[right] * strips.ratio[right] / strips.ratio[k]
+    return worst
+
+
+@inner_bare_kernel
+def _solve_active(strips: Strips, count: int, work: Equations) -> None:
+    """Solve for the steps of q of the active strips, and for their change by the displacement."""
+    matrix, active, step, other = work.matrix, work.active, work.step, work.by_displacement
+    for a in range(count):
+        i = active[a]
+        for b in range(count):
+            matrix[a, b] = strips.ratio[active[b]] * work.rise[active[b], i]
+        step[a], other[a] = -work.height[i], strips.turn[i]
+    for k in range(count):
+        pivot = 1.0 / matrix[k, k]
+        for a in range(k + 1, count):
+            share = matrix[a, k] * pivot
+            for b in range(k + 1, count):
+                matrix[a, b] -= share * matrix[k, b]
+            step[a] -= share * step[k]
+            other[a] -= share * other[k]
+    for k in range(count - 1, -1, -1):
+        for b in range(k + 1, count):
+            step[k] -= matrix[k, b] * step[b]
+            other[k] -= matrix[k, b] * other[b]
+        step[k] /= matrix[k, k]
+        other[k] /= matrix[k, k]
+
+
+@inner_bare_kernel
+def solve_strips(
+    strips: Strips, total: int, load: float, displacement: float, steps: int, tolerance: float,
+    work: Equations,
+) -> tuple[float, float]:  # fmt: skip
+    """Solve for q, ratios and displacement under a load; return displacement and last change of the load."""
+    square, ratio, before = strips.square, strips.ratio, work.before
+    straight = _in_line(strips, total)
+    change, off, adapted, halvings = 1.0, 1.0, True, 0
+    missed, displacement_before = 0.0, displacement
+    for _ in range(steps):
+        adapt = change < _SETTLED and off > 0.5 * tolerance
+        for i in range(total):
+            strips.reach[i] = _AT * np.sqrt(square[i])
+        _influences(strips, total, adapt, straight, work)
+        missed_before = missed
+        missed, count = _open_heights(strips, total, displacement, work)
+        if count == 0:
+            return displacement, _LOST
+        if missed > _WORSE * missed_before and not adapted and halvings < _HALVINGS:
+            for i in range(total):
+                square[i] = 0.5 * (square[i] + before[i])
+            displacement = 0.5 * (displacement + displacement_before)
+            missed = missed_before
+            halvings += 1
+            continue
+        if adapt:
+            off = _factors(strips, total, work)
+        _solve_active(strips, count, work)
+        displacement_before = displacement
+        for i in range(total):
+            before[i] = square[i]
+        down, more, change = _take_step(strips, count, load, work)
+        displacement += down
+        if not (abs(displacement) < 1.0 and change < _LOST):
+            return displacement, _LOST
+        adapted, halvings = adapt, 0
+        if adapt:
+            for i in range(total):
+                ratio[i] *= work.factor[i]
+                square[i] *= work.factor[i] ** -1.5
+            _fill_ratios(strips, total)
+        if change < tolerance and off < 2.0 * tolerance:
+            break
+    return displacement + _balance(strips, total, count, load, more, work), change
+
+
+@inner_bare_kernel
+def _in_line(strips: Strips, total: int) -> bool:
+    """Whether the middles of all strips are at one place along the rolling direction."""
+    spread = 0.0
+    for i in range(total):
+        spread = max(spread, abs(strips.middle[i] - strips.middle[0]))
+    return spread < _IN_LINE
+
+
+@inner_bare_kernel
+def _open_heights(strips: Strips, total: int, displacement: float, work: Equations) -> tuple[float, int]:
+    """Residual height of the surfaces over every strip; what is missed [m2], and count of active strips."""
+    height = work.height
+    for i in range(total):
+        height[i] = (strips.gap[i] - displacement) * strips.turn[i]
+    for j in range(total):
+        carried = strips.ratio[j] * strips.square[j]
+        if carried > 0.0:
+            for i in range(total):
+                height[i] += carried * work.mean[j, i]
+    missed, count = 0.0, 0
+    for i in range(total):
+        if strips.square[i] > 0.0 or height[i] < 0.0:
+            missed += abs(height[i]) * strips.width[i]
+            work.active[count] = i
+            count += 1
+    return missed, count
+
+
+@inner_bare_kernel
+def _take_step(strips: Strips, count: int, load: float, work: Equations) -> tuple[float, float, float]:
+    """Step the active strips under the load; return displacement, load by it, and change of the load."""
+    carried, more, largest = 0.0, 0.0, 0.0
+    for a in range(count):
+        i = work.active[a]
+        weight = strips.ratio[i] * strips.width[i] * strips.lift[i]
+        carried += weight * (strips.square[i] + work.step[a])
+        more += weight * work.by_displacement[a]
+        largest = max(largest, strips.square[i])
+    down, change = (load - carried) / more, 0.0
+    for a in range(count):
+        i = work.active[a]
+        before = strips.square[i]
+        aim = before + work.step[a] + down * work.by_displacement[a]
+        low = _BELOW * before if before > _VANISHING * largest else 0.0
+        change += abs(aim - before) * strips.ratio[i] * strips.width[i]
+        strips.square[i] = min(max(aim, low), _ABOVE * before + _FRESH * largest)
+    return down, more, change / load
+
+
+@inner_bare_kernel
+def _balance(strips: Strips, total: int, count: int, load: float, more: float, work: Equations) -> float:
+    """Balance the load that clipped strips and ratios changed, by known slopes; return the displacement."""
+    carried = 0.0
+    for i in range(total):
+        carried += strips.ratio[i] * strips.square[i] * strips.width[i] * strips.lift[i]
+    down = (load - carried) / more
+    for a in range(count):
+        i = work.active[a]
+        if strips.square[i] > 0.0:
+            strips.square[i] = max(strips.square[i] + down * work.by_displacement[a], 0.5 * strips.square[i])
+    carried = 0.0
+    for i in range(total):
+        carried += strips.ratio[i] * strips.square[i] * strips.width[i] * strips.lift[i]
+    for i in range(total):
+        strips.square[i] *= load / carried
+    return down
+
+
+@inner_bare_kernel
+def _fill_ratios(strips: Strips, total: int) -> None:
+    """Give strips without pressure the ratio of the next one with pressure of their part."""
+    for i in range(total):
+        if strips.square[i] > 0.0:
+            continue
+        for away in range(1, total):
+            before, behind = i - away, i + away
+            if before >= 0 and strips.square[before] > 0.0 and strips.part[before] == strips.part[i]:
+                strips.ratio[i] = strips.ratio[before]
+                break
+            if behind < total and strips.square[behind] > 0.0 and strips.part[behind] == strips.part[i]:
+                strips.ratio[i] = strips.ratio[behind]
+                break

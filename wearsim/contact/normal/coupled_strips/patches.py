@@ -1,0 +1,242 @@
+"""Patches of the strips that were solved, cut into strips of equal width for the contract.
+
+Equations and sources: see `coupled_strips`. Between the middles of solved strips q is a cubic, with the
+slopes of the parabola through a node and its neighbours, and the ratio a line; a strip of the patch carries
+the integral of the load over its width, and its q is the mean.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from wearsim.contact.kernel import bare_kernel, inner_bare_kernel
+from wearsim.contact.normal.coupled_strips.strips import Records, Row, blended, linear_at
+from wearsim.contact.normal.coupled_strips.wheel import Wheels, row_of
+from wearsim.contact.normal.model import plane_share
+from wearsim.contact.patch import FloatArray, IntArray
+
+_SAMPLES = 6  # of the pressure between two nodes, for the largest one
+_LEAST = 1e-9  # of the largest q: strips of a patch have a length
+# Gauss's rule of three points, exact for a cubic times a line: places and weights on a unit length.
+_GAUSS = ((0.5 - np.sqrt(0.15), 5.0 / 18.0), (0.5, 4.0 / 9.0), (0.5 + np.sqrt(0.15), 5.0 / 18.0))
+_FAR = 4.0  # power of the share in a common plane with which reference points, which move far, follow
+
+
+class Cut(NamedTuple):
+    """Strips of equal width: centres, half-lengths, middles, pressure slopes; edges on the profile."""
+
+    y: FloatArray
+    half: FloatArray
+    middle: FloatArray
+    slope: FloatArray
+    edge: FloatArray
+
+
+class Nodes(NamedTuple):
+    """Places in a plane (n,) between which q is a cubic with these `slope`, and the ratio a line."""
+
+    place: FloatArray
+    square: FloatArray
+    slope: FloatArray
+    ratio: FloatArray
+
+
+def nodes_for(most: int) -> Nodes:
+    """Room for the nodes of so many strips and the ends of a patch."""
+    return Nodes(*np.empty((4, most + 2)))
+
+
+@bare_kernel
+def measure_patches(
+    wheels: Wheels, rows: IntArray, load: FloatArray, number: IntArray, patches: Records, kept: FloatArray
+) -> None:
+    """Find the widths of the patches of every row in their planes."""
+    for n in range(rows.size):
+        for m in range(number[n]):
+            patch = patches[n, m]
+            cosine, sine = np.cos(patch.angle), np.sin(patch.angle)
+            left = linear_at(wheels.y, patch.start) * cosine + linear_at(wheels.z, patch.start) * sine
+            right = linear_at(wheels.y, patch.stop) * cosine + linear_at(wheels.z, patch.stop) * sine
+            patch.left = min(left, kept[0, n, patch.first] - 1e-9)
+            patch.right = max(right, kept[0, n, patch.last] + 1e-9)
+            patch.width = patch.right - patch.left
+
+
+@bare_kernel
+def cut_patches(
+    wheels: Wheels, rows: IntArray, places: IntArray, load: FloatArray, modulus: float, counts: IntArray,
+    patches: Records, kept: FloatArray, nodes: Nodes, share: FloatArray, out: Cut,
+) -> None:  # fmt: skip
+    """Cut patches, by row, into strips of equal width; what lies behind the strips of a patch is padding."""
+    first = 0
+    for m in range(patches.size):
+        place = places[m]
+        row = row_of(wheels, rows[place], load[place])
+        count = _fill_nodes(patches[m], kept[:, place], nodes)
+        _cut(m, patches[m], counts[m], count, modulus, row, nodes, out)
+        if m + 1 == patches.size or places[m + 1] != place:
+            _share_points(patches[first : m + 1], row, share)
+            first = m + 1
+
+
+@inner_bare_kernel
+def _fill_nodes(patch: Records, kept: FloatArray, nodes: Nodes) -> int:
+    """Take the middles of the solved strips of a patch, and its ends, as nodes; return their number."""
+    first, last = patch.first, patch.last
+    count = last - first + 3
+    for k in range(1, count - 1):
+        nodes.place[k], nodes.square[k] = kept[0, first + k - 1], kept[1, first + k - 1]
+        nodes.ratio[k] = kept[2, first + k - 1]
+    for end, inside, place in ((0, 1, patch.left), (count - 1, count - 2, patch.right)):
+        nodes.place[end], nodes.square[end], nodes.ratio[end] = place, 0.0, nodes.ratio[inside]
+    place, square, slope = nodes.place, nodes.square, nodes.slope
+    for k in range(1, count - 1):
+        before, behind = place[k] - place[k - 1], place[k + 1] - place[k]
+        left, right = (square[k] - square[k - 1]) / before, (square[k + 1] - square[k]) / behind
+        slope[k] = (left * behind + right * before) / (before + behind)
+    slope[0] = 2.0 * (square[1] - square[0]) / (place[1] - place[0]) - slope[1]
+    last = count - 1
+    slope[last] = 2.0 * (square[last] - square[last - 1]) / (place[last] - place[last - 1]) - slope[last - 1]
+    return count
+
+
+@inner_bare_kernel
+def _between(nodes: Nodes, k: int, place: float, least: float) -> tuple[float, float]:
+    """Squared half-length, not below a `least` one, and ratio behind node k."""
+    step = nodes.place[k + 1] - nodes.place[k]
+    t = (place - nodes.place[k]) / step
+    u, rise = 1.0 - t, nodes.square[k + 1] - nodes.square[k]
+    a, b = nodes.slope[k] * step - rise, rise - nodes.slope[k + 1] * step
+    square = nodes.square[k] + t * rise + t * u * (a * u + b * t)
+    return max(square, least), nodes.ratio[k] + t * (nodes.ratio[k + 1] - nodes.ratio[k])
+
+
+@inner_bare_kernel
+def _cut(
+    m: int, patch: Records, strips: int, count: int, modulus: float, row: Row, nodes: Nodes, out: Cut
+) -> None:
+    """Cut one patch into strips, and measure it."""
+    width, left = patch.width / strips, patch.left
+    largest, least, peak = 0.0, 0.0, 0.0
+    for k in range(count):
+        largest = max(largest, nodes.square[k])
+    least = _LEAST * largest
+    for k in range(count - 1):
+        step = nodes.place[k + 1] - nodes.place[k]
+        for n in range(_SAMPLES):
+            square, ratio = _between(nodes, k, nodes.place[k] + step * n / _SAMPLES, least)
+            peak = max(peak, square * ratio * ratio)
+    # Integrals over each strip, piece by piece between nodes.
+    k, total, moment = 0, 0.0, 0.0
+    for j in range(strips):
+        start, stop = left + j * width, left + (j + 1) * width
+        area, carried = 0.0, 0.0
+        while True:
+            end = min(stop, nodes.place[k + 1])
+            if k + 2 == count:
+                end = stop
+            for share, weight in _GAUSS:
+                square, ratio = _between(nodes, k, start + share * (end - start), least)
+                area += weight * (end - start) * square
+                carried += weight * (end - start) * square * ratio
+            start = end
+            if end == stop:
+                break
+            k += 1
+        out.y[m, j], out.half[m, j] = left + (j + 0.5) * width, np.sqrt(area / width)
+        out.slope[m, j] = carried / area
+        load = out.slope[m, j] * out.half[m, j] ** 2
+        total += load
+        moment += load * out.y[m, j]
+    centre = moment / total
+    # The force is that of the solved strips; load is 2 N / (pi^2 E*).
+    factor = np.pi * modulus * patch.force / (total * width)
+    patch.force *= 0.5 * np.pi**2 * modulus
+    patch.pressure = np.sqrt(peak) * factor
+    _place(m, patch, strips, centre, row, out)
+    for j in range(strips):
+        out.y[m, j] -= centre
+        out.slope[m, j] *= factor
+    last = strips - 1
+    for j in range(strips, out.y.shape[1]):
+        out.y[m, j], out.half[m, j], out.slope[m, j] = out.y[m, last], 0.0, out.slope[m, last]
+        out.middle[m, j], out.edge[m, j + 1] = out.middle[m, last], out.edge[m, strips]
+    patch.left, patch.right = out.edge[m, 0], out.edge[m, strips]
+
+
+@inner_bare_kernel
+def _place(m: int, patch: Records, strips: int, centre: float, row: Row, out: Cut) -> None:
+    """Find edges and middle lines of strips on the profile, and the approach of a patch."""
+    cosine, sine = np.cos(patch.angle), np.sin(patch.angle)
+    width, k = patch.width / strips, max(int(patch.start) - 1, 0)
+    here, there = row.y[k] * cosine + row.z[k] * sine, row.y[k + 1] * cosine + row.z[k + 1] * sine
+    middle_x = 0.0
+    for n in range(2 * strips + 2):  # edges and middles of strips in turn, and the centre
+        j = n // 2
+        place = patch.left + 0.5 * n * width if n <= 2 * strips else centre
+        if n > 2 * strips:
+            k = max(int(patch.start) - 1, 0)
+            here, there = row.y[k] * cosine + row.z[k] * sine, row.y[k + 1] * cosine + row.z[k + 1] * sine
+        while place > there and k < row.y.size - 2:
+            k += 1
+            here, there = there, row.y[k + 1] * cosine + row.z[k + 1] * sine
+        share = (place - here) / (there - here)
+        if n > 2 * strips:
+            patch.centre = row.y[k] + share * (row.y[k + 1] - row.y[k])
+            middle_x = row.along[k] + share * (row.along[k + 1] - row.along[k])
+        elif n % 2 == 0:
+            out.edge[m, j] = row.y[k] + share * (row.y[k + 1] - row.y[k])
+        else:
+            out.middle[m, j] = row.along[k] + share * (row.along[k + 1] - row.along[k])
+    for j in range(strips):
+        out.middle[m, j] -= middle_x
+    lowest = min(linear_at(row.gap, patch.start), linear_at(row.gap, patch.stop))
+    for k in range(max(int(patch.start) + 1, 0), min(int(patch.stop) + 1, row.gap.size)):
+        lowest = min(lowest, row.gap[k])
+    patch.approach = (patch.displacement - lowest) * cosine
+
+
+@inner_bare_kernel
+def _share_points(patches: Records, row: Row, share: FloatArray) -> None:
+    """Creepage reference points of the patches of a wheel, one for those in a plane; `share` is for work."""
+    for j in range(patches.size):
+        share[j, j] = 1.0
+        for k in range(patches.size):
+            one, other = patches[j], patches[k]
+            if one.centre < other.centre:
+                across, down = 0.0, 0.0
+                if other.start > one.stop:
+                    across = linear_at(row.y, other.start) - linear_at(row.y, one.stop)
+                    down = linear_at(row.z, other.start) - linear_at(row.z, one.stop)
+                both = plane_share(np.sqrt(across * across + down * down), one.own - other.own) ** _FAR
+                share[j, k] = share[k, j] = both
+    for k in range(patches.size):
+        own = patches[k]
+        lowest, deeper = own.displacement - own.approach / np.cos(own.angle), 0.0
+        for j in range(patches.size):
+            if j != k:
+                height = own.displacement - patches[j].approach / np.cos(patches[j].angle)
+                deeper = min(deeper, share[j, k] * (height - lowest))
+        point = blended(k, patches.size, share, patches.force, patches.centre)
+        own.point = point
+        own.point_approach = (own.displacement - lowest - deeper) * np.cos(own.angle)
+        station, point_station = _station(own.centre, row), _station(point, row)
+        down = linear_at(row.z, station) - linear_at(row.z, point_station)
+        own.across = (own.centre - point) * np.cos(own.angle) + down * np.sin(own.angle)
+        own.along = linear_at(row.along, station) - linear_at(row.along, point_station)
+
+
+@inner_bare_kernel
+def _station(y: float, row: Row) -> float:
+    """Station of a lateral position."""
+    low, high = 0, row.y.size - 2
+    while low < high:
+        middle = (low + high + 1) // 2
+        if row.y[middle] <= y:
+            low = middle
+        else:
+            high = middle - 1
+    station: float = low + (y - row.y[low]) / (row.y[low + 1] - row.y[low])
+    return station
