@@ -66,6 +66,20 @@ def test_coefficients_are_blended_over_the_limits_of_the_speed():
         np.testing.assert_allclose(np.log(k), mean, rtol=1e-12)
 
 
+def test_a_patch_has_the_same_bits_among_others():
+    random = np.random.default_rng(3)
+    pressure, speed = random.uniform(1e9, 2.6e9, (37, 30, 31)), random.uniform(0.1, 0.8, (37, 30, 31))
+    whole = archard.by_regime(pressure, speed, SET)
+    for k in (0, 5, 36):
+        np.testing.assert_array_equal(archard.by_regime(pressure[k], speed[k], SET), whole[:, k])
+
+
+def test_parts_are_never_negative_where_limits_of_the_speed_are_near_to_each_other():
+    near = SET.with_value("oxidative_speed", 0.203, "test")
+    part = archard.by_regime(np.full(1001, 1e9), np.linspace(0.15, 0.25, 1001), near)
+    assert (part >= 0.0).all()
+
+
 def test_without_blend_a_limit_of_the_speed_belongs_to_the_region_above():
     jumping = SET.with_value("speed_blend", 0.0, "test")
     for limit, below, above in ((0.2, "mild", "severe"), (0.7, "severe", "oxidative")):

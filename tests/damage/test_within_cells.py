@@ -7,7 +7,8 @@ import pytest
 
 from wearsim.contact.patch import SurfaceFields
 from wearsim.damage.coefficients import COEFFICIENT_SETS
-from wearsim.damage.wear import archard
+from wearsim.damage.wear import WearSettings, archard, passage_depth
+from wearsim.damage.wear.sliding import relative_slip
 from wearsim.damage.within_cells import within_cells
 
 SET = COEFFICIENT_SETS["jendel_2002"]
@@ -66,8 +67,10 @@ def means(values, points):
 def test_cells_keep_their_pressure_slip_and_work(points):
     fields = scattered()
     parts = within_cells(fields, points)
-    for name in ("pressure", "slip_x", "slip_y", "shear_x", "work_density"):
+    for name in ("pressure", "shear_x", "work_density"):
         np.testing.assert_allclose(means(getattr(parts, name), points), getattr(fields, name), rtol=1e-12)
+    sliding = [one.pressure * np.hypot(one.slip_x, one.slip_y) for one in (parts, fields)]
+    np.testing.assert_allclose(means(sliding[0], points), sliding[1], rtol=1e-12)
     np.testing.assert_allclose(parts.strip_work, fields.strip_work, rtol=1e-12)
     assert (parts.pressure >= 0.0).all()
     assert (parts.work_density >= 0.0).all()
@@ -93,6 +96,19 @@ def test_a_patch_does_not_depend_on_what_is_behind_it_and_nan_stays():
     assert (longer.pressure[:, alone.slip_x.shape[1] :] == 0.0).all()
     fields.pressure[0, 3, 1] = np.nan
     assert np.isnan(within_cells(fields).pressure[0, 12:16, 1]).all()
+
+
+def test_the_slip_of_a_patch_is_scaled_to_its_work_as_before():
+    fields = scattered()
+    worn = [one.pressure * relative_slip(one) for one in (within_cells(fields), fields)]
+    np.testing.assert_allclose(means(worn[0], 4), worn[1], rtol=1e-12)
+
+
+def test_local_laws_of_pressure_or_slip_are_integrated_within_cells():
+    fields, area = strip(5), np.array([LENGTH])
+    for form, own in (("local", within_cells(fields)), ("patch_mean", fields)):
+        depth = passage_depth(fields, area, WearSettings("archard", "jendel_2002", form=form))
+        np.testing.assert_array_equal(depth, archard.depth(own, area, SET, form=form))
 
 
 def test_wear_on_both_sides_of_a_jump_converges_with_few_cells():

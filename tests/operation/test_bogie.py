@@ -14,7 +14,7 @@ import pytest
 from wearsim.contact.problem import NEARBY, ContactModels
 from wearsim.contact.solve import ContactConditions, Counterface, Wheelset, solve
 from wearsim.operation.bogie import GRAVITY, Bogies, Vehicle, suspension
-from wearsim.operation.curving import ACCEPTED, TOLERANCE, continued
+from wearsim.operation.curving import ACCEPTED, TOLERANCE, Balance, continued
 from wearsim.operation.resultants import Resultants, resultants
 from wearsim.operation.route import Motion, resting
 from wearsim.operation.states import Controlled, Search, StateError, settle
@@ -173,6 +173,20 @@ def test_a_bogie_runs_where_its_search_once_found_no_balance(models, wheel, rail
     conditions, controlled = task([radius, -radius], 0.04)
     running = settle(conditions, controlled, *bodies, models)
     assert np.abs(missing(running, conditions, controlled, bodies, models)).max() < ACCEPTED
+
+
+def test_an_accepted_balance_is_better_than_one_that_is_not():
+    """At a jump of the contact 5e-3 is accepted, elsewhere 1e-4; of two alike the nearer one."""
+
+    def balance(size, share):
+        nothing = np.zeros((1, 2, 3))
+        return Balance(nothing, np.array([[share, np.nan]]), nothing, nothing, nothing, np.array([size]))
+
+    at_jump, smooth, near = balance(3e-3, 0.5), balance(1e-3, np.nan), balance(1e-5, np.nan)
+    assert at_jump.better(smooth).all()
+    assert not smooth.better(at_jump).any()
+    assert near.better(at_jump).all()
+    assert balance(5e-4, np.nan).better(smooth).all()
 
 
 @pytest.mark.slow

@@ -134,6 +134,14 @@ def test_a_shift_below_the_axle_is_that_of_the_axle_and_its_roll(bodies, models)
     np.testing.assert_allclose(again.rail_y, found.rail_y, atol=1e-6)
 
 
+def test_a_shift_found_below_the_axle_is_solved_there_again(bodies, models):
+    given = ContactConditions.of([0.0], speed=20.0, free_roll=True, shift_depth=0.46)
+    running = settle(given, under(25e3, 1), *bodies(0.0), models)
+    found = running.conditions(given)
+    forces = resultants(solve(found, *bodies(0.0), models), found, *bodies(0.0))
+    assert -forces.force[0] == pytest.approx(25e3, abs=2.0 * states.TOLERANCE * AXLE)
+
+
 def test_forces_rise_with_the_shift_at_the_rails_where_that_of_the_axle_goes_back():
     """The roll moves the axle of P8 on its flank back by more than the wheel goes forth, from 46 to 56 kN.
 

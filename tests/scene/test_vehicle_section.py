@@ -6,8 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from wearsim.campaign.evaluate import setup_of
+from wearsim.campaign.evaluate import setup_of, worn_bodies
 from wearsim.campaign.evolution import WheelsetEvolution
+from wearsim.campaign.row import header_of
 from wearsim.campaign.run import run_scene
 from wearsim.campaign.running import with_help
 from wearsim.errors import NumericalError, SceneError
@@ -216,12 +217,36 @@ def test_a_campaign_that_ends_in_a_curve_says_what_would_let_it_go_on(folder):
     points = evolution.setup.points
     leading = int(points.controlled.bogies.leading[0])
     ended = NumericalError("after 500 km no equilibrium; reprofile earlier, or end there")
-    ended.__cause__ = StateError({leading: "no equilibrium"})
-    helped = with_help(ended, state, points, setup_of(evolution.setup))
+    lost = StateError({leading: "no equilibrium"})
+    lost.bodies = worn_bodies(state, setup_of(evolution.setup))
+    ended.__cause__ = lost
+    helped = with_help(ended, points, setup_of(evolution.setup))
     assert str(helped).startswith(f"{ended}; it runs with half the friction")
     assert "curve_radius_m" in str(helped)
     of_another_kind = NumericalError("after 500 km no wear step keeps the tolerance")
-    assert with_help(of_another_kind, state, points, setup_of(evolution.setup)) is of_another_kind
+    assert with_help(of_another_kind, points, setup_of(evolution.setup)) is of_another_kind
+
+
+def test_positions_of_axles_are_those_of_the_axle_in_rows_header_and_check(folder):
+    """Looked for at the height of the rails; the roll of half a milliradian moves the axle by 0.2 mm."""
+    Path("scene.toml").write_text(FIELD)
+    evolution = WheelsetEvolution(build(load_scene("scene.toml")))
+    state, taken = evolution.start()
+    row = evolution.row(state, evolution.evaluate(state, taken), taken)
+    conditions = evolution.setup.points.conditions
+    bogies = evolution.setup.points.controlled.bogies.points
+    aside = row["lateral_position"] - conditions.shift
+    expected = 0.46 * np.sin(row["wheelset_roll"][bogies])
+    np.testing.assert_allclose(aside[bogies], expected, rtol=0.0, atol=1e-9)
+    assert (np.abs(aside[bogies]) > 1e-6).all()
+    assert (np.delete(aside, bogies) == 0.0).all()
+    shift = header_of(evolution.setup, "").static["shift"]
+    # the roll of the search and of the passage, both at rest within some nm
+    np.testing.assert_allclose(shift, row["lateral_position"], rtol=0.0, atol=2e-8)
+    frozen = FIELD.replace("tangent_wavelength_m", 'positions = "frozen"\ntangent_wavelength_m')
+    Path("scene.toml").write_text(frozen)
+    held = header_of(build(load_scene("scene.toml")), "").static["shift"]
+    np.testing.assert_array_equal(held, shift)
 
 
 def test_values_hardly_meant_are_noted_in_classes_of_a_vehicle(folder, changed):
@@ -259,8 +284,14 @@ def test_frozen_positions_are_those_of_the_new_wheels(folder, changed):
     Path("found.toml").write_text(FIELD)
     found = build(load_scene("found.toml")).points.conditions
     with open_results("out/field.nc") as result:
-        for name, values in (("lateral_position", found.shift), ("wheelset_yaw", found.yaw)):
-            assert (result[name].values == values).all()
+        assert (result["wheelset_yaw"].values == found.yaw).all()
+        # the place of axles in curves is that at the height of the rails
+        at_rails = result["lateral_position"].values - found.shift_depth * np.sin(
+            result["wheelset_roll"].values
+        )
+        np.testing.assert_allclose(
+            at_rails, np.broadcast_to(found.shift, at_rails.shape), rtol=0.0, atol=1e-15
+        )
 
 
 LINE = """name,length_km,curve_radius_m,cant_mm,speed_km_h,friction

@@ -118,7 +118,8 @@ def world_of(
             there = {field: at_distances(run, values, target)[0] for field, values in found.items()}
             roll = there.pop("roll")  # follows from the rest
             if (depth := points.conditions.shift_depth) is not None:
-                there["shift"] = there["shift"] - depth * np.sin(roll)
+                of_roll = np.where(depth > 0.0, depth * np.sin(roll), 0.0)
+                there["shift"] = there["shift"] - of_roll
             points = replace(points, conditions=replace(points.conditions, **there))
     acting, conditions = np.flatnonzero(points.weight > 0.0), points.conditions
     flange = conditions.friction if conditions.friction_flange is None else conditions.friction_flange

@@ -203,6 +203,16 @@ class WheelsetEvolution:
 
     def advance(self, state: State, evaluation: Evaluation) -> tuple[State, StepTaken]:
         """Take the next wear step, or reprofile the wheels where that is due."""
+        try:
+            return self._advance(state, evaluation)
+        except ContactError as error:
+            helped = with_help(error, self.setup.points, self._contact)
+            if helped is error:
+                raise
+            raise helped from error
+
+    def _advance(self, state: State, evaluation: Evaluation) -> tuple[State, StepTaken]:
+        """Take the next wear step, or reprofile the wheels where that is due."""
         setup, here = self._where(state), self._contact
         points, wave = setup.points, setup.control.smoothing_wavelength
         state = replace(state, points=evaluation.points)
@@ -282,9 +292,9 @@ class WheelsetEvolution:
             try:
                 earlier = None if passage is None else passage.wheels
                 tried, error, stiffness, end = self._try(state, now, choice, rule, earlier)
-            except ContactError as error_of_stage:
+            except ContactError:
                 if shallow:
-                    raise with_help(error_of_stage, state, points, here) from error_of_stage
+                    raise
                 limit = _SHORTER * length, "no contact"
                 continue
             clipped = tried.clipped > _CLIPPED and not shallow

@@ -209,6 +209,7 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         "operating_point_name": points.label,
         "operating_point_class": points.class_name or points.label,
         **{name: getattr(conditions, name) for name in _CONDITIONS},
+        "shift": conditions.axle_shift(conditions.roll),
         "wheel_load": conditions.loads.mean(axis=1),
         "flange_friction": (
             conditions.friction if conditions.friction_flange is None else conditions.friction_flange

@@ -70,6 +70,7 @@ def settled_state(
             failed = np.isin(np.arange(count), list(error.messages))
             if (models.model[failed] == last).all():
                 fix = "lower the force" if bogies is None else "reprofile earlier, or end there"
+                error.bodies = bodies
                 raise NumericalError(f"after {state.distance / 1e3:.6g} km {text}; {fix}") from error
         true |= failed
     gone, rate = state.distance - before.distance, before.rate
@@ -79,16 +80,15 @@ def settled_state(
     return replace(state, running=running, nearby=state.nearby if nearby is None else nearby)
 
 
-def with_help(error: ContactError, state: State, points: OperatingPoints, setup: Setup) -> ContactError:
+def with_help(error: ContactError, points: OperatingPoints, setup: Setup) -> ContactError:
     """Return the error of a campaign that ends, with what would let a bogie without balance run on."""
     lost = error.__cause__
-    if not isinstance(lost, StateError) or points.controlled is None:
+    if not isinstance(lost, StateError) or lost.bodies is None or points.controlled is None:
         return error
     bogie = bogie_of(points.controlled, min(lost.messages))
     if bogie is None:
         return error
-    bodies = worn_bodies(state, setup)
-    helps = what_helps(points.conditions, points.controlled, bogie, bodies, setup.chain[-1])
+    helps = what_helps(points.conditions, points.controlled, bogie, lost.bodies, setup.chain[-1])
     return NumericalError(f"{error}; {helps}")
 
 

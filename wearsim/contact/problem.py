@@ -57,8 +57,8 @@ class ContactConditions:
     speed_difference : (n,) array, optional
         Peripheral speed of the left roller less that of the right one, over their mean V [-].
     shift_depth : (n,) array, optional
-        Depth below the axle at which the shift is given: the wheelset is not moved there by its roll, by
-        default at the axle itself [m]. At the height of the rails (the wheel radius) the wheels do not move
+        Depth below the axle of the point whose shift is given, which the roll does not move sideways; by
+        default the axle itself [m]. At the height of the rails (the wheel radius) the wheels do not move
         sideways as the axle rolls, so that a flange of more than 60 degrees rests in one place alone.
     rail : (n,) int array, optional
         Which of the pairs of rails of the counterface each point runs on, by default the first.

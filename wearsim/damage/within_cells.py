@@ -7,8 +7,8 @@ jump.
 
 Between the middles of two cells of a strip pressure and slip are linear; beyond the outermost ones, and
 towards a cell without pressure, they go on as from the other neighbour, and not below zero. Each cell keeps
-the means of pressure, of the magnitude of slip, and of the frictional work; a cell that sticks does so all
-over.
+the means of pressure and of pressure times slip, and with it that of the frictional work; a cell that sticks
+does so all over.
 """
 
 from __future__ import annotations
@@ -43,9 +43,6 @@ def within_cells(fields: SurfaceFields, points: int = POINTS) -> SurfaceFields:
     shape = fields.pressure.shape[0], points * fields.pressure.shape[1], fields.pressure.shape[2]
     pressure, sliding = np.empty(shape), np.empty(shape)
     _fill(plain(fields.pressure), plain(slip), pressure, sliding)
-    work = pressure * sliding
-    mean = work.reshape(*fields.pressure.shape[:2], points, shape[2]).mean(axis=2)
-    work /= np.repeat(np.where(mean == 0.0, 1.0, mean), points, axis=1)
 
     def parts(values: FloatArray, course: FloatArray) -> FloatArray:
         return np.repeat(values, points, axis=1) * course
@@ -57,14 +54,17 @@ def within_cells(fields: SurfaceFields, points: int = POINTS) -> SurfaceFields:
         shear_y=parts(fields.shear_y, pressure),
         slip_x=parts(fields.slip_x, sliding),
         slip_y=parts(fields.slip_y, sliding),
-        work_density=parts(fields.work_density, work),
+        work_density=parts(fields.work_density, pressure * sliding),
         cell_length=fields.cell_length / points,
     )
 
 
 @kernel
 def _fill(pressure: FloatArray, slip: FloatArray, of_pressure: FloatArray, of_slip: FloatArray) -> None:
-    """Course of pressure and slip within each cell, over their means in it; 1 in cells without them."""
+    """Course of pressure within each cell over its mean, and of slip so that their product has the mean 1.
+
+    Both are 1 in cells without them.
+    """
     patches, cells, strips = pressure.shape
     points = of_pressure.shape[1] // cells
     for m in range(patches):
@@ -90,3 +90,8 @@ def _fill(pressure: FloatArray, slip: FloatArray, of_pressure: FloatArray, of_sl
                             course[m, i * points + k, j] = 1.0
                         else:
                             course[m, i * points + k, j] *= points / total
+                product = 0.0
+                for k in range(points):
+                    product += of_pressure[m, i * points + k, j] * of_slip[m, i * points + k, j]
+                for k in range(points):
+                    of_slip[m, i * points + k, j] *= points / product if product > 0.0 else 1.0

@@ -20,7 +20,7 @@ grow together from zero, along the secant through the last two states.
 The contact forces of a model with one plane and one ellipse per patch can jump within a micrometre, so that
 no shift balances the bogie. The axle is then on both sides of the jump in turn, and its share of the
 distance on the right side takes the place of the shift as the unknown: the limit under ever shorter steps
-of wear [2]_. Where such a jump lies in the way of the search it begins anew at states around.
+of wear [2]_. If such a jump blocks the search, it is restarted from four states around its start.
 
 References
 ----------
@@ -101,6 +101,11 @@ class Balance:
     def tolerance(self, smooth: float, at_jump: float) -> FloatArray:
         """Tolerance (m,) of bogies whose contact is smooth, or of those with an axle on a jump if larger."""
         return np.where(self.on_jump.any(axis=1), max(at_jump, smooth), smooth)
+
+    def better(self, other: Balance) -> NDArray[np.bool_]:
+        """Bogies (m,) that are accepted where the other is not, or nearer to balance than it."""
+        nearer = (self.accepted == other.accepted) & (self.size < other.size)
+        return np.asarray((self.accepted & ~other.accepted) | nearer)
 
     def at(self, rows: IntArray | NDArray[np.bool_]) -> Balance:
         """Return the bogies at `rows`."""
@@ -381,14 +386,15 @@ def balanced(
 def balanced_from_around(
     search: Search, bogies: Bogies, start: Balance, tolerance: float, at_jump: float
 ) -> Balance:
-    """Balance bogies from several states around one nearby, of which a jump of the contact lies in the way.
+    """Balance bogies from four states around a start whose way to the balance a jump of the contact blocks.
 
     Parameters as of `balanced`.
 
     Returns
     -------
     Balance
-        Of those that are accepted the one nearest to the start, otherwise that with the smallest residual.
+        Of those within the tolerance, else of those accepted, the one nearest to the start; otherwise that
+        with the smallest residual.
     """
     count, many = start.size.size, np.tile(np.arange(start.size.size), len(_AROUND))
     state = start.state[many]
@@ -398,9 +404,11 @@ def balanced_from_around(
     found = balanced(search, own, begun, tolerance, at_jump)
     longest = _LONGEST * np.array([1.0, 1.0, bogies.vehicle.axle_load])
     away = _length(found.state - start.state[many], longest)
-    rank = np.where(found.accepted, away, away.max() + found.size)
-    nearest = rank.reshape(len(_AROUND), count).argmin(axis=0)
-    return found.at(nearest * count + np.arange(count))
+    near = away / (1.0 + away)
+    within = found.size <= found.tolerance(tolerance, at_jump)
+    rank = np.where(within, near, np.where(found.accepted, 1.0 + near, 2.0 + found.size))
+    first = rank.reshape(len(_AROUND), count).argmin(axis=0)
+    return found.at(first * count + np.arange(count))
 
 
 def _put_on_jumps(search: Search, bogies: Bogies, now: Balance) -> Balance:

@@ -117,7 +117,9 @@ class Running:
     stiffness: FloatArray  # (n,) dH/dy where it runs; 0 where the shift is given [N/m]
     yaw: FloatArray  # (n,) [rad]
     beyond: BeyondJump | None = None  # of points that run at two shifts
-    shift_depth: FloatArray = field(default_factory=lambda: np.zeros(0))  # (n,) of `ContactConditions` [m]
+    # (n,) depth of `ContactConditions` [m], and roll of the wheelsets of bogies [rad]; empty: at the axle
+    shift_depth: FloatArray = field(default_factory=lambda: np.zeros(0))
+    roll: FloatArray = field(default_factory=lambda: np.zeros(0))
     rate: FloatArray = field(default_factory=lambda: np.zeros(0))  # (n,) of the shift over the distance [-]
     distance: float = 0.0  # at which it ran there [m]
 
@@ -134,8 +136,10 @@ class Running:
         """Contact conditions of the `n` points where the wheelset runs."""
         alike = conditions.wheel_load.ndim == 1 and bool((self.load == conditions.loads).all())
         load = conditions.wheel_load if alike else self.load
-        depth = self.shift_depth if self.shift_depth.size else None
-        return replace(conditions, shift=self.shift, yaw=self.yaw, wheel_load=load, shift_depth=depth)
+        found = replace(conditions, shift=self.shift, yaw=self.yaw, wheel_load=load)
+        if not self.shift_depth.size:
+            return found
+        return replace(found, shift_depth=self.shift_depth, roll=self.roll)
 
 
 class StateError(ContactError):
@@ -143,6 +147,7 @@ class StateError(ContactError):
 
     def __init__(self, messages: dict[int, str]) -> None:
         self.messages = messages
+        self.bodies: tuple[Wheelset, Counterface] | None = None  # of a campaign, that were in contact
         super().__init__("; ".join(f"point {k}: {text}" for k, text in messages.items()))
 
 
@@ -158,6 +163,7 @@ class Search:
     threads: int
     shift: FloatArray
     yaw: FloatArray
+    roll: FloatArray
     load: FloatArray
     stiffness: FloatArray
     beyond: FloatArray  # shift, both loads, share and gap past a jump (n, 5); NaN: there is none
@@ -272,14 +278,14 @@ def settle(
     if not isinstance(models, Corrected):
         models = Corrected((models,), np.zeros(count, dtype=np.int64), Differences.none(count))
     forced, loaded = np.isfinite(controlled.lateral_force), np.isfinite(controlled.axle_load)
-    depth = np.zeros(0)
+    depth = conditions.shift_depth
     if controlled.bogies is not None:
-        depth = np.zeros(count)
+        depth = np.zeros(count) if depth is None else depth.copy()
         depth[controlled.bogies.points] = wheelset.radius
         conditions = replace(conditions, shift_depth=depth)
     search = Search(
         conditions, controlled, wheelset, counterface, models, threads,
-        np.where(forced, start.shift, conditions.shift), conditions.yaw.copy(),
+        np.where(forced, start.shift, conditions.shift), conditions.yaw.copy(), conditions.roll.copy(),
         np.where(loaded[:, None], start.load, load), np.where(forced, start.stiffness, 0.0),
         np.full((count, 5), np.nan), np.full((count, NEARBY), np.nan) if nearby is None else nearby,
     )  # fmt: skip
@@ -302,7 +308,9 @@ def settle(
     at = np.flatnonzero(np.isfinite(search.beyond[:, 0]))
     past = search.beyond[at]
     beyond = BeyondJump(at, past[:, 0], past[:, 1:3], *past[:, 3:].T) if at.size else None
-    return Running(search.shift, search.load, search.stiffness, search.yaw, beyond, depth)
+    if depth is None:
+        return Running(search.shift, search.load, search.stiffness, search.yaw, beyond)
+    return Running(search.shift, search.load, search.stiffness, search.yaw, beyond, depth, search.roll)
 
 
 def _curved(search: Search, bogies: Bogies, start: Running | None, stage: bool) -> None:
@@ -328,13 +336,17 @@ def _curved(search: Search, bogies: Bogies, start: Running | None, stage: bool) 
     left = np.flatnonzero(found.size > found.tolerance(curving.ACCEPTED, at_jump))
     if left.size:
         around = curving.balanced_from_around(search, bogies.at(left), before.at(left), tolerance, at_jump)
-        nearer = around.size < found.size[left]
-        found = found.replaced(left[nearer], around.at(nearer))
+        better = around.better(found.at(left))
+        found = found.replaced(left[better], around.at(better))
     left = np.flatnonzero(~found.accepted)
     if left.size and start is not None and not stage:
-        found = found.replaced(left, curving.continued(search, bogies.at(left), tolerance))
+        anew = curving.continued(search, bogies.at(left), tolerance)
+        better = anew.better(found.at(left))
+        found = found.replaced(left[better], anew.at(better))
     right = found.state[:, :, 2]
     search.shift[axles], search.yaw[axles] = found.state[:, :, 0], found.state[:, :, 1]
+    assert search.conditions.shift_depth is not None
+    search.roll[axles] = np.arcsin(found.contact[:, :, 3] / search.conditions.shift_depth[axles])
     search.load[axles] = np.stack([right, bogies.vehicle.axle_load - right], axis=2)
     search.stiffness[axles] = 1.0  # found: the next search starts here
     share = np.where(found.on_jump, found.share, 0.5)

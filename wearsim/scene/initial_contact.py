@@ -127,7 +127,11 @@ def _faults(
         who = "wheelset" if error.side is None else "left wheel" if error.side else "right wheel"
         reach = f"check the shift, gauge_mm = {scene.counterface.gauge_mm:g} and how far both profiles reach"
         text = str(error).rpartition(" mrad: ")[2].replace("check shift, gauge and profiles", reach)
-        values = {"key": key_of(place), "shift": conditions.shift[row], "yaw": conditions.yaw[row]}
+        values = {
+            "key": key_of(place),
+            "shift": conditions.axle_shift(conditions.roll)[row],
+            "yaw": conditions.yaw[row],
+        }
         faults[place] = scene.fault(place, say("scene.no_contact", **values, who=who, text=text))
     return by_line(list(faults.values()))
 
@@ -136,7 +140,8 @@ def _roll_warnings(
     scene: RigScene | FieldScene, setup: CampaignSetup, places: list[KeyPath], failed: _Failed
 ) -> list[Fault]:
     """Where the wheelset would roll much further: the worst outermost point of each block or class."""
-    conditions, shift = setup.points.conditions, setup.points.conditions.shift
+    conditions = setup.points.conditions
+    shift = conditions.axle_shift(conditions.roll)
     if conditions.free_roll:
         return []
     rows = defaultdict[KeyPath, list[int]](list)
@@ -288,7 +293,8 @@ def _worst(body: _Noise, contacts: _Contacts, modulus: float) -> _Noise:
 def _noise_text(scene: RigScene | FieldScene, setup: CampaignSetup, one: _Noise, wavelength: float) -> str:
     """Message on a profile whose section a smoothing `wavelength` [m] would cure."""
     (table, key), profile = one.path, one.profile
-    given, shift = getattr(scene, table).smooth_mm, setup.points.conditions.shift[one.row]
+    conditions = setup.points.conditions
+    given, shift = getattr(scene, table).smooth_mm, conditions.axle_shift(conditions.roll)[one.row]
     values = {"below": ROUGH_BELOW, "shift": shift, "decides": DECIDES}
     noise = say("scene.noise", key=key, one=one, **values)
     wavelength = max(wavelength, _STEP + 1e-3 * (given or 0.0))

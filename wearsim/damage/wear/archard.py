@@ -5,8 +5,9 @@ distance :math:`\Delta s = |s| \Delta x / V` [1]_. In the map of [2]_ the coeffi
 sliding speed v in m/s, and so on the running speed: the same creepage at half the speed may be another
 regime. Above 0.8 of the hardness H the surfaces seize; the coefficient, 70 times as large there, is blended
 over `seizure_blend` = 5 % of H around that limit, so that wear is a smooth function of the pressure. At the
-limits of the speed the coefficient jumps sevenfold; its logarithm is blended over `speed_blend` = 5 % of each
-limit on both sides of it: cells whose slip is known to a per cent would fall on either side by chance.
+limits of the speed the coefficient jumps sevenfold; its logarithm is blended over a range as wide as
++-`speed_blend` = 5 % of the limit, moved by about 1 % so that the mean of the coefficient over the logarithm
+of the speed is that of the jump: cells whose slip is known to a per cent would fall on either side by chance.
 Pressures of elastic contact models exceed the limit in contacts of small radius, so that the seizure regime
 may follow from the assumption of elasticity.
 
@@ -59,8 +60,8 @@ def by_regime(pressure: FloatArray, speed: FloatArray, coefficients: Coefficient
         Sliding speed [m/s].
     coefficients : CoefficientSet
         With the coefficients, the limits `severe_speed`, `oxidative_speed` and `seizure_share` of `hardness`,
-        the width `seizure_blend` of the blend into seizure over the hardness, and `speed_blend`, by how much
-        the blend at a limit of the speed goes beyond it on both sides, over the limit.
+        the width `seizure_blend` of the blend into seizure over the hardness, and `speed_blend`, half the
+        width of the blend at a limit of the speed over that limit.
 
     Returns
     -------
@@ -86,9 +87,12 @@ def by_regime(pressure: FloatArray, speed: FloatArray, coefficients: Coefficient
     blend = coefficients["speed_blend"]
     above_mild = _share_above(speed, coefficients["severe_speed"], mild, severe, blend)
     above_severe = _share_above(speed, coefficients["oxidative_speed"], severe, oxidative, blend)
+    above_severe = np.minimum(above_severe, above_mild)  # limits of an own set may be near to each other
     shares = np.stack([1.0 - above_mild, above_severe, above_mild - above_severe])
     logarithm = np.log(np.maximum(coefficient[:3], _LEAST))
-    unseized = (1.0 - seizure) * np.exp(np.tensordot(logarithm, shares, axes=1))
+    # in this order: a product of matrices would give a patch other bits among others
+    mean = logarithm[0] * shares[0] + logarithm[1] * shares[1] + logarithm[2] * shares[2]
+    unseized = (1.0 - seizure) * np.exp(mean)
     return np.concatenate([shares * unseized, [seizure * seized]])
 
 
