@@ -16,6 +16,17 @@ def test_the_report_is_what_its_table_says(reports, tmp_path):
     assert (tmp_path / "routes.md").read_text() == (reports / "routes.md").read_text()
 
 
+@pytest.mark.xfail(
+    strict=True,
+    reason="measured 24 500 to 60 900 km in 300 s of CPU time each, target 200 000 km of all five campaigns: "
+    "the contact of the default models jumps within a micrometre where patches of worn flanges merge",
+)
+def test_campaigns_reach_the_life_of_a_wheel(reports):
+    table = pd.read_csv(reports / "routes.csv")
+    assert list(table["case"]) == [case.name for case in CASES]
+    assert (table["reached_km"] >= 200_000.0).all()
+
+
 @pytest.mark.parametrize("case", CASES[1:], ids=lambda case: case.name)
 def test_scenes_have_the_whole_route(case, tmp_path):
     scene = load_scene(case.scene(tmp_path))
