@@ -202,7 +202,10 @@ class WheelsetEvolution:
         return Header(dict(zip(names, worn, strict=True)), {"binning_error_worn": binning_error(worn)})
 
     def advance(self, state: State, evaluation: Evaluation) -> tuple[State, StepTaken]:
-        """Take the next wear step, or reprofile the wheels where that is due."""
+        """Take the next wear step, or reprofile the wheels where that is due.
+
+        An error of a bogie without balance says what would let it run.
+        """
         try:
             return self._advance(state, evaluation)
         except ContactError as error:

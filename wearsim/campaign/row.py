@@ -53,7 +53,7 @@ _OF_STATE = {
 }  # fmt: skip
 
 # variables that are fields of the contact conditions
-_CONDITIONS = ("shift", "yaw", "roll", "speed", "friction", "track_curvature")
+_CONDITIONS = ("yaw", "roll", "speed", "friction", "track_curvature")
 
 # attributes that are fields of the contact models
 _OF_MODELS = ("youngs_modulus", "poisson_ratio", "strips", "cells", "cell_size", "most_cells")
@@ -208,8 +208,8 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         "regime_name": WEAR_LAWS[setup.wear.law].regimes,
         "operating_point_name": points.label,
         "operating_point_class": points.class_name or points.label,
+        "shift": conditions.axle_shift(),
         **{name: getattr(conditions, name) for name in _CONDITIONS},
-        "shift": conditions.axle_shift(conditions.roll),
         "wheel_load": conditions.loads.mean(axis=1),
         "flange_friction": (
             conditions.friction if conditions.friction_flange is None else conditions.friction_flange

@@ -30,7 +30,7 @@ _PATCH = (
     "slip_area", "power", "power_balance",
 )  # fmt: skip
 _CELLS = ("pressure", "shear_x", "shear_y", "slip_x", "slip_y", "work_density")
-_CONDITIONS = ("shift", "yaw", "speed", "friction", "track_curvature")
+_CONDITIONS = ("yaw", "speed", "friction", "track_curvature")
 
 Columns = dict[str, tuple[tuple[str, ...], Any]]
 """Dimensions and values by name of the quantity."""
@@ -277,8 +277,8 @@ def solve_contact(
     first = np.searchsorted(columns["point"][1], np.arange(conditions.shift.size))
     for name in ("roll", "rotation_speed"):  # alike for all patches of a point
         columns[name] = (("operating_point",), columns[name][1][first])
-    columns |= {name: (("operating_point",), getattr(conditions, name)) for name in _CONDITIONS}
     columns["shift"] = (("operating_point",), conditions.axle_shift(columns["roll"][1]))
+    columns |= {name: (("operating_point",), getattr(conditions, name)) for name in _CONDITIONS}
     columns["wheel_load"] = (("operating_point",), conditions.loads.mean(axis=1))
     dataset = xr.Dataset({name: variable(name, *column) for name, column in columns.items()})
     dataset = dataset.set_coords(["point", "side"])

@@ -95,9 +95,11 @@ class ContactConditions:
         }
         return replace(self, **chosen)
 
-    def axle_shift(self, roll: FloatArray) -> FloatArray:
-        """Lateral shift (n,) of the middle of the axle at rolls (n,) [m]."""
-        return self.shift if self.shift_depth is None else self.shift + self.shift_depth * np.sin(roll)
+    def axle_shift(self, roll: FloatArray | None = None) -> FloatArray:
+        """Lateral shift (n,) of the axle at rolls (n,), by default those of the conditions [m]."""
+        if self.shift_depth is None:
+            return self.shift
+        return self.shift + self.shift_depth * np.sin(self.roll if roll is None else roll)
 
     @cached_property
     def loads(self) -> FloatArray:

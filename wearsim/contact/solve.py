@@ -191,7 +191,7 @@ def _placed(error: ContactError, chunk: ContactConditions, index: IntArray) -> C
     """Return the same error with its operating point."""
     row, side = error.row or 0, error.side
     wheel = "" if side is None else "left wheel, " if side else "right wheel, "
-    place = f"{wheel}shift {1e3 * chunk.axle_shift(chunk.roll)[row]:g} mm, yaw {1e3 * chunk.yaw[row]:g} mrad"
+    place = f"{wheel}shift {1e3 * chunk.axle_shift()[row]:g} mm, yaw {1e3 * chunk.yaw[row]:g} mrad"
     point = int(index[row])
     if point > 0 or chunk.shift.size > 1:  # a single point needs no number
         place = f"point {point}, {place}"

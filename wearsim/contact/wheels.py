@@ -98,7 +98,7 @@ def side_of(
 ) -> Side:
     """Gap of one side of operating points; of `rows` alone, and `before` of the others, if given."""
     sign = -1.0 if number else 1.0
-    pose = WheelsetPose(sign * chunk.axle_shift(chunk.roll), sign * chunk.yaw, sign * chunk.roll)
+    pose = WheelsetPose(sign * chunk.axle_shift(), sign * chunk.yaw, sign * chunk.roll)
     here = gap(
         task.wheels[number],
         task.counterfaces[number],

@@ -107,6 +107,11 @@ class Balance:
         nearer = (self.accepted == other.accepted) & (self.size < other.size)
         return np.asarray((self.accepted & ~other.accepted) | nearer)
 
+    def improved(self, rows: IntArray, other: Balance) -> Balance:
+        """Return all bogies, those at `rows` from `other` where it is better."""
+        better = other.better(self.at(rows))
+        return self.replaced(rows[better], other.at(better))
+
     def at(self, rows: IntArray | NDArray[np.bool_]) -> Balance:
         """Return the bogies at `rows`."""
         return Balance(*(values[rows] for values in vars(self).values()))

@@ -336,13 +336,11 @@ def _curved(search: Search, bogies: Bogies, start: Running | None, stage: bool) 
     left = np.flatnonzero(found.size > found.tolerance(curving.ACCEPTED, at_jump))
     if left.size:
         around = curving.balanced_from_around(search, bogies.at(left), before.at(left), tolerance, at_jump)
-        better = around.better(found.at(left))
-        found = found.replaced(left[better], around.at(better))
+        found = found.improved(left, around)
     left = np.flatnonzero(~found.accepted)
     if left.size and start is not None and not stage:
         anew = curving.continued(search, bogies.at(left), tolerance)
-        better = anew.better(found.at(left))
-        found = found.replaced(left[better], anew.at(better))
+        found = found.improved(left, anew)
     right = found.state[:, :, 2]
     search.shift[axles], search.yaw[axles] = found.state[:, :, 0], found.state[:, :, 1]
     assert search.conditions.shift_depth is not None

@@ -129,7 +129,7 @@ def _faults(
         text = str(error).rpartition(" mrad: ")[2].replace("check shift, gauge and profiles", reach)
         values = {
             "key": key_of(place),
-            "shift": conditions.axle_shift(conditions.roll)[row],
+            "shift": conditions.axle_shift()[row],
             "yaw": conditions.yaw[row],
         }
         faults[place] = scene.fault(place, say("scene.no_contact", **values, who=who, text=text))
@@ -141,7 +141,7 @@ def _roll_warnings(
 ) -> list[Fault]:
     """Where the wheelset would roll much further: the worst outermost point of each block or class."""
     conditions = setup.points.conditions
-    shift = conditions.axle_shift(conditions.roll)
+    shift = conditions.axle_shift()
     if conditions.free_roll:
         return []
     rows = defaultdict[KeyPath, list[int]](list)
@@ -294,7 +294,7 @@ def _noise_text(scene: RigScene | FieldScene, setup: CampaignSetup, one: _Noise,
     """Message on a profile whose section a smoothing `wavelength` [m] would cure."""
     (table, key), profile = one.path, one.profile
     conditions = setup.points.conditions
-    given, shift = getattr(scene, table).smooth_mm, conditions.axle_shift(conditions.roll)[one.row]
+    given, shift = getattr(scene, table).smooth_mm, conditions.axle_shift()[one.row]
     values = {"below": ROUGH_BELOW, "shift": shift, "decides": DECIDES}
     noise = say("scene.noise", key=key, one=one, **values)
     wavelength = max(wavelength, _STEP + 1e-3 * (given or 0.0))

@@ -13,7 +13,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from wearsim.contact.geometry import Gap
-from wearsim.contact.kernel import bare_kernel, plain
+from wearsim.contact.kernel import bare_kernel, inner_bare_kernel, plain
 from wearsim.contact.patch import FloatArray, IntArray, Patch, Resolution
 from wearsim.contact.registry import check_grid
 from wearsim.errors import ContactError, NumericalError
@@ -44,6 +44,23 @@ def plane_share(distance: float, turn: float) -> float:
     adjacent = min(max((CLEAR - distance) / (CLEAR - ADJACENT), 0.0), 1.0)
     share: float = max(near * alike, adjacent)
     return share
+
+
+@inner_bare_kernel
+def blended(k: int, count: int, share: FloatArray, weight: FloatArray, value: FloatArray) -> float:
+    """Value of one of several contacts, with that of the others in the share they belong together.
+
+    The weighted mean if all do; linear in the shares.
+    """
+    lean = 0.0
+    for j in range(count):
+        if j != k and share[k, j] > 0.0 and weight[j] > 0.0:
+            total = 0.0
+            for i in range(count):
+                total += max(share[k, i], share[j, i]) * weight[i]
+            lean += share[k, j] * weight[j] * (value[j] - value[k]) / total
+    result: float = value[k] + lean
+    return result
 
 
 @dataclass(frozen=True)

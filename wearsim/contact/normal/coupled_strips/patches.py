@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from wearsim.contact.kernel import bare_kernel, inner_bare_kernel
-from wearsim.contact.normal.coupled_strips.strips import Records, Row, blended, linear_at
+from wearsim.contact.normal.coupled_strips.strips import Records, Row, linear_at, share_between
 from wearsim.contact.normal.coupled_strips.wheel import Wheels, row_of
-from wearsim.contact.normal.model import plane_share
+from wearsim.contact.normal.model import blended
 from wearsim.contact.patch import FloatArray, IntArray
 
 _SAMPLES = 6  # of the pressure between two nodes, for the largest one
@@ -206,11 +206,7 @@ def _share_points(patches: Records, row: Row, share: FloatArray) -> None:
         for k in range(patches.size):
             one, other = patches[j], patches[k]
             if one.centre < other.centre:
-                across, down = 0.0, 0.0
-                if other.start > one.stop:
-                    across = linear_at(row.y, other.start) - linear_at(row.y, one.stop)
-                    down = linear_at(row.z, other.start) - linear_at(row.z, one.stop)
-                both = plane_share(np.sqrt(across * across + down * down), one.own - other.own) ** _FAR
+                both = share_between(one.stop, other.start, one.own - other.own, row) ** _FAR
                 share[j, k] = share[k, j] = both
     for k in range(patches.size):
         own = patches[k]

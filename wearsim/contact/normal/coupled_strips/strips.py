@@ -14,7 +14,7 @@ import numpy as np
 
 from wearsim.contact.geometry import NO_WHEEL
 from wearsim.contact.kernel import inner_bare_kernel
-from wearsim.contact.normal.model import plane_share
+from wearsim.contact.normal.model import blended, plane_share
 from wearsim.contact.patch import FloatArray, IntArray
 
 Records: TypeAlias = Any  # numpy record array
@@ -261,35 +261,23 @@ def _bend_of_wheel(station: float, row: Row) -> float:
 
 
 @inner_bare_kernel
+def share_between(end: float, start: float, turn: float, row: Row) -> float:
+    """Share in which two contacts have one plane, by the stations where one ends and the other starts."""
+    across, down = 0.0, 0.0
+    if start > end:
+        across = linear_at(row.y, start) - linear_at(row.y, end)
+        down = linear_at(row.z, start) - linear_at(row.z, end)
+    share: float = plane_share(np.sqrt(across * across + down * down), turn)
+    return share
+
+
+@inner_bare_kernel
 def arrange(parts: Records, count: int, row: Row, share: FloatArray) -> None:
     """Find in which share parts of the profile have one plane, and the angles of their planes."""
     for j in range(count):
         share[j, j] = 1.0
         for k in range(j + 1, count):
-            end, start = parts[j].right, parts[k].left
-            across, down = 0.0, 0.0
-            if start > end:
-                across = linear_at(row.y, start) - linear_at(row.y, end)
-                down = linear_at(row.z, start) - linear_at(row.z, end)
             turn = parts[k].own - parts[j].own
-            share[j, k] = share[k, j] = plane_share(np.sqrt(across * across + down * down), turn)
+            share[j, k] = share[k, j] = share_between(parts[j].right, parts[k].left, turn, row)
     for k in range(count):
         parts[k].angle = blended(k, count, share, parts.force, parts.own)
-
-
-@inner_bare_kernel
-def blended(k: int, count: int, share: FloatArray, weight: FloatArray, value: FloatArray) -> float:
-    """Value of one of several contacts, with that of the others in the share they belong together.
-
-    The weighted mean if all do; linear in the shares.
-    """
-    lean = 0.0
-    for j in range(count):
-        if j == k or share[k, j] == 0.0 or weight[j] == 0.0:
-            continue
-        total = 0.0
-        for i in range(count):
-            total += max(share[k, i], share[j, i]) * weight[i]
-        lean += share[k, j] * weight[j] * (value[j] - value[k]) / total
-    result: float = value[k] + lean
-    return result

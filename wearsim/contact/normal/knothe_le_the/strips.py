@@ -14,7 +14,7 @@ import numpy as np
 
 from wearsim.contact.geometry import NO_WHEEL
 from wearsim.contact.kernel import inner_bare_kernel
-from wearsim.contact.normal.model import plane_share
+from wearsim.contact.normal.model import blended, plane_share
 from wearsim.contact.patch import FloatArray, IntArray
 
 NO_ROOM = -1  # fault of a row with more parts or strips than there is room for
@@ -283,24 +283,7 @@ def planes_of(spans: Records, parts: int, total: int, row: Row, work: Work) -> N
             start = other.ends[0] + MARGIN * (other.ends[1] - other.ends[0]) / max(other.strips, 10)
             share[j, k] = share[k, j] = _plane_share_of(end, start, planes[j].own - planes[k].own, row)
     for k in range(parts):
-        planes[k].tilt = _blended(k, parts, share, planes.weight, planes.own)
-
-
-@inner_bare_kernel
-def _blended(k: int, count: int, share: FloatArray, weight: FloatArray, value: FloatArray) -> float:
-    """Value of one of several contacts, with that of the others in the share they belong together.
-
-    The weighted mean if all do; linear in the shares.
-    """
-    lean = 0.0
-    for j in range(count):
-        if share[k, j] > 0.0 and weight[j] > 0.0 and j != k:
-            total = 0.0
-            for i in range(count):
-                total += max(share[k, i], share[j, i]) * weight[i]
-            lean += share[k, j] * weight[j] * (value[j] - value[k]) / total
-    result: float = value[k] + lean
-    return result
+        planes[k].tilt = blended(k, parts, share, planes.weight, planes.own)
 
 
 @inner_bare_kernel
@@ -319,7 +302,7 @@ def share_points(patches: Records, row: Row, share: FloatArray) -> None:
             if j != k:
                 height = own.displacement - patches[j].approach / np.cos(patches[j].angle)
                 deeper = min(deeper, share[j, k] * (height - lowest))
-        place = _blended(k, patches.size, share, patches.force, patches.centre)
+        place = blended(k, patches.size, share, patches.force, patches.centre)
         own.point = place
         own.point_approach = (own.displacement - lowest - deeper) * np.cos(own.angle)
         down = value_at(own.centre, row.y, row.z) - value_at(place, row.y, row.z)
