@@ -59,7 +59,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from wearsim.contact.geometry import Gap
+from wearsim.contact.geometry import CounterfaceProfile, Gap
 from wearsim.contact.kernel import plain
 from wearsim.contact.normal import kik_piotrowski
 from wearsim.contact.normal.coupled_strips.influence import influence_table
@@ -72,7 +72,7 @@ from wearsim.contact.normal.coupled_strips.wheel import (
     solve_wheels,
     work_for,
 )
-from wearsim.contact.normal.model import NO_BALANCE, NormalModel, NormalSolution, ReferencePoint, raise_first
+from wearsim.contact.normal.model import NO_BALANCE, NormalModel, NormalSolution, raise_first
 from wearsim.contact.patch import FloatArray, IntArray, Patch, Resolution, cells_of
 
 DEFAULTS = {"least_strips": 16.0}
@@ -104,22 +104,21 @@ def solve(
             gap, row, load, vertical=vertical, effective_modulus=effective_modulus, resolution=resolution,
             parameters=parameters, rough=True,
         )  # fmt: skip
-    count = int(min(max({**DEFAULTS, **parameters}["least_strips"], _FEWEST), _MOST))
+    count = float(min(max({**DEFAULTS, **parameters}["least_strips"], _FEWEST), _MOST))
     wheels, begin = _wheels(gap, vertical), _begin(start, row, effective_modulus)
     rows = load.size
     asked = plain(2.0 / (np.pi**2 * effective_modulus) * load)
     for most in _ROOMS:
-        parts = most // 4
-        work = work_for(most, parts, begin.square.size, gap.counterface.y.size, influence_table())
+        work = work_for(most, gap.counterface.y.size, influence_table())
         number, fault = np.zeros((2, rows), np.int64)
-        patches, kept = np.zeros((rows, parts), PATCH), np.empty((3, rows, most))
+        patches, kept = np.zeros((rows, most // 4), PATCH), np.empty((7, rows, most))
         solve_wheels(wheels, row, asked, begin, count, work, number, fault, patches, kept)
         if not (fault == NO_ROOM).any():
             break
     of_gap = np.zeros(gap.gap.shape[0], np.int64)
     of_gap[row] = np.where(fault == NO_ROOM, NO_BALANCE, fault)
     raise_first(of_gap)
-    measure_patches(wheels, row, asked, number, patches, kept)
+    measure_patches(wheels, number, patches, kept)
     place = np.repeat(np.arange(rows), number)
     patches = patches[np.arange(patches.shape[1]) < number[:, None]]
     strips = resolution.strips_across(patches["width"])
@@ -127,8 +126,7 @@ def solve(
     y, half, middle, slope = np.empty((4, *shape))
     out = Cut(y, half, middle, slope, np.empty((shape[0], shape[1] + 1)))
     cut_patches(
-        wheels, row, place, asked, effective_modulus, strips, patches, kept, nodes_for(most),
-        work.share, out,
+        wheels, row, place, asked, effective_modulus, strips, patches, kept, nodes_for(most), out
     )  # fmt: skip
     lead, trail = middle + half, middle - half
     patch = Patch(
@@ -153,9 +151,6 @@ def solve(
         edge_y=out.edge,
         load_scale=column["scale"],
         vertical_displacement=column["displacement"],
-        reference_point=ReferencePoint(
-            column["point"], column["point_approach"], column["across"], column["along"]
-        ),
     )
 
 
@@ -169,8 +164,13 @@ def _wheels(gap: Gap, vertical: bool) -> Wheels:
         surface_y, surface_slope = gap.bodies.wheel.y, gap.bodies.wheel.slope
     return Wheels(
         face.y, face.z, face.slope, face.angle, gap.gap, gap.wheel_radius, gap.x, gap.wheel_y, gap.sin_theta,
-        gap.lowest, sin_yaw, surface_y, surface_slope, float(gap.curvature), vertical,
+        gap.lowest, sin_yaw, surface_y, surface_slope, float(gap.curvature), _step(face), vertical,
     )  # fmt: skip
+
+
+def _step(face: CounterfaceProfile) -> float:
+    """Distance of the points of a counterface's profile along the arc [m]."""
+    return float(np.hypot(np.diff(face.y), np.diff(face.z)).mean())
 
 
 def _begin(start: NormalSolution | None, row: IntArray, modulus: float) -> Start:

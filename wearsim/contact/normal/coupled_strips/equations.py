@@ -13,7 +13,7 @@ import numpy as np
 
 from wearsim.contact.kernel import inner_bare_kernel
 from wearsim.contact.normal.coupled_strips.influence import LOWEST, PER_OCTAVE, STEP, column_at, influence_at
-from wearsim.contact.normal.coupled_strips.strips import Strips, hardly_carries
+from wearsim.contact.normal.coupled_strips.strips import Strips
 from wearsim.contact.patch import FloatArray, IntArray
 
 _AT = float(
@@ -23,6 +23,8 @@ _LEAST, _MOST = 0.5, 2.0  # of the curvature asked for over that there is
 _COMMON = 0.1  # power of the mean change of the ratios of a patch in that of each; its own has the rest
 _BELOW, _ABOVE, _FRESH = 0.1, 4.0, 0.05  # of q before, and of the largest one, to which a step may lead
 _VANISHING = 1e-4  # of the largest q: below, strips may lose all pressure at once
+_SHORT = 0.25  # of its neighbour's q, below which a strip hardly carries
+_LOWER = 0.7  # of its higher neighbour's q, from which a strip gets its own ratio as a summit has
 _SETTLED = 0.3  # change of the load of strips below which their ratios are adapted
 _WORSE, _HALVINGS = 2.0, 3  # residual over that before, from which a step is halved, so many times
 _LOST = 1e9  # change of the load of strips that find no solution
@@ -37,7 +39,7 @@ class Equations(NamedTuple):
     Distances of the `far` and the `near` edge of a source in steps of the table, share `way` of the
     influence, negative outside of the source; influences `mean` in the middle of the strips, `aside` at a
     share of their half-lengths, `rise` by q; `matrix` and right sides of the equations of the `active`
-    strips; residuals `height` of the surfaces; `factor` on the ratios; q `before` the last step.
+    strips; residuals `height` of the surfaces; `factor` on the ratios, and the `own` one of each strip; q `before` the last step.
     """
 
     table: FloatArray
@@ -53,6 +55,7 @@ class Equations(NamedTuple):
     by_displacement: FloatArray
     height: FloatArray
     factor: FloatArray
+    own: FloatArray
     before: FloatArray
 
 
@@ -60,71 +63,58 @@ def equations_for(most: int, table: FloatArray) -> Equations:
     """Room for the equations of strips."""
     pairs, active = np.empty((7, most, most)), np.zeros(most, np.int64)
     far, near, way, mean, aside, rise, matrix = pairs
-    return Equations(table, far, near, way, mean, aside, rise, matrix, active, *np.empty((5, most)))
+    return Equations(table, far, near, way, mean, aside, rise, matrix, active, *np.empty((6, most)))
 
 
 @inner_bare_kernel
-def pair_up(strips: Strips, total: int, share: FloatArray, angle: FloatArray, work: Equations) -> None:
-    """Find distances of strips from the edges of each other along the plane between theirs."""
-    cosine, sine, before, weight = 0.0, 0.0, -1, 0.0
+def pair_up(strips: Strips, total: int, step: float, work: Equations) -> None:
+    """Find distances of strips from the edges of each other along the arc, and cosines between their planes."""
     for j in range(total):
         half = 0.5 * strips.width[j]
-        before = -1
         for i in range(total):
-            if strips.part[i] != before:
-                before = strips.part[i]
-                own, other = angle[strips.part[j]], angle[before]
-                cosine, sine = np.cos(0.5 * (own + other)), np.sin(0.5 * (own + other))
-                weight = share[strips.part[j], before] * max(np.cos(own - other), 0.0)
-            across, down = strips.y[i] - strips.y[j], strips.z[i] - strips.z[j]
-            distance = abs(across * cosine + down * sine)
+            distance = step * abs(strips.station[i] - strips.station[j])
             work.far[j, i] = (np.log2(distance + half) - LOWEST) * PER_OCTAVE
             work.near[j, i] = (np.log2(max(abs(distance - half), _NEAREST)) - LOWEST) * PER_OCTAVE
+            weight = max(np.cos(strips.tilt[i] - strips.tilt[j]), 0.0)
             work.way[j, i] = weight if distance < half else -weight
 
 
 @inner_bare_kernel
-def _influences(strips: Strips, total: int, aside: bool, straight: bool, work: Equations) -> None:
-    """Take influences of strips on each other from the table, if asked also `aside` of their middles.
+def _influence_of(j: int, strips: Strips, total: int, aside: bool, straight: bool, work: Equations) -> None:
+    """Take the influence of a strip on all from the table, if asked also `aside` of their middles.
 
     Where all middles are in a line, both sides are alike.
     """
     table = work.table
-    for j in range(total):
-        square = max(strips.square[j], _SHORTEST)
-        half, octaves = np.sqrt(square), 0.5 * PER_OCTAVE * np.log2(square)
-        inverse, middle = 1.0 / half, strips.middle[j]
-        column, share, beyond = column_at(0.0)
-        for i in range(total):
-            way = work.way[j, i]
-            weight = abs(way)
-            if weight == 0.0:
-                work.mean[j, i] = work.rise[j, i] = work.aside[j, i] = 0.0
-                continue
-            off = (strips.middle[i] - middle) * inverse
-            far, near = work.far[j, i] - octaves, work.near[j, i] - octaves
-            if not straight:
-                column, share, beyond = column_at(off)
-                if beyond > 1.0:
-                    farther = PER_OCTAVE * np.log2(beyond)
-                    far, near = far - farther, near - farther
-            value, slope = influence_at(table, column, share, far)
-            other, other_slope = influence_at(table, column, share, near)
-            mean = weight * value + way * other
-            work.mean[j, i] = mean
-            work.rise[j, i] = mean - (0.5 / STEP) * (weight * slope + way * other_slope)
-        if not aside or strips.square[j] <= 0.0:
+    square = max(strips.square[j], _SHORTEST)
+    half, octaves = np.sqrt(square), 0.5 * PER_OCTAVE * np.log2(square)
+    inverse, middle = 1.0 / half, strips.middle[j]
+    column, share, beyond = column_at(0.0)
+    for i in range(total):
+        way = work.way[j, i]
+        weight = abs(way)
+        far, near = work.far[j, i] - octaves, work.near[j, i] - octaves
+        if not straight:
+            column, share, beyond = column_at((strips.middle[i] - middle) * inverse)
+            if beyond > 1.0:
+                farther = PER_OCTAVE * np.log2(beyond)
+                far, near = far - farther, near - farther
+        value, slope = influence_at(table, column, share, far)
+        other, other_slope = influence_at(table, column, share, near)
+        mean = weight * value + way * other
+        work.mean[j, i] = mean
+        work.rise[j, i] = mean - (0.5 / STEP) * (weight * slope + way * other_slope)
+    if not aside or strips.square[j] <= 0.0:
+        return
+    for i in range(total):
+        if strips.square[i] == 0.0:
+            work.aside[j, i] = work.mean[j, i]
             continue
-        for i in range(total):
-            way = work.way[j, i]
-            if way == 0.0 or strips.square[i] == 0.0:
-                work.aside[j, i] = work.mean[j, i]
-                continue
-            off, place = (strips.middle[i] - middle) * inverse, strips.reach[i] * inverse
-            far, near = work.far[j, i] - octaves, work.near[j, i] - octaves
-            ahead = _beside(table, off + place, far, near, way)
-            behind = ahead if straight else _beside(table, off - place, far, near, way)
-            work.aside[j, i] = 0.5 * (ahead + behind)
+        off, place = (strips.middle[i] - middle) * inverse, strips.reach[i] * inverse
+        far, near = work.far[j, i] - octaves, work.near[j, i] - octaves
+        ahead = _beside(table, off + place, far, near, work.way[j, i])
+        behind = ahead if straight else _beside(table, off - place, far, near, work.way[j, i])
+        work.aside[j, i] = 0.5 * (ahead + behind)
 
 
 @inner_bare_kernel
@@ -140,8 +130,8 @@ def _beside(table: FloatArray, along: float, far: float, near: float, way: float
 
 
 @inner_bare_kernel
-def _factors(strips: Strips, total: int, work: Equations) -> float:
-    """Find by which factor ratios give the surface the curvature of the gap; return how far off they are."""
+def _factors(strips: Strips, total: int, work: Equations) -> None:
+    """Find by which factor ratios give the surface the curvature of the gap."""
     factor = work.factor
     for i in range(total):
         factor[i] = 0.0
@@ -150,42 +140,56 @@ def _factors(strips: Strips, total: int, work: Equations) -> float:
         if carried > 0.0:
             for i in range(total):
                 factor[i] += carried * (work.mean[j, i] - work.aside[j, i])
-    worst, i = 0.0, 0
+    i = 0
     while i < total:
         if strips.square[i] <= 0.0:
             factor[i] = 1.0
             i += 1
             continue
         first, load, mean = i, 0.0, 0.0
-        while i < total and strips.square[i] > 0.0 and strips.part[i] == strips.part[first]:
+        while i < total and strips.square[i] > 0.0 and strips.run[i] == strips.run[first]:
             asked = 0.5 * strips.bend[i] * _AT**2 * strips.square[i]
             there = factor[i]
             factor[i] = min(max(asked / there, _LEAST), _MOST) if there > 0.0 else _MOST
-            i += 1
-        # Surfaces do not determine the ratio of strips at the edge: it is that of the first one inside.
-        last, left, right = i - 1, first, i - 1
-        if i - first > 4:
-            left = first + (2 if hardly_carries(strips, first, first + 1) else 1)
-            right = last - (2 if hardly_carries(strips, last, last - 1) else 1)
-        for k in range(first, left):
-            factor[k] = factor[left]
-        for k in range(right + 1, last + 1):
-            factor[k] = factor[right]
-        for k in range(first, i):
-            carried = strips.ratio[k] * strips.square[k] * strips.width[k]
+            carried = strips.ratio[i] * strips.square[i] * strips.width[i]
             load += carried
-            mean += carried * factor[k]
+            mean += carried * factor[i]
+            i += 1
         mean /= load
         for k in range(first, i):
-            part = strips.ratio[k] * strips.square[k] * strips.width[k] * (i - first) / load
-            worst = max(worst, min(part, 1.0) * abs(factor[k] - 1.0))
             # All of a change common to the strips, less of the rest, which also changes what is there.
             factor[k] = mean**_COMMON * factor[k] ** (1.0 - _COMMON)
-        for k in range(first, left):
-            factor[k] = factor[left] * strips.ratio[left] / strips.ratio[k]
-        for k in range(right + 1, last + 1):
-            factor[k] = factor[right] * strips.ratio[right] / strips.ratio[k]
-    return worst
+    for k in range(total):
+        work.own[k] = factor[k]
+    for _ in range(2):
+        for k in range(total):
+            _settle(k, total, strips, work)
+
+
+@inner_bare_kernel
+def _settle(k: int, total: int, strips: Strips, work: Equations) -> None:
+    """Give a strip at the edge of a contact the ratio of its neighbour: surfaces do not determine it there.
+
+    A strip is at the edge in the share in which a neighbour hardly carries, so that ratios are continuous as
+    strips get and lose contact, and contacts part and join.
+    """
+    square = strips.square[k]
+    if square <= 0.0:
+        return
+    left = right = left_ratio = right_ratio = 0.0
+    if k > 0 and strips.run[k - 1] == strips.run[k]:
+        left = strips.square[k - 1]
+        left_ratio = strips.ratio[k - 1] * work.factor[k - 1]
+    if k + 1 < total and strips.run[k + 1] == strips.run[k]:
+        right = strips.square[k + 1]
+        right_ratio = strips.ratio[k + 1] * work.factor[k + 1]
+    if left + right <= 0.0:
+        return
+    inside = min(left / (_SHORT * square), 1.0) * min(right / (_SHORT * square), 1.0)
+    summit = min(max((square / max(left, right) - _LOWER) / (1.0 - _LOWER), 0.0), 1.0)
+    own = max(inside, summit)
+    neighbours = (left * left_ratio + right * right_ratio) / (left + right)
+    work.factor[k] = own * work.own[k] + (1.0 - own) * neighbours / strips.ratio[k]
 
 
 @inner_bare_kernel
@@ -221,17 +225,22 @@ def solve_strips(
     """Solve for q, ratios and displacement under a load; return displacement and last change of the load."""
     square, ratio, before = strips.square, strips.ratio, work.before
     straight = _in_line(strips, total)
-    change, off, adapted, halvings = 1.0, 1.0, True, 0
-    missed, displacement_before = 0.0, displacement
+    change, adapted, halvings = 1.0, False, 0
+    missed, displacement_before = np.inf, displacement
     for _ in range(steps):
-        adapt = change < _SETTLED and off > 0.5 * tolerance
+        adapt = change < _SETTLED
         for i in range(total):
             strips.reach[i] = _AT * np.sqrt(square[i])
-        _influences(strips, total, adapt, straight, work)
+        for i in range(total):
+            if square[i] > 0.0:
+                _influence_of(i, strips, total, adapt, straight, work)
         missed_before = missed
         missed, count = _open_heights(strips, total, displacement, work)
         if count == 0:
             return displacement, _LOST
+        for a in range(count):
+            if square[work.active[a]] == 0.0:
+                _influence_of(work.active[a], strips, total, False, straight, work)
         if missed > _WORSE * missed_before and not adapted and halvings < _HALVINGS:
             for i in range(total):
                 square[i] = 0.5 * (square[i] + before[i])
@@ -240,7 +249,7 @@ def solve_strips(
             halvings += 1
             continue
         if adapt:
-            off = _factors(strips, total, work)
+            _factors(strips, total, work)
         _solve_active(strips, count, work)
         displacement_before = displacement
         for i in range(total):
@@ -249,14 +258,14 @@ def solve_strips(
         displacement += down
         if not (abs(displacement) < 1.0 and change < _LOST):
             return displacement, _LOST
+        if change < tolerance and adapted:
+            break
         adapted, halvings = adapt, 0
         if adapt:
             for i in range(total):
                 ratio[i] *= work.factor[i]
-                square[i] *= work.factor[i] ** -1.5
+                square[i] *= work.factor[i] ** -1.75
             _fill_ratios(strips, total)
-        if change < tolerance and off < 2.0 * tolerance:
-            break
     return displacement + _balance(strips, total, count, load, more, work), change
 
 
@@ -337,9 +346,9 @@ def _fill_ratios(strips: Strips, total: int) -> None:
             continue
         for away in range(1, total):
             before, behind = i - away, i + away
-            if before >= 0 and strips.square[before] > 0.0 and strips.part[before] == strips.part[i]:
+            if before >= 0 and strips.square[before] > 0.0 and strips.run[before] == strips.run[i]:
                 strips.ratio[i] = strips.ratio[before]
                 break
-            if behind < total and strips.square[behind] > 0.0 and strips.part[behind] == strips.part[i]:
+            if behind < total and strips.square[behind] > 0.0 and strips.run[behind] == strips.run[i]:
                 strips.ratio[i] = strips.ratio[behind]
                 break

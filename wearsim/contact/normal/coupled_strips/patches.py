@@ -12,16 +12,15 @@ from typing import NamedTuple
 import numpy as np
 
 from wearsim.contact.kernel import bare_kernel, inner_bare_kernel
-from wearsim.contact.normal.coupled_strips.strips import Records, Row, linear_at, share_between
+from wearsim.contact.normal.coupled_strips.strips import Records, Row, linear_at
 from wearsim.contact.normal.coupled_strips.wheel import Wheels, row_of
-from wearsim.contact.normal.model import blended
 from wearsim.contact.patch import FloatArray, IntArray
 
 _SAMPLES = 6  # of the pressure between two nodes, for the largest one
+_STEEPEST = 3.0  # slope of a monotone cubic over that of its chord, at most
 _LEAST = 1e-9  # of the largest q: strips of a patch have a length
 # Gauss's rule of three points, exact for a cubic times a line: places and weights on a unit length.
 _GAUSS = ((0.5 - np.sqrt(0.15), 5.0 / 18.0), (0.5, 4.0 / 9.0), (0.5 + np.sqrt(0.15), 5.0 / 18.0))
-_FAR = 4.0  # power of the share in a common plane with which reference points, which move far, follow
 
 
 class Cut(NamedTuple):
@@ -49,36 +48,28 @@ def nodes_for(most: int) -> Nodes:
 
 
 @bare_kernel
-def measure_patches(
-    wheels: Wheels, rows: IntArray, load: FloatArray, number: IntArray, patches: Records, kept: FloatArray
-) -> None:
-    """Find the widths of the patches of every row in their planes."""
-    for n in range(rows.size):
+def measure_patches(wheels: Wheels, number: IntArray, patches: Records, kept: FloatArray) -> None:
+    """Find the widths of the patches of every row along the arc."""
+    for n in range(number.size):
         for m in range(number[n]):
             patch = patches[n, m]
-            cosine, sine = np.cos(patch.angle), np.sin(patch.angle)
-            left = linear_at(wheels.y, patch.start) * cosine + linear_at(wheels.z, patch.start) * sine
-            right = linear_at(wheels.y, patch.stop) * cosine + linear_at(wheels.z, patch.stop) * sine
-            patch.left = min(left, kept[0, n, patch.first] - 1e-9)
-            patch.right = max(right, kept[0, n, patch.last] + 1e-9)
+            for i in range(patch.first, patch.last + 1):
+                kept[0, n, i] *= wheels.step
+            patch.left = min(wheels.step * patch.start, kept[0, n, patch.first] - 1e-9)
+            patch.right = max(wheels.step * patch.stop, kept[0, n, patch.last] + 1e-9)
             patch.width = patch.right - patch.left
 
 
 @bare_kernel
 def cut_patches(
     wheels: Wheels, rows: IntArray, places: IntArray, load: FloatArray, modulus: float, counts: IntArray,
-    patches: Records, kept: FloatArray, nodes: Nodes, share: FloatArray, out: Cut,
+    patches: Records, kept: FloatArray, nodes: Nodes, out: Cut,
 ) -> None:  # fmt: skip
     """Cut patches, by row, into strips of equal width; what lies behind the strips of a patch is padding."""
-    first = 0
     for m in range(patches.size):
-        place = places[m]
-        row = row_of(wheels, rows[place], load[place])
-        count = _fill_nodes(patches[m], kept[:, place], nodes)
+        row = row_of(wheels, rows[places[m]], load[places[m]])
+        count = _fill_nodes(patches[m], kept[:, places[m]], nodes)
         _cut(m, patches[m], counts[m], count, modulus, row, nodes, out)
-        if m + 1 == patches.size or places[m + 1] != place:
-            _share_points(patches[first : m + 1], row, share)
-            first = m + 1
 
 
 @inner_bare_kernel
@@ -96,6 +87,10 @@ def _fill_nodes(patch: Records, kept: FloatArray, nodes: Nodes) -> int:
         before, behind = place[k] - place[k - 1], place[k + 1] - place[k]
         left, right = (square[k] - square[k - 1]) / before, (square[k + 1] - square[k]) / behind
         slope[k] = (left * behind + right * before) / (before + behind)
+        if left * right > 0.0:
+            # Between a strip that hardly carries and the next one the cubic must not swing.
+            most = _STEEPEST * min(abs(left), abs(right))
+            slope[k] = min(max(slope[k], -most), most)
     slope[0] = 2.0 * (square[1] - square[0]) / (place[1] - place[0]) - slope[1]
     last = count - 1
     slope[last] = 2.0 * (square[last] - square[last - 1]) / (place[last] - place[last - 1]) - slope[last - 1]
@@ -169,70 +164,14 @@ def _cut(
 @inner_bare_kernel
 def _place(m: int, patch: Records, strips: int, centre: float, row: Row, out: Cut) -> None:
     """Find edges and middle lines of strips on the profile, and the approach of a patch."""
-    cosine, sine = np.cos(patch.angle), np.sin(patch.angle)
-    width, k = patch.width / strips, max(int(patch.start) - 1, 0)
-    here, there = row.y[k] * cosine + row.z[k] * sine, row.y[k + 1] * cosine + row.z[k + 1] * sine
-    middle_x = 0.0
-    for n in range(2 * strips + 2):  # edges and middles of strips in turn, and the centre
-        j = n // 2
-        place = patch.left + 0.5 * n * width if n <= 2 * strips else centre
-        if n > 2 * strips:
-            k = max(int(patch.start) - 1, 0)
-            here, there = row.y[k] * cosine + row.z[k] * sine, row.y[k + 1] * cosine + row.z[k + 1] * sine
-        while place > there and k < row.y.size - 2:
-            k += 1
-            here, there = there, row.y[k + 1] * cosine + row.z[k + 1] * sine
-        share = (place - here) / (there - here)
-        if n > 2 * strips:
-            patch.centre = row.y[k] + share * (row.y[k + 1] - row.y[k])
-            middle_x = row.along[k] + share * (row.along[k + 1] - row.along[k])
-        elif n % 2 == 0:
-            out.edge[m, j] = row.y[k] + share * (row.y[k + 1] - row.y[k])
-        else:
-            out.middle[m, j] = row.along[k] + share * (row.along[k + 1] - row.along[k])
+    width = patch.width / strips
+    for j in range(strips + 1):
+        out.edge[m, j] = linear_at(row.y, (patch.left + j * width) / row.step)
+    patch.centre = linear_at(row.y, centre / row.step)
+    middle_x = linear_at(row.along, centre / row.step)
     for j in range(strips):
-        out.middle[m, j] -= middle_x
+        out.middle[m, j] = linear_at(row.along, (patch.left + (j + 0.5) * width) / row.step) - middle_x
     lowest = min(linear_at(row.gap, patch.start), linear_at(row.gap, patch.stop))
     for k in range(max(int(patch.start) + 1, 0), min(int(patch.stop) + 1, row.gap.size)):
         lowest = min(lowest, row.gap[k])
-    patch.approach = (patch.displacement - lowest) * cosine
-
-
-@inner_bare_kernel
-def _share_points(patches: Records, row: Row, share: FloatArray) -> None:
-    """Creepage reference points of the patches of a wheel, one for those in a plane; `share` is for work."""
-    for j in range(patches.size):
-        share[j, j] = 1.0
-        for k in range(patches.size):
-            one, other = patches[j], patches[k]
-            if one.centre < other.centre:
-                both = share_between(one.stop, other.start, one.own - other.own, row) ** _FAR
-                share[j, k] = share[k, j] = both
-    for k in range(patches.size):
-        own = patches[k]
-        lowest, deeper = own.displacement - own.approach / np.cos(own.angle), 0.0
-        for j in range(patches.size):
-            if j != k:
-                height = own.displacement - patches[j].approach / np.cos(patches[j].angle)
-                deeper = min(deeper, share[j, k] * (height - lowest))
-        point = blended(k, patches.size, share, patches.force, patches.centre)
-        own.point = point
-        own.point_approach = (own.displacement - lowest - deeper) * np.cos(own.angle)
-        station, point_station = _station(own.centre, row), _station(point, row)
-        down = linear_at(row.z, station) - linear_at(row.z, point_station)
-        own.across = (own.centre - point) * np.cos(own.angle) + down * np.sin(own.angle)
-        own.along = linear_at(row.along, station) - linear_at(row.along, point_station)
-
-
-@inner_bare_kernel
-def _station(y: float, row: Row) -> float:
-    """Station of a lateral position."""
-    low, high = 0, row.y.size - 2
-    while low < high:
-        middle = (low + high + 1) // 2
-        if row.y[middle] <= y:
-            low = middle
-        else:
-            high = middle - 1
-    station: float = low + (y - row.y[low]) / (row.y[low + 1] - row.y[low])
-    return station
+    patch.approach = (patch.displacement - lowest) * np.cos(patch.angle)

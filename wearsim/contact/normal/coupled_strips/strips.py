@@ -1,4 +1,4 @@
-"""Strips along the rolling direction on a part of a profile, and the contact planes of the parts.
+"""Strips along the rolling direction on the profile of a counterface, and where they are laid.
 
 Equations and sources: see `coupled_strips`.
 
@@ -14,18 +14,18 @@ import numpy as np
 
 from wearsim.contact.geometry import NO_WHEEL
 from wearsim.contact.kernel import inner_bare_kernel
-from wearsim.contact.normal.model import blended, plane_share
 from wearsim.contact.patch import FloatArray, IntArray
 
 Records: TypeAlias = Any  # numpy record array
 
+PENETRATION = 0.55  # displacement over this overlap, in the contact of virtual penetration
+_STIFFNESS = 4.0 / np.pi**2  # load per overlap and width of virtual penetration, over pi^2 E* / 2
+_ITERATIONS = 30  # of the displacement of virtual penetration
+_EXACT = 1e-12  # of the displacement
 FLATNESS = 0.002  # deviation of the gap from its chord over a strip, over the displacement, at most
-SHORT = 0.25  # of its neighbour's q, below which the outermost strip does not count
 _BEND = 3  # steps of the profile on either side over which the gap's curvature is taken
 _GROWTH = 0.5  # of the width of strips, per width
-_NARROWEST = 80.0  # of the narrowest strips would cover a part
-_MULTIPLE = 4  # of which the number of strips of a part is one: it seldom jumps as profiles and loads change
-_KEPT = 3.0  # strips by which a part may ask for more or less than it had in the set before
+_NARROWEST = 5.0  # narrowest strips as part of the widest ones
 _LEAST_TURN = 0.1  # cosine of the steepest surface of a wheel that strips lie on
 _LEAST_BEND = 0.05  # of 1/r: curvature of a yawed wheel along the rolling direction, at least
 
@@ -34,7 +34,8 @@ class Row(NamedTuple):
     """Wheel over its counterface: profile, gap, its lowest value, rolling radius, contact line.
 
     `wheel_y`, `sin_theta`, `sin_yaw`, `surface_y` and `surface_slope` give the curvature of a yawed wheel.
-    `load` counts vertically or, if not `vertical`, along the normal, and is 2 N / (pi^2 E*) [m2].
+    `step` is that of the profile's grid along the arc. `load` counts vertically or, if not `vertical`, along
+    the normals, and is 2 N / (pi^2 E*) [m2].
     """
 
     y: FloatArray
@@ -52,60 +53,49 @@ class Row(NamedTuple):
     kappa: float
     low: float
     load: float
+    step: float
     vertical: bool
 
 
 class Strips(NamedTuple):
     """Strips of a wheel, each array (most,).
 
-    Part of the profile; station, y and z of the middle; width in the plane; gap above its lowest value;
-    share `turn` of a vertical displacement along the plane's normal; curvature `bend` of the gap along the
-    strip; contact line `middle`; contact angle `tilt` of the profile; share `lift` of the pressure that
-    counts as load; half-length squared `square`; pressure over pi E* and half-length, `ratio`; and `reach`,
-    where along the strip the surface is compared with its middle.
+    Run of neighbouring strips it belongs to; number of its place on the profile; station of the middle; width along the arc; gap above its lowest
+    value; contact angle `tilt` of the profile, the plane of the strip; share `turn` of a vertical
+    displacement along its normal; curvature `bend` of the gap along the strip; contact line `middle`; share
+    `lift` of the pressure that counts as load; half-length squared `square`; pressure over pi E* and
+    half-length, `ratio`; and `reach`, where along the strip the surface is compared with its middle.
     """
 
-    part: IntArray
+    run: IntArray
+    number: IntArray
     station: FloatArray
-    y: FloatArray
-    z: FloatArray
     width: FloatArray
     gap: FloatArray
+    tilt: FloatArray
     turn: FloatArray
     bend: FloatArray
     middle: FloatArray
-    tilt: FloatArray
     lift: FloatArray
     square: FloatArray
     ratio: FloatArray
     reach: FloatArray
 
 
-# Part of the profile in contact: stations of both ends; where they were laid in the set before, and how far
-# the ends of the patch were off then; pressure-weighted y, angle and force; angle of its plane; number of its
-# strips, that of the set before until they are laid, 0 if there was none.
-PART = np.dtype(
-    [
-        (name, float)
-        for name in (
-            "left", "right", "left_before", "right_before", "left_missed", "right_missed",
-            "middle", "own", "force", "angle",
-        )
-    ]
-    + [("strips", int)]
-)  # fmt: skip
+class Penetration(NamedTuple):
+    """Contact of virtual penetration: displacement of the wheel, width of all contacts and their middle.
+
+    The width is that of a parabola of the same overlap [steps]; the middle is a station.
+    """
+
+    displacement: float
+    width: float
+    middle: float
 
 
 def strips_for(most: int) -> Strips:
     """Room for strips."""
-    return Strips(np.zeros(most, np.int64), *np.zeros((len(Strips._fields) - 1, most)))
-
-
-@inner_bare_kernel
-def hardly_carries(strips: Strips, end: int, inside: int) -> bool:
-    """Whether the outermost strip is so short that the next one is at the edge of the patch."""
-    short: bool = strips.square[end] < SHORT * strips.square[inside]
-    return short
+    return Strips(*np.zeros((2, most), np.int64), *np.zeros((len(Strips._fields) - 2, most)))
 
 
 @inner_bare_kernel
@@ -117,76 +107,109 @@ def linear_at(table: FloatArray, station: float) -> float:
 
 
 @inner_bare_kernel
-def room_for_strips(row: Row) -> tuple[float, float]:
-    """First and last station of the wheel over the profile, between points with neighbours."""
-    first, last = 1, row.gap.size - 2
-    while first < last and row.gap[first - 1] >= NO_WHEEL:
-        first += 1
-    while last > first and row.gap[last + 1] >= NO_WHEEL:
-        last -= 1
-    return float(first), float(last)
+def penetrate(row: Row) -> Penetration:
+    """Find the displacement at which the overlap of the rigid surfaces carries the load.
+
+    Half-lengths as of virtual penetration and ratios of a ball make the load proportional to the overlap.
+    """
+    # That of a ball of 1 m radius; load is 2 N / (pi^2 E*).
+    displacement = 1.5 * (0.5 * np.pi**2 * row.load) ** (2.0 / 3.0)
+    overlap = width = moment = 0.0
+    for _ in range(_ITERATIONS):
+        depth = row.low + PENETRATION * displacement
+        carried, stiffness = 0.0, 0.0
+        overlap, width, moment = 0.0, 0.0, 0.0
+        for k in range(row.gap.size):
+            if row.gap[k] < depth:
+                lift = row.step * _STIFFNESS * np.cos(row.angle[k])
+                if row.vertical:
+                    lift *= np.cos(row.angle[k])
+                carried += lift * (depth - row.gap[k])
+                stiffness += lift
+                overlap += depth - row.gap[k]
+                moment += (depth - row.gap[k]) * k
+        if stiffness == 0.0:
+            displacement *= 2.0
+            continue
+        change = (row.load - carried) / (PENETRATION * stiffness)
+        displacement += change
+        if abs(change) < _EXACT * displacement:
+            break
+    width = 1.5 * overlap / (PENETRATION * displacement)
+    return Penetration(displacement, width, moment / overlap)
 
 
 @inner_bare_kernel
 def lay_strips(
-    part: int, count: float, most: int, displacement: float, row: Row, parts: Records, strips: Strips,
-    first: int, room: int, widths: FloatArray,
+    level: float, count: float, first: Penetration, row: Row, strips: Strips, widths: FloatArray,
+    number: FloatArray,
 ) -> int:  # fmt: skip
-    """Lay strips between the ends of a part and a spare one beyond each; return their number.
+    """Lay strips where the gap is less than a level, one more at each end; return how many, -1 without room.
 
-    At least `count`, more where the gap bends. Zero where there is no `room`.
+    Strips have their places on the whole profile whatever the level, from the gap and the displacement of
+    virtual penetration alone: they move steadily with the wheel as contacts part and join. `number` becomes
+    the number of strips from the middle of the contacts to each point of the profile.
     """
-    left, right = parts[part].left, parts[part].right
-    low, high = _limit_widths(left, right, (right - left) / count, displacement, row, widths)
-    total = 0.0
+    points = row.gap.size
+    low, high = _limit_widths(first.width / count, first.displacement, row, widths)
+    number[low] = 0.0
     for k in range(low, high):
-        total += max(min(k + 1.0, right) - max(float(k), left), 0.0) * _density(widths, k)
-    number = parts[part].strips
-    if abs(total - number) > _KEPT:
-        number = min(_MULTIPLE * max(int(total / _MULTIPLE + 0.5 + 1e-6), 1), most)
-    if first + number + 2 > room:
-        return 0
-    cosine, sine = np.cos(parts[part].angle), np.sin(parts[part].angle)
-    edge, k, gone = left, int(left), 0.0
-    for j in range(number):
-        start, aim = edge, total * (j + 1.0) / number
-        while True:
-            stop = min(k + 1.0, right)
-            more = (stop - edge) * _density(widths, k)
-            if gone + more >= aim or stop == right:
-                break
-            gone += more
-            edge = stop
+        number[k + 1] = number[k] + 0.5 * (1.0 / widths[k] + 1.0 / widths[k + 1])
+    begin = linear_at(number, min(max(first.middle, float(low)), float(high)))
+    for k in range(low, high + 1):
+        number[k] -= begin
+    total, run, last, k = 0, -1, -(2**62), low
+    while k <= high:
+        if row.gap[k] - row.low >= level:
             k += 1
-        edge = right if j + 1 == number else min(edge + (aim - gone) / _density(widths, k), right)
-        gone = aim
-        _fill_strip(first + 1 + j, part, start, edge, cosine, sine, row, strips)
-        if j == 0:
-            _fill_strip(first, part, start - (edge - start), start, cosine, sine, row, strips)
-        if j + 1 == number:
-            _fill_strip(first + number + 1, part, edge, edge + (edge - start), cosine, sine, row, strips)
-    parts[part].strips = number
-    return number + 2
+            continue
+        start = k
+        while k <= high and row.gap[k] - row.low < level:
+            k += 1
+        here = int(np.floor(number[max(start - 1, low)])) - 1
+        stop = int(np.floor(number[min(k, high)])) + 1
+        if here > last + 1:
+            run += 1
+        else:
+            here = last + 1
+        i = max(start - 2, low)
+        for j in range(here, stop + 1):
+            if total == strips.run.size:
+                return -1
+            while i > low and number[i] > j:
+                i -= 1
+            edge = _station_of(float(j), i, low, high, number)
+            while i < high - 1 and number[i + 1] < j + 1.0:
+                i += 1
+            strips.run[total], strips.number[total] = run, j
+            _fill_strip(total, edge, _station_of(j + 1.0, i, low, high, number), row, strips)
+            total += 1
+        last = max(stop, last)
+    return total
 
 
 @inner_bare_kernel
-def _density(widths: FloatArray, k: int) -> float:
-    """Return the strips per step of the profile behind point k."""
-    return 0.5 * (1.0 / widths[k] + 1.0 / widths[k + 1])
+def _station_of(number: float, k: int, low: int, high: int, numbers: FloatArray) -> float:
+    """Station of a number of strips that lies near point k, beyond the wheel's ends in a straight line."""
+    k = min(max(k, low), high - 1)
+    while k < high - 1 and numbers[k + 1] < number:
+        k += 1
+    station: float = k + (number - numbers[k]) / (numbers[k + 1] - numbers[k])
+    return station
 
 
 @inner_bare_kernel
-def _limit_widths(
-    left: float, right: float, widest: float, displacement: float, row: Row, widths: FloatArray
-) -> tuple[int, int]:
-    """Find the largest widths of strips at the points of the profile, in its steps; first and last point.
+def _limit_widths(widest: float, displacement: float, row: Row, widths: FloatArray) -> tuple[int, int]:
+    """Find the widths of strips at the points of the profile, in its steps; first and last point of the wheel.
 
     So narrow that the gap is a chord over a strip, and no more than `_GROWTH` wider from one to the next.
     """
-    margin = int(2.0 * widest) + 1
-    low, high = max(int(left) - margin, 0), min(int(right) + 1 + margin, row.gap.size - 1)
+    low, high = 0, row.gap.size - 1
+    while low < high - 1 and row.gap[low] >= NO_WHEEL:
+        low += 1
+    while high > low + 1 and row.gap[high] >= NO_WHEEL:
+        high -= 1
     flat = 8.0 * FLATNESS * displacement * _BEND**2
-    narrowest = min((right - left) / _NARROWEST, widest)
     for k in range(low, high + 1):
         widths[k] = widest
         before, behind = k - _BEND, k + _BEND
@@ -196,7 +219,7 @@ def _limit_widths(
             continue
         bend = abs(row.gap[before] - 2.0 * row.gap[k] + row.gap[behind])
         if flat < bend * widest * widest:
-            widths[k] = max(np.sqrt(flat / bend), narrowest)
+            widths[k] = max(np.sqrt(flat / bend), widest / _NARROWEST)
     for k in range(low + 1, high + 1):
         widths[k] = min(widths[k], widths[k - 1] + _GROWTH)
     for k in range(high - 1, low - 1, -1):
@@ -205,23 +228,17 @@ def _limit_widths(
 
 
 @inner_bare_kernel
-def _fill_strip(
-    j: int, part: int, start: float, stop: float, cosine: float, sine: float, row: Row, strips: Strips
-) -> None:
+def _fill_strip(j: int, start: float, stop: float, row: Row, strips: Strips) -> None:
     """Take what a strip between two stations is from the profile and the gap."""
-    across = linear_at(row.y, stop) - linear_at(row.y, start)
-    down = linear_at(row.z, stop) - linear_at(row.z, start)
-    strips.part[j], strips.width[j] = part, across * cosine + down * sine
-    # The middle of the chord: edges of neighbours meet.
-    strips.y[j] = linear_at(row.y, start) + 0.5 * across
-    strips.z[j] = linear_at(row.z, start) + 0.5 * down
     station = 0.5 * (start + stop)
-    strips.station[j] = station
-    strips.lift[j] = cosine if row.vertical else 1.0
+    strips.station[j], strips.width[j] = station, (stop - start) * row.step
     strips.square[j], strips.ratio[j] = 0.0, 0.0
-    i = min(max(int(station), 1), row.gap.size - 3)
-    strips.middle[j], strips.tilt[j] = linear_at(row.along, station), linear_at(row.angle, station)
+    tilt = linear_at(row.angle, station)
+    cosine, sine = np.cos(tilt), np.sin(tilt)
+    strips.middle[j], strips.tilt[j] = linear_at(row.along, station), tilt
+    strips.lift[j] = cosine if row.vertical else 1.0
     strips.gap[j], strips.turn[j], strips.bend[j] = NO_WHEEL, 1.0, 1.0
+    i = min(max(int(station), 1), row.gap.size - 3)
     if not 1.0 <= station <= row.gap.size - 2.0:
         return
     if max(row.gap[i - 1], row.gap[i], row.gap[i + 1], row.gap[i + 2]) >= NO_WHEEL:
@@ -258,26 +275,3 @@ def _bend_of_wheel(station: float, row: Row) -> float:
     across = slope * slope + radius * curvature
     bend: float = max(1.0 - square - across * square, _LEAST_BEND) / (radius * np.sqrt(1.0 - sine * sine))
     return bend
-
-
-@inner_bare_kernel
-def share_between(end: float, start: float, turn: float, row: Row) -> float:
-    """Share in which two contacts have one plane, by the stations where one ends and the other starts."""
-    across, down = 0.0, 0.0
-    if start > end:
-        across = linear_at(row.y, start) - linear_at(row.y, end)
-        down = linear_at(row.z, start) - linear_at(row.z, end)
-    share: float = plane_share(np.sqrt(across * across + down * down), turn)
-    return share
-
-
-@inner_bare_kernel
-def arrange(parts: Records, count: int, row: Row, share: FloatArray) -> None:
-    """Find in which share parts of the profile have one plane, and the angles of their planes."""
-    for j in range(count):
-        share[j, j] = 1.0
-        for k in range(j + 1, count):
-            turn = parts[k].own - parts[j].own
-            share[j, k] = share[k, j] = share_between(parts[j].right, parts[k].left, turn, row)
-    for k in range(count):
-        parts[k].angle = blended(k, count, share, parts.force, parts.own)
