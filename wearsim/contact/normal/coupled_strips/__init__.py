@@ -75,7 +75,7 @@ from wearsim.contact.normal.coupled_strips.wheel import (
 from wearsim.contact.normal.model import NO_BALANCE, NormalModel, NormalSolution, raise_first
 from wearsim.contact.patch import FloatArray, IntArray, Patch, Resolution, cells_of
 
-DEFAULTS = {"least_strips": 16.0}
+DEFAULTS = {"least_strips": 20.0}
 
 _FEWEST, _MOST = 6, 40
 _ROOMS = 128, 512, 2048  # strips of a wheel, for which room is made one after the other

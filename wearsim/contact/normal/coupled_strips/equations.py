@@ -24,6 +24,7 @@ _COMMON = 0.1  # power of the mean change of the ratios of a patch in that of ea
 _BELOW, _ABOVE, _FRESH = 0.1, 4.0, 0.05  # of q before, and of the largest one, to which a step may lead
 _VANISHING = 1e-4  # of the largest q: below, strips may lose all pressure at once
 _SHORT = 0.25  # of its neighbour's q, below which a strip hardly carries
+_LEANING = 0.1  # weight of a neighbour's ratio in that of a strip
 _LOWER = 0.7  # of its higher neighbour's q, from which a strip gets its own ratio as a summit has
 _SETTLED = 0.3  # change of the load of strips below which their ratios are adapted
 _WORSE, _HALVINGS = 2.0, 3  # residual over that before, from which a step is halved, so many times
@@ -160,10 +161,26 @@ def _factors(strips: Strips, total: int, work: Equations) -> None:
             # All of a change common to the strips, less of the rest, which also changes what is there.
             factor[k] = mean**_COMMON * factor[k] ** (1.0 - _COMMON)
     for k in range(total):
-        work.own[k] = factor[k]
+        work.own[k] = _smoothed(k, total, strips, factor)
     for _ in range(2):
         for k in range(total):
             _settle(k, total, strips, work)
+
+
+@inner_bare_kernel
+def _smoothed(k: int, total: int, strips: Strips, factor: FloatArray) -> float:
+    """Factor of a strip that makes its ratio lean to those of its neighbours.
+
+    Surfaces hardly determine waves of ratios from strip to strip, which would grow.
+    """
+    weight = 1.0
+    mean = strips.ratio[k] * factor[k]
+    for i in (k - 1, k + 1):
+        if 0 <= i < total and strips.run[i] == strips.run[k] and strips.square[k] > 0.0:
+            share = _LEANING * min(strips.square[i] / strips.square[k], 1.0)
+            weight += share
+            mean += share * strips.ratio[i] * factor[i]
+    return mean / (weight * strips.ratio[k])
 
 
 @inner_bare_kernel

@@ -25,6 +25,7 @@ _EXACT = 1e-12  # of the displacement
 FLATNESS = 0.002  # deviation of the gap from its chord over a strip, over the displacement, at most
 _BEND = 3  # steps of the profile on either side over which the gap's curvature is taken
 _GROWTH = 0.5  # of the width of strips, per width
+_WIDEST = 1.2e-3  # m
 _NARROWEST = 5.0  # narrowest strips as part of the widest ones
 _LEAST_TURN = 0.1  # cosine of the steepest surface of a wheel that strips lie on
 _LEAST_BEND = 0.05  # of 1/r: curvature of a yawed wheel along the rolling direction, at least
@@ -151,7 +152,8 @@ def lay_strips(
     the number of strips from the middle of the contacts to each point of the profile.
     """
     points = row.gap.size
-    low, high = _limit_widths(first.width / count, first.displacement, row, widths)
+    widest = min(first.width / count, _WIDEST / row.step)
+    low, high = _limit_widths(widest, first.displacement, row, widths)
     number[low] = 0.0
     for k in range(low, high):
         number[k + 1] = number[k] + 0.5 * (1.0 / widths[k] + 1.0 / widths[k + 1])

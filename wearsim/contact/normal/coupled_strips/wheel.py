@@ -32,7 +32,7 @@ _MARGIN, _HIGHER = 1.15, 1.1  # level over a displacement, first and where that 
 _LEVELS, _FARTHER = 8, 1.5  # trials of the level, and step of those without solution
 _SLENDER = 0.137  # growth of c / (k E*), which is 1/2 of a cylinder, with length over width of an ellipse
 _STEPS = 30
-_EXACT = 2e-4  # tolerance of the load of strips
+_EXACT = 2e-5  # tolerance of the load of strips
 _ENOUGH = 0.1  # change of the load of strips in the last step that is no failure yet
 _SMALLEST = 1e-5  # of the load: patches below are left out
 _SHORT = 0.25  # of its neighbour's q, below which the end of a patch moves to that of the next strip
@@ -236,31 +236,38 @@ def _edge_or(fault: int, total: int, row: Row, strips: Strips) -> int:
 
 
 @inner_bare_kernel
-def end_of(strips: Strips, first: int, last: int, way: int, total: int) -> float:
-    """Station where q, linear in the outermost strips of a patch, is zero; at most a strip beyond them.
+def end_of(strips: Strips, end: int, inwards: int, count: int) -> float:
+    """Station where q, by the outermost strips of a patch, is zero; at most a strip beyond them.
 
     An outermost strip that hardly carries does not count: the end is continuous as it gets and loses contact.
     """
-    end = first if way < 0 else last
-    inside = end - way
-    if first == last:
-        beside = end + way
-        if not 0 <= beside < total or strips.run[beside] != strips.run[end]:
-            beside = end - way
-        return strips.station[end] + 0.5 * way * abs(strips.station[beside] - strips.station[end])
-    place = _zero_beyond(strips, end, inside)
-    if strips.square[end] >= _SHORT * strips.square[inside] or last - first < 2:
+    if count < 2:
+        beside = min(max(end - inwards, 0), strips.run.size - 1)
+        return strips.station[end] + 0.5 * (strips.station[beside] - strips.station[end])
+    place = _zero_beyond(strips, end, inwards, count)
+    share = strips.square[end] / (_SHORT * strips.square[end + inwards])
+    if share >= 1.0 or count < 3:
         return place
-    before = _zero_beyond(strips, inside, inside - way)
-    return before + strips.square[end] / (_SHORT * strips.square[inside]) * (place - before)
+    before = _zero_beyond(strips, end + inwards, inwards, count - 1)
+    return before + share * (place - before)
 
 
 @inner_bare_kernel
-def _zero_beyond(strips: Strips, end: int, inside: int) -> float:
-    """Station where q, linear from one strip to the next, is zero; at most a strip beyond it."""
+def _zero_beyond(strips: Strips, end: int, inwards: int, count: int) -> float:
+    """Station where q is zero by the parabola through three strips; at most a strip beyond the outermost one."""
+    inside = end + inwards
     distance = strips.station[end] - strips.station[inside]
-    fall = strips.square[inside] - strips.square[end]
-    share = strips.square[end] / fall if fall > strips.square[end] else 1.0
+    fall, square = strips.square[inside] - strips.square[end], strips.square[end]
+    share = square / fall if fall > square else 1.0
+    if count > 2 and fall > 0.0:
+        deeper = inside + inwards
+        rise = (strips.square[deeper] - strips.square[inside]) / (strips.station[inside] - strips.station[deeper])
+        # Of the slope of q over that between the outermost strips.
+        bend = (fall / distance - rise) / (strips.station[end] - strips.station[deeper]) * distance**2 / fall
+        if bend > 0.0:
+            # share + share (1 + share) bend = square / fall
+            slope = 1.0 + bend
+            share = min(share, 2.0 * square / fall / (slope + np.sqrt(slope * slope + 4.0 * bend * square / fall)))
     return strips.station[end] + share * distance
 
 
@@ -288,7 +295,7 @@ def _find_patches(
             continue
         if count == patches.size:
             return NO_ROOM, count
-        carried += lifted
+        carried += lifted if row.vertical else force
         place = count
         count += 1
         while place > 0 and patches[place - 1].force < force:
@@ -297,8 +304,8 @@ def _find_patches(
         patch = patches[place]
         patch.first, patch.last, patch.force = first, j - 1, force
         patch.displacement, patch.angle = displacement + row.low, np.arctan2(sideways, upwards)
-        patch.start = end_of(strips, first, j - 1, -1, total)
-        patch.stop = end_of(strips, first, j - 1, 1, total)
+        patch.start = end_of(strips, first, 1, j - first)
+        patch.stop = end_of(strips, j - 1, -1, j - first)
         # Strips that hardly carry, beyond the ends.
         while patch.first < patch.last and strips.station[patch.first] < patch.start:
             patch.first += 1
