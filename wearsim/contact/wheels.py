@@ -214,6 +214,8 @@ def wheels_of(
     if chunk.friction_flange is not None:
         steep = np.clip((np.abs(planes.angle) - TREAD_ANGLE) / (FLANGE_ANGLE - TREAD_ANGLE), 0.0, 1.0)
         friction = friction + steep * (chunk.friction_flange[row, None] - friction)
+    places = np.concatenate((normal.centre_y[:, None], normal.edge_y), axis=1)
+    (wheel_y,) = between_points(here, (here.wheel_y,), row, places)
     return Wheels(
         place=2 * row + side.number,
         sign=np.full(row.size, side.sign),
@@ -223,8 +225,8 @@ def wheels_of(
         friction=friction,
         speed=chunk.speed[row],
         origin_y=task.wheelset.half_span - side.pose.shift[row],
-        wheel_y=between_points(here, (here.wheel_y,), row, normal.centre_y)[0],
-        edges_wheel_y=between_points(here, (here.wheel_y,), row, normal.edge_y)[0],
+        wheel_y=wheel_y[:, 0],
+        edges_wheel_y=wheel_y[:, 1:],
     )
 
 
@@ -410,15 +412,17 @@ def forces_of(
     **options: Any,
 ) -> Forces:
     """Creep forces of patches at rotation speeds (n,) [rad/s]; further options as of `TangentialSolver`."""
-    motion, normal = wheels.kinematics, wheels.normal
-    planes = planes_of(normal)
+    motion, normal, strips = wheels.kinematics, wheels.normal, wheels.normal.patch.planes
     creepage = motion.creepage(speed[normal.patch.row])
-    if normal.patch.planes is not None:
+    if strips is None:
+        normal_force = normal.normal_force[:, None]
+    else:
+        normal_force = strips.normal_force
         options["strips"] = StripMotion(wheels.place, creepage, wheels.friction)
     contact = model(
         normal.patch,
-        mean_over_planes(creepage, planes.normal_force),
-        mean_over_planes(wheels.friction, planes.normal_force),
+        mean_over_planes(creepage, normal_force),
+        mean_over_planes(wheels.friction, normal_force),
         shear_modulus=task.models.shear_modulus,
         poisson_ratio=task.models.poisson_ratio,
         fields=fields and (model.warm or task.fields),
@@ -426,7 +430,7 @@ def forces_of(
     )
     torque, vertical = np.zeros((2, 2 * speed.size))
     _add_up(
-        plain(contact.plane_force), motion.per_speed, motion.down, plain(planes.normal_force), wheels.speed,
+        plain(contact.plane_force), motion.per_speed, motion.down, plain(normal_force), wheels.speed,
         wheels.place, torque, vertical,
     )  # fmt: skip
     return Forces(contact, torque.reshape(-1, 2), vertical.reshape(-1, 2))

@@ -110,7 +110,8 @@ class NormalSolution:
     Parameters
     ----------
     patch : Patch
-        Outline and pressure on strips.
+        Outline and pressure on strips. With `planes` contact angle and normal force of a patch are those of
+        the sum of the normal forces of its strips, as vectors.
     centre_y : (m,) array
         Pressure-weighted centre on the counterface profile [m].
     contact_angle : (m,) array
