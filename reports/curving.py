@@ -190,7 +190,7 @@ def contact_forces(problem, point, shift, yaw, load):
     conditions = replace(problem.conditions.at(point), shift=shift, yaw=yaw, wheel_load=load)
     failed = {}
     patches = solve_each(conditions, *bodies, MODELS, ContactSolution.patches, failed=failed, fields="work")
-    return resultants(joined(patches), conditions, *bodies)
+    return resultants(joined(patches), point.size)
 
 
 def suspension_forces(problem, shift, yaw):

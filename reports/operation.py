@@ -61,7 +61,7 @@ def curves(vehicles=VEHICLES):
         controlled = Controlled(np.nan * whole, vehicle.axle_load * whole, moment, bogies)
         running = settle(given, controlled, *rail, models)
         found = running.conditions(given)
-        forces = resultants(solve(found, *rail, models), found, *rail)
+        forces = resultants(solve(found, *rail, models), whole.size)
         shift = found.axle_shift(forces.roll)
         held = ContactConditions.of(
             shift, yaw=running.yaw, wheel_load=running.load, friction=0.35, speed=20.0, free_roll=True

@@ -89,7 +89,8 @@ def solution_of(point, side, centre, half_width, peak_work, *, ny=40, nx=20, gap
     )
     names = (
         "rail_y x z contact_angle length width approach creepage_x creepage_y spin force_x "
-        "force_y spin_moment slip_area power power_balance roll rotation_speed"
+        "force_y spin_moment slip_area power power_balance roll rotation_speed track_lateral track_vertical "
+        "track_longitudinal track_yaw_moment track_roll_moment"
     )
     return ContactSolution(
         point=point,

@@ -214,7 +214,7 @@ def test_solved_again_where_it_runs_the_forces_are_balanced_as_by_the_half_space
     acts, points = state.active_weight > 0.0, evolution.setup.points
     there = where_it_runs(points, again.running)
     passage = solve_passage(replace(again, correction=None), there, half_space(evolution))
-    force = -forces_of(passage, there, half_space(evolution)).force
+    force = -forces_of(passage, there).force
     wanted = points.controlled.lateral_force
     # both are searched to the tolerance
     np.testing.assert_allclose(force[acts], wanted[acts], atol=2.0 * TOLERANCE * 160e3)
@@ -230,7 +230,7 @@ def test_rows_hold_the_forces_of_the_half_space(by_force):
     acts = state.active_weight > 0.0
     np.testing.assert_allclose(row["lateral_force"][acts], [30e3], atol=TOLERANCE * 160e3)
     points, true = where_it_runs(evolution.setup.points, state.running), half_space(evolution)
-    theirs = forces_of(solve_passage(replace(state, correction=None), points, true), points, true)
+    theirs = forces_of(solve_passage(replace(state, correction=None), points, true), points)
     ours = row["steering_moment"], row["axle_wear_number"] * points.conditions.speed
     for one, other in zip(ours, (theirs.moment, theirs.power), strict=True):
         np.testing.assert_allclose(one[acts], other[acts], rtol=0.01)

@@ -39,9 +39,9 @@ def balanced(wheelset, counterface):
         )
         result = equilibrium(task, conditions, [side_of(task, side, conditions) for side in (0, 1)], None)
         wheels, force = result.wheels, result.contact.force
-        along, across, deep = wheels.kinematics.down.T
+        along, across, deep = wheels.kinematics.down[:, 0].T
         up = wheels.normal.normal_force * deep - force[:, 0] * along - force[:, 1] * across
-        turning = (force * wheels.kinematics.per_speed).sum(axis=1) * wheels.speed
+        turning = (force * wheels.kinematics.per_speed[:, 0]).sum(axis=1) * wheels.speed
         point, count = wheels.normal.patch.row, conditions.shift.size
         carried = np.bincount(2 * point + (wheels.sign < 0.0), up, 2 * count).reshape(count, 2)
         return result, carried - conditions.wheel_load[:, None], np.bincount(point, turning, count)

@@ -15,9 +15,9 @@ def moved(kappa=0.0, angle=-0.09, wheel_y=-12e-3, radius=0.4608, height=0.3e-3, 
     names = ("shift", "yaw", "roll", "track_curvature", "approach", "overlap")
     named = dict.fromkeys(names, 0.0) | state
     state = {name: np.atleast_1d(value) for name, value in named.items()}
-    point = (np.array([value]) for value in (wheel_y, radius, sine, height, angle))
+    point = (np.array([[value]]) for value in (wheel_y, radius, sine, height, angle))
     return kinematics(
-        ContactPoint(*point, approach=state["approach"], overlap=state["overlap"]),
+        ContactPoint(*point, approach=state["approach"][:, None], overlap=state["overlap"][:, None]),
         WheelsetPose(state["shift"], state["yaw"], state["roll"]),
         speed=np.array([SPEED]),
         half_span=SPAN,
@@ -28,7 +28,7 @@ def moved(kappa=0.0, angle=-0.09, wheel_y=-12e-3, radius=0.4608, height=0.3e-3, 
 
 
 def nominal(motion):
-    return motion.creepage(np.array([-SPEED / RADIUS]))[0]
+    return motion.creepage(np.array([-SPEED / RADIUS]))[0, 0]
 
 
 @pytest.mark.parametrize("roller", [1.0, 0.5])
@@ -121,10 +121,10 @@ def test_planes_of_wheel_and_counterface_lie_the_approach_apart(angle):
 def test_creepage_is_linear_in_the_rotation_speed():
     motion = moved(1.0, sine=0.01, yaw=0.01, roll=1e-3, shift=2e-3, track_curvature=1e-3)
     speeds = np.array([-40.0, -43.0, -46.0])
-    values = np.array([motion.creepage(np.array([s]))[0] for s in speeds])
+    values = np.array([motion.creepage(np.array([s]))[0, 0] for s in speeds])
     np.testing.assert_allclose(values[1], 0.5 * (values[0] + values[2]), rtol=1e-12)
     # Turning faster moves the wheel's surface backwards at the contact: by r/V.
-    assert motion.per_speed[0, 0] == pytest.approx(0.4608 / SPEED, rel=1e-3)
+    assert motion.per_speed[0, 0, 0] == pytest.approx(0.4608 / SPEED, rel=1e-3)
 
 
 def test_creepage_against_velocities_by_differences():
@@ -160,4 +160,4 @@ def test_creepage_against_velocities_by_differences():
     slip = (wheel_velocity - ground_velocity) / SPEED
     omega = speed * (turn @ lean)[:, 1] - np.array([0.0, kappa * SPEED, -SPEED * curve])
     expected = [slip @ e_x, slip @ e_s, omega @ e_n / SPEED]
-    np.testing.assert_allclose(motion.creepage(np.array([speed]))[0], expected, atol=1e-7)
+    np.testing.assert_allclose(motion.creepage(np.array([speed]))[0, 0], expected, atol=1e-7)

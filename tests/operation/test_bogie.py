@@ -56,7 +56,7 @@ def task(radius, deficiency=0.0, friction=0.35, vehicle=VEHICLE, in_front=1.0):
 
 def forces_of(running, conditions, bodies, models):
     found = running.conditions(conditions)
-    return resultants(solve(found, *bodies, models), found, *bodies)
+    return resultants(solve(found, *bodies, models), found.shift.size)
 
 
 def test_states_in_curves_are_those_of_the_reference(bodies, models):

@@ -117,7 +117,7 @@ def refreshed(
         difference[name] = before.copy()
         difference[name][lost] = 0.0
         difference[name][index] += interpolated(seen)
-    more = forces_of(by_reference, points, setup).columns - forces_of(passage, points, setup).columns
+    more = forces_of(by_reference, points).columns - forces_of(passage, points).columns
     more[index] = interpolated(more[solved])
     place = np.stack([points.conditions.shift, points.conditions.yaw], axis=1)
     same = (old.step == state.step) & (old.run == 0.0) & ~other & as_before

@@ -368,11 +368,9 @@ def _corrected(
     return total, below
 
 
-def forces_of(
-    passage: Passage, points: OperatingPoints, setup: Setup | CampaignSetup, state: State | None = None
-) -> Resultants:
+def forces_of(passage: Passage, points: OperatingPoints, state: State | None = None) -> Resultants:
     """Resultants of the points of a passage; in a state, with the differences of its correction."""
-    forces = resultants(passage.contact, points.conditions, setup.wheelset, setup.counterface)
+    forces = resultants(passage.contact, points.conditions.shift.size)
     if state is None or state.correction is None:
         return forces
     known = (state.correction.step >= 0) & ~mismatched(passage, state.correction)

@@ -32,7 +32,10 @@ if TYPE_CHECKING:
 
 _GONE = 0.1 * FAINT
 
-_FORCES = ("normal_force", "force_x", "force_y", "spin_moment", "power")
+_FORCES = (
+    "normal_force", "force_x", "force_y", "spin_moment", "power", "track_lateral", "track_vertical",
+    "track_longitudinal", "track_yaw_moment", "track_roll_moment",
+)  # fmt: skip
 
 
 def weight_of(share: FloatArray) -> FloatArray:

@@ -139,7 +139,7 @@ def row_running(
     """
     points, contact = setup.points, passage.contact
     conditions = points.conditions
-    forces = forces_of(passage, points, setup, state)
+    forces = forces_of(passage, points, state)
     known = forces.vertical.min(axis=1) > 0.0
     known[list(passage.failed)] = False  # of two sides of a jump one alone says nothing
     count = weight.size

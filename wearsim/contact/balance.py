@@ -56,6 +56,7 @@ from wearsim.contact.wheels import (
     joined,
     normal_of,
     patches_where,
+    planes_of,
     renumbered,
     stretched,
     wheels_of,
@@ -359,8 +360,8 @@ def _turning(
 def _lifted(wheels: Wheels, row: int, side: int, reason: str, rows: Sequence[int] = ()) -> ContactError:
     """Error of a wheel that normal forces cannot hold down for a reason."""
     own = (wheels.normal.patch.row == row) & (wheels.sign == 1.0 - 2.0 * side)
-    angles = np.abs(wheels.normal.contact_angle[own])
-    angle, friction = angles.max(), wheels.friction[own][np.argmax(angles)]
+    angles = np.abs(planes_of(wheels.normal).angle[own])
+    angle, friction = angles.max(), wheels.friction[own].flat[np.argmax(angles)]
     product = friction * np.tan(angle)
     return ContactError(
         f"{'flange locks: ' if product >= 1.0 else ''}at a contact angle of {np.degrees(angle):.1f} degrees "

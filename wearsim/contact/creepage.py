@@ -25,13 +25,15 @@ from wearsim.contact.patch import FloatArray
 class Kinematics:
     """Creepage as a linear function of the wheel's rotation speed: at_rest + rotation_speed * per_speed.
 
+    Each of m patches has N contact planes: one, or those of its strips.
+
     Parameters
     ----------
-    at_rest, per_speed : (m, 3) array
+    at_rest, per_speed : (m, N, 3) array
         Longitudinal, lateral creepage and spin [-, -, 1/m], and the same per rotation speed [s/rad].
-    x : (m,) array
+    x : (m, N) array
         Longitudinal position of the contact, from the middle of the axle [m].
-    down : (m, 3) array
+    down : (m, N, 3) array
         Parts straight down of the contact frame's directions: rolling, across, normal into the counterface.
     """
 
@@ -41,8 +43,8 @@ class Kinematics:
     down: FloatArray
 
     def creepage(self, rotation_speed: FloatArray) -> FloatArray:
-        """Creepages (m, 3) for (m,) rotation speeds [rad/s]."""
-        return self.at_rest + rotation_speed[:, None] * self.per_speed
+        """Creepages (m, N, 3) for (m,) rotation speeds [rad/s]."""
+        return self.at_rest + rotation_speed[:, None, None] * self.per_speed
 
 
 def moved(motion: Kinematics, along: FloatArray, across: FloatArray) -> Kinematics:
@@ -51,8 +53,8 @@ def moved(motion: Kinematics, along: FloatArray, across: FloatArray) -> Kinemati
     Parameters
     ----------
     motion : Kinematics
-        Of m patches.
-    along, across : (m,) array
+        Of the N planes of m patches.
+    along, across : (m, N) array
         To the new point, forwards and to the field side [m].
 
     Returns
@@ -62,26 +64,26 @@ def moved(motion: Kinematics, along: FloatArray, across: FloatArray) -> Kinemati
     """
 
     def at(value: FloatArray) -> FloatArray:
-        longitudinal, lateral, spin = value.T
-        return np.stack((longitudinal - spin * across, lateral + spin * along, spin), axis=1)
+        longitudinal, lateral, spin = value[:, :, 0], value[:, :, 1], value[:, :, 2]
+        return np.stack((longitudinal - spin * across, lateral + spin * along, spin), axis=2)
 
     return Kinematics(at(motion.at_rest), at(motion.per_speed), motion.x + along, motion.down)
 
 
 class ContactPoint(NamedTuple):
-    """Creepage reference points on wheel and counterface.
+    """Creepage reference points on wheel and counterface, one for each plane.
 
     Parameters
     ----------
-    wheel_y, wheel_radius : (m,) array
+    wheel_y, wheel_radius : (m, N) array
         On the wheel: lateral position on the profile and rolling radius [m].
-    sin_theta : (m,) array
+    sin_theta : (m, N) array
         Sine of its angle about the axle [-].
-    counterface_z : (m,) array
+    counterface_z : (m, N) array
         Height on the counterface's profile [m].
-    contact_angle : (m,) array
+    contact_angle : (m, N) array
         About e_x, z down [rad].
-    approach, overlap : (m,) array
+    approach, overlap : (m, N) array
         Rigid approach of the patch along the normal, and how far the wheel's point overlaps the counterface,
         along the counterface's radius [m]; with zeros the wheel's point itself is taken.
     """
@@ -110,9 +112,9 @@ def kinematics(
     Parameters
     ----------
     point : ContactPoint
-        m reference points.
+        N reference points of each of m patches.
     pose : WheelsetPose
-        Of the wheelset at each, (m,) arrays.
+        Of the wheelset at each patch, (m,) arrays.
     speed : (m,) array
         V [m/s].
     track_curvature : (m,) array
@@ -136,9 +138,9 @@ def kinematics(
     .. [1] B. Liu, S. Bruni, Urban Rail Transit 1 (2016) 215-226.
     """
     point, pose = ContactPoint(*map(plain, point)), WheelsetPose(*map(plain, pose))
-    count = point.wheel_y.size
-    at_rest, per_speed, down = np.empty((3, count, 3))
-    result = Kinematics(at_rest, per_speed, np.empty(count), down)
+    shape = point.wheel_y.shape
+    at_rest, per_speed, down = np.empty((3, *shape, 3))
+    result = Kinematics(at_rest, per_speed, np.empty(shape), down)
     _fill(
         point, pose, plain(speed), plain(track_curvature), float(half_span), float(nominal_radius),
         float(curvature), result.at_rest, result.per_speed, result.x, result.down,
@@ -153,30 +155,31 @@ def _fill(
     along: FloatArray, down: FloatArray,
 ) -> None:  # fmt: skip
     """Creepage at rest and per rotation speed, longitudinal position and frame of each point."""
-    for m in range(along.size):
+    for m in range(along.shape[0]):
         sy, cy = np.sin(pose.yaw[m]), np.cos(pose.yaw[m])
         sr, cr = np.sin(pose.roll[m]), np.cos(pose.roll[m])
-        sine, r, a = point.sin_theta[m], point.wheel_radius[m], half_span + point.wheel_y[m]
-        f, d = r * sine, r * np.sqrt(1.0 - sine * sine)
-        # From the middle of the axle to the wheel's point; (8) is Rz(yaw) Rx(roll).
-        x, y, z = cy * f - sy * cr * a + sy * sr * d, sy * f + cy * cr * a - cy * sr * d, sr * a + cr * d
-        # The frame: e_x = (u, 0, w), e_d = (-w, 0, u).
-        u, w = 1.0 - kappa * (z - nominal_radius), kappa * x
-        length = np.sqrt(u * u + w * w)
-        u, w = u / length, w / length
-        si, co = np.sin(point.contact_angle[m]), np.cos(point.contact_angle[m])
-        down[m, 0], down[m, 1], down[m, 2] = w, si * u, co * u
         v, turn = speed[m], track_curvature[m]
-        # Counterface: rolling, and the turn of the track.
-        c_x, c_y = turn * (pose.shift[m] + y), -turn * x
-        at_rest[m, 0] = 1.0 - kappa * point.counterface_z[m] - c_x * u
-        at_rest[m, 1] = c_x * si * w - c_y * co
-        at_rest[m, 2] = kappa * si + turn * co * u
-        # Wheel: axle x arm, in the plane the approach deeper.
-        along[m] = x
-        approach, overlap = point.approach[m], point.overlap[m]
-        x, y, z = x - w * (co * approach - overlap), y - si * approach, z + u * (co * approach - overlap)
-        w_x, w_y, w_z = cy * cr * z - sr * y, sr * x + sy * cr * z, -sy * cr * y - cy * cr * x
-        per_speed[m, 0] = (w_x * u + w_z * w) / v
-        per_speed[m, 1] = (si * (w_z * u - w_x * w) + w_y * co) / v
-        per_speed[m, 2] = (sy * cr * w * co - cy * cr * si + sr * u * co) / v
+        for n in range(along.shape[1]):
+            sine, r, a = point.sin_theta[m, n], point.wheel_radius[m, n], half_span + point.wheel_y[m, n]
+            f, d = r * sine, r * np.sqrt(1.0 - sine * sine)
+            # From the middle of the axle to the wheel's point; (8) is Rz(yaw) Rx(roll).
+            x, y, z = cy * f - sy * cr * a + sy * sr * d, sy * f + cy * cr * a - cy * sr * d, sr * a + cr * d
+            # The frame: e_x = (u, 0, w), e_d = (-w, 0, u).
+            u, w = 1.0 - kappa * (z - nominal_radius), kappa * x
+            length = np.sqrt(u * u + w * w)
+            u, w = u / length, w / length
+            si, co = np.sin(point.contact_angle[m, n]), np.cos(point.contact_angle[m, n])
+            down[m, n, 0], down[m, n, 1], down[m, n, 2] = w, si * u, co * u
+            # Counterface: rolling, and the turn of the track.
+            c_x, c_y = turn * (pose.shift[m] + y), -turn * x
+            at_rest[m, n, 0] = 1.0 - kappa * point.counterface_z[m, n] - c_x * u
+            at_rest[m, n, 1] = c_x * si * w - c_y * co
+            at_rest[m, n, 2] = kappa * si + turn * co * u
+            # Wheel: axle x arm, in the plane the approach deeper.
+            along[m, n] = x
+            approach, overlap = point.approach[m, n], point.overlap[m, n]
+            x, y, z = x - w * (co * approach - overlap), y - si * approach, z + u * (co * approach - overlap)
+            w_x, w_y, w_z = cy * cr * z - sr * y, sr * x + sy * cr * z, -sy * cr * y - cy * cr * x
+            per_speed[m, n, 0] = (w_x * u + w_z * w) / v
+            per_speed[m, n, 1] = (si * (w_z * u - w_x * w) + w_y * co) / v
+            per_speed[m, n, 2] = (sy * cr * w * co - cy * cr * si + sr * u * co) / v

@@ -10,7 +10,14 @@ import numpy as np
 import xarray as xr
 
 from wearsim.contact.normal import NORMAL_MODELS
-from wearsim.contact.problem import ContactConditions, ContactModels, ContactSolution, Counterface, Wheelset
+from wearsim.contact.problem import (
+    ContactConditions,
+    ContactModels,
+    ContactPatches,
+    ContactSolution,
+    Counterface,
+    Wheelset,
+)
 from wearsim.contact.solve import solve_each
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.contact.wheels import joined
@@ -251,6 +258,23 @@ def solve_contact(
     >>> bool(contact["max_pressure"][1] > contact["max_pressure"][0])
     True
     """
+    return solve_patches(
+        wheelset, counterface, conditions, models, sides=sides, load=load, fields=fields, threads=threads
+    )[0]
+
+
+def solve_patches(
+    wheelset: Wheelset,
+    counterface: Counterface,
+    conditions: ContactConditions,
+    models: ContactModels | None = None,
+    *,
+    sides: Side | Sequence[Side] = SIDES,
+    load: Literal["wheel", "normal_force"] = "wheel",
+    fields: bool = False,
+    threads: int = 1,
+) -> tuple[xr.Dataset, ContactPatches]:
+    """Solve as `solve_contact` does; its dataset, and the patches it is of."""
     models = ContactModels() if models is None else models
     _check_models(models)
     _check_name("load", load, ("wheel", "normal_force"))
@@ -262,16 +286,14 @@ def solve_contact(
         wheelset,
         counterface,
         models,
-        lambda solution: (patch_columns(solution), solution if fields else None),
+        lambda solution: (solution.patches(), solution if fields else None),
         sides=tuple(sorted({SIDES.index(side) for side in sides})),
         vertical=load == "wheel",
         threads=threads,
         fields=fields or "work",
     )
-    columns: Columns = {
-        name: (dimensions, np.concatenate([of_patches[name][1] for of_patches, _ in parts]))
-        for name, (dimensions, _) in parts[0][0].items()
-    }
+    patches: ContactPatches = joined([of_chunk for of_chunk, _ in parts])
+    columns = patch_columns(patches)
     if fields:
         columns |= field_columns(joined([solution for _, solution in parts]))
     first = np.searchsorted(columns["point"][1], np.arange(conditions.shift.size))
@@ -294,7 +316,7 @@ def solve_contact(
         **{name: getattr(models, name) for name in ("strips", "cells", "cell_size", "most_cells")},
         "rotation_rule": conditions.rotation if isinstance(conditions.rotation, str) else "given",
     }
-    return dataset
+    return dataset, patches
 
 
 def _check_name(what: str, name: str, known: Iterable[str]) -> None:
@@ -320,8 +342,8 @@ def _check_models(models: ContactModels) -> None:
             raise ContactError(fault)
 
 
-def patch_columns(solution: ContactSolution) -> Columns:
-    """Quantities of the m patches of a solution.
+def patch_columns(solution: ContactPatches) -> Columns:
+    """Quantities of m patches.
 
     Returns
     -------

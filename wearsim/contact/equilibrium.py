@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearsim.contact.creepage import Kinematics
-from wearsim.contact.patch import FloatArray, IntArray
+from wearsim.contact.patch import FloatArray, IntArray, mean_over_planes
 from wearsim.errors import NumericalError
 
 _MOST_WIDENINGS, _MOST_STEPS = 12, 60
@@ -167,13 +167,17 @@ RULES = ("free", "centred", "nominal")
 _TOLERANCE = 1e-2  # torque, over friction coefficient x wheel load x radius: a bracket to begin with
 
 
-def rotation_without_creepage(motion: Kinematics, row: IntArray, rows: int) -> FloatArray:
+def rotation_without_creepage(
+    motion: Kinematics, normal_force: FloatArray, row: IntArray, rows: int
+) -> FloatArray:
     """Rotation speed at which the first (most loaded) patch of each row has no longitudinal creepage.
 
     Parameters
     ----------
     motion : Kinematics
         Of (m,) patches, ordered by row and falling normal force.
+    normal_force : (m, N) array
+        In the planes of each patch, whose mean longitudinal creepage is that of the patch [N].
     row : (m,) int array
         Row of each patch.
     rows : int
@@ -185,7 +189,9 @@ def rotation_without_creepage(motion: Kinematics, row: IntArray, rows: int) -> F
         [rad/s].
     """
     first = np.searchsorted(row, np.arange(rows))
-    speed: FloatArray = -motion.at_rest[first, 0] / motion.per_speed[first, 0]
+    load = normal_force[first]
+    at_rest = mean_over_planes(motion.at_rest[first, :, 0], load)
+    speed: FloatArray = -at_rest / mean_over_planes(motion.per_speed[first, :, 0], load)
     return speed
 
 

@@ -73,6 +73,75 @@ class PatchGrid:
 
 
 @dataclass(frozen=True)
+class StripPlanes:
+    """Strips along the rolling direction, each in a contact plane of its own.
+
+    Widths of neighbours differ. Strips of a patch are in the order of rising y; behind them the arrays are
+    padded with strips of width 0.
+
+    Parameters
+    ----------
+    y : (m, N) array
+        Lateral position of the middle on the counterface's profile [m].
+    station : (m, N) array
+        Position of the middle along the arc of the counterface's profile, with one origin for all patches of
+        a wheel [m].
+    width : (m, N) array
+        Along the arc; 0: padding [m].
+    half : (m, N) array
+        Half-length [m].
+    middle : (m, N) array
+        Longitudinal position of the strip's middle, from the patch's centre [m].
+    peak : (m, N) array
+        Factor p of the pressure p sqrt(1 - t^2), t from -1 to 1 along the strip [Pa].
+    angle : (m, N) array
+        Contact angle of the strip's plane, with the sign of that of the patch [rad].
+    """
+
+    y: FloatArray
+    station: FloatArray
+    width: FloatArray
+    half: FloatArray
+    middle: FloatArray
+    peak: FloatArray
+    angle: FloatArray
+
+    @property
+    def normal_force(self) -> FloatArray:
+        """Normal force of each strip (m, N) [N]."""
+        return 0.5 * np.pi * self.peak * self.half * self.width
+
+    @property
+    def offset(self) -> FloatArray:
+        """Position of each strip (m, N) along the arc from the mean weighted with the normal force [m]."""
+        offset: FloatArray = self.station - mean_over_planes(self.station, self.normal_force)[:, None]
+        return offset
+
+    def stretched(self, scale: FloatArray, centre_y: FloatArray) -> StripPlanes:
+        """Similar strips in the same planes; lengths and pressures by a scale (m,), from centres (m,)."""
+        wide, centre = scale[:, None], centre_y[:, None]
+        return StripPlanes(
+            y=centre + wide * (self.y - centre),
+            station=self.station + (wide - 1.0) * self.offset,
+            width=wide * self.width,
+            half=wide * self.half,
+            middle=wide * self.middle,
+            peak=wide * self.peak,
+            angle=self.angle,
+        )
+
+
+def mean_over_planes(value: FloatArray, normal_force: FloatArray) -> FloatArray:
+    """Mean of a quantity (m, N, ...) over the planes of each patch, weighted with normal forces (m, N)."""
+    if normal_force.shape[1] == 1:
+        mean: FloatArray = value[:, 0]
+        return mean
+    share = normal_force / normal_force.sum(axis=1, keepdims=True)
+    mean = np.einsum("mn...,mn->m...", value, share)
+    return mean
+
+
+@dataclass(frozen=True)
 class Patch:
     """Contact patches in their contact planes, cut into `ny` strips along the rolling direction.
 
@@ -99,6 +168,9 @@ class Patch:
         padding: strips without length and cells without pressure.
     grid : PatchGrid, optional
         Pressure of models that find it cell by cell; the strips then are those of `from_grid`.
+    planes : StripPlanes, optional
+        Of a patch that is bent: the strips the normal model solved, each in its own plane. None: the patch
+        lies in one plane.
     """
 
     row: IntArray
@@ -111,6 +183,7 @@ class Patch:
     strips: IntArray
     cells: IntArray
     grid: PatchGrid | None = None
+    planes: StripPlanes | None = None
 
     @property
     def area(self) -> FloatArray:

@@ -368,6 +368,12 @@ class ContactPatches:
     force_y: FloatArray
     spin_moment: FloatArray
     slip_area: FloatArray
+    # on the wheel, in the axes of the track; moments about axes through the middle of the axle
+    track_lateral: FloatArray  # to the right [N]
+    track_vertical: FloatArray  # upward [N]
+    track_longitudinal: FloatArray  # forward [N]
+    track_yaw_moment: FloatArray  # steers to the right where positive [N m]
+    track_roll_moment: FloatArray  # sum of y x vertical + z x lateral force [N m]
     power: FloatArray
     power_balance: FloatArray
     roll: FloatArray  # of the wheelset [rad]

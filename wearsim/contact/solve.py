@@ -9,15 +9,17 @@ from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wearsim.contact.at_rest import at_rest
 from wearsim.contact.balance import equilibrium
 from wearsim.contact.equilibrium import rotation_without_creepage
 from wearsim.contact.kernel import leaf_kernel, plain
 from wearsim.contact.normal import NORMAL_MODELS
-from wearsim.contact.patch import FloatArray, IntArray, SurfaceFields
+from wearsim.contact.patch import FloatArray, IntArray, SurfaceFields, mean_over_planes
 from wearsim.contact.problem import ContactConditions, ContactModels, ContactSolution, Counterface, Wheelset
 from wearsim.contact.tangential import TANGENTIAL_MODELS, TangentialSolution, Wanted
+from wearsim.contact.track_forces import track_forces
 from wearsim.contact.unknowns import unknowns
 from wearsim.contact.wheels import (
     Task,
@@ -25,6 +27,7 @@ from wearsim.contact.wheels import (
     contact_where,
     joined,
     patches_where,
+    planes_of,
     side_of,
 )
 from wearsim.errors import ContactError
@@ -264,7 +267,8 @@ def _rotation_speed(task: Task, chunk: ContactConditions, index: IntArray) -> Fl
             if error.row is None:
                 raise
             raise _placed(error, central, index) from None
-        return rotation_without_creepage(wheels.kinematics, wheels.normal.patch.row, still.size)
+        normal_force = planes_of(wheels.normal).normal_force
+        return rotation_without_creepage(wheels.kinematics, normal_force, wheels.normal.patch.row, still.size)
     return nominal
 
 
@@ -278,16 +282,22 @@ def _finish(
 ) -> ContactSolution:
     """Resultants, power and fields of all patches, mirrored back for left wheels."""
     normal, sign = solved.normal, solved.sign
-    patch = normal.patch
-    creepage = solved.kinematics.creepage(speed[patch.row])
+    patch, planes, force = normal.patch, planes_of(normal), contact.plane_force
+    motion = solved.kinematics.creepage(speed[patch.row])
+    creepage = mean_over_planes(motion, planes.normal_force)
     # Adding 0.0 below turns a mirrored -0.0 into 0.0.
-    power = np.maximum(-(contact.force * creepage).sum(axis=1) * solved.speed, 0.0)
+    power = np.maximum(-(force * motion).sum(axis=2).sum(axis=1) * solved.speed, 0.0)
     assert contact.cells is not None
     cells, local_power = plain(contact.cells), np.empty(power.size)
     work = np.empty(cells.shape[1:]) if len(cells) > 1 else cells[0]
     cell_area = contact.cell_length * patch.width[:, None]
-    below = [np.interp(normal.centre_y, one.y, one.z) for one in task.counterfaces]
-    z = task.wheelset.radius + np.where(sign < 0.0, below[1], below[0]) - normal.vertical_displacement
+    left = sign < 0.0
+    z = _height(task, left, normal.vertical_displacement, planes.y)
+    curvature = np.where(left, task.curvature[1], task.curvature[0])
+    on_track = track_forces(solved, planes, force, z, curvature)
+    if patch.planes is not None:
+        z = _height(task, left, normal.vertical_displacement, normal.centre_y[:, None])
+        patch = replace(patch, planes=replace(patch.planes, angle=sign[:, None] * patch.planes.angle + 0.0))
     _scale_work(cells, cell_area, solved.speed, power, sign, work, local_power)
     if len(cells) == 1:
         cells = np.broadcast_to(np.nan, (5, *work.shape))
@@ -297,11 +307,11 @@ def _finish(
     )  # fmt: skip
     return ContactSolution(
         point=index[patch.row],
-        side=(sign < 0.0).astype(np.int64),
+        side=left.astype(np.int64),
         wheel_y=solved.wheel_y,
         rail_y=normal.centre_y,
-        x=solved.kinematics.x,
-        z=z,
+        x=solved.kinematics.x[:, 0],
+        z=z[:, 0],
         contact_angle=sign * normal.contact_angle + 0.0,
         area=patch.area,
         max_pressure=normal.max_pressure,
@@ -317,6 +327,11 @@ def _finish(
         force_y=sign * contact.force[:, 1] + 0.0,
         spin_moment=sign * contact.force[:, 2] + 0.0,
         slip_area=contact.slip_area,
+        track_lateral=on_track.lateral + 0.0,
+        track_vertical=on_track.vertical,
+        track_longitudinal=on_track.longitudinal,
+        track_yaw_moment=on_track.yaw_moment + 0.0,
+        track_roll_moment=on_track.roll_moment + 0.0,
         power=power,
         power_balance=np.where(power > 0.0, local_power / np.where(power > 0.0, power, 1.0), 1.0),
         roll=nearby[patch.row, 0],
@@ -327,6 +342,13 @@ def _finish(
         patch=replace(patch, row=index[patch.row]),
         fields=fields,
     )
+
+
+def _height(task: Task, left: NDArray[np.bool_], displacement: FloatArray, y: FloatArray) -> FloatArray:
+    """Vertical position (m, N) of places on the counterface's profile (m, N), down from the axle [m]."""
+    below = [np.interp(y, one.y, one.z) for one in task.counterfaces]
+    z: FloatArray = task.wheelset.radius + np.where(left[:, None], below[1], below[0]) - displacement[:, None]
+    return z
 
 
 @leaf_kernel

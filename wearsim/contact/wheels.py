@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,9 +18,15 @@ from wearsim.contact.gap import between_points
 from wearsim.contact.geometry import CounterfaceProfile, Gap, WheelsetPose, WheelSurface, gap
 from wearsim.contact.kernel import kernel, plain
 from wearsim.contact.normal import NORMAL_MODELS, NormalSolution
-from wearsim.contact.patch import FloatArray, IntArray, PatchGrid, Resolution
+from wearsim.contact.patch import FloatArray, IntArray, PatchGrid, Resolution, mean_over_planes
 from wearsim.contact.problem import ContactConditions, ContactModels, Wheelset
-from wearsim.contact.tangential import TangentialModel, TangentialSolution, Wanted
+from wearsim.contact.tangential import (
+    TANGENTIAL_MODELS,
+    StripMotion,
+    TangentialModel,
+    TangentialSolution,
+    Wanted,
+)
 from wearsim.errors import ContactError
 
 COARSE = Resolution(cell=1.0, strips=12, cells=12, most=12)
@@ -58,11 +64,43 @@ class Side:
     rough: NormalSolution | None = None
 
 
+class Planes(NamedTuple):
+    """Contact planes of patches in the axes of a right wheel: one of each patch, or those of its strips.
+
+    Parameters
+    ----------
+    y : (m, N) array
+        Lateral position on the counterface's profile [m].
+    angle : (m, N) array
+        Contact angle [rad].
+    normal_force : (m, N) array
+        [N].
+    middle : (m, N) array
+        Longitudinal position of the normal force, from the patch's centre [m].
+    """
+
+    y: FloatArray
+    angle: FloatArray
+    normal_force: FloatArray
+    middle: FloatArray
+
+
+def planes_of(normal: NormalSolution) -> Planes:
+    """Contact planes of patches; N is 1 where all of them lie in one plane."""
+    strips = normal.patch.planes
+    if strips is None:
+        y, angle, force = normal.centre_y, normal.contact_angle, normal.normal_force
+        return Planes(y[:, None], angle[:, None], force[:, None], np.zeros((y.size, 1)))
+    return Planes(strips.y, strips.angle, strips.normal_force, strips.middle)
+
+
 @dataclass(frozen=True)
 class Wheels:
     """Normal contact and kinematics of patches in the axes of a right wheel; `sign` is -1 for left ones.
 
     `place` is the index of the wheel of each patch in an array (n, 2) of points and sides, row by row.
+    Kinematics and friction are those of `planes_of`: of strips in planes of their own if the tangential model
+    takes them.
     """
 
     place: IntArray
@@ -70,8 +108,9 @@ class Wheels:
     load: FloatArray  # L of the wheel [N]
     normal: NormalSolution
     kinematics: Kinematics
-    friction: FloatArray
+    friction: FloatArray  # (m, N)
     speed: FloatArray
+    origin_y: FloatArray  # lateral position of the counterface profile's origin, from the middle of the axle
     wheel_y: FloatArray
     edges_wheel_y: FloatArray
 
@@ -141,7 +180,10 @@ def normal_of(
             raise
         failed = np.isin(row, error.rows)
     full = solved(row[failed], load[failed], resolution=models.resolution, start=None, rough=False)
-    parts = [replace(full, reference_point=None, layout=None) if rough else full]
+    if rough:  # as rough solutions are
+        patch = replace(full.patch, planes=None)
+        full = replace(full, patch=patch, reference_point=None, layout=None)
+    parts = [full]
     if not failed.all():
         rest = row[~failed]
         near = None if start is None else patches_where(start, np.isin(start.patch.row, rest))
@@ -159,27 +201,62 @@ def by_row(parts: list[NormalSolution]) -> NormalSolution:
 def wheels_of(
     task: Task, side: Side, chunk: ContactConditions, normal: NormalSolution, load: FloatArray
 ) -> Wheels:
-    """Kinematical problem of patches of one side under loads (n,) of its wheel [N]."""
-    row, profile, here = normal.patch.row, side.gap.counterface, side.gap
-    sign = side.sign
+    """Kinematical problem of patches of one side under loads (n,) of its wheel [N].
 
-    reference = normal.reference_point
-    centre = normal.centre_y if reference is None else reference.y
+    Patches lie in one plane each where the tangential model does not take strips in planes of their own.
+    """
+    by_strips = TANGENTIAL_MODELS[task.models.tangential].by_strips
+    if normal.patch.planes is not None and not by_strips:
+        normal = replace(normal, patch=replace(normal.patch, planes=None))
+    row, here = normal.patch.row, side.gap
+    planes = planes_of(normal)
+    friction = np.repeat(chunk.friction[row, None], planes.angle.shape[1], axis=1)
+    if chunk.friction_flange is not None:
+        steep = np.clip((np.abs(planes.angle) - TREAD_ANGLE) / (FLANGE_ANGLE - TREAD_ANGLE), 0.0, 1.0)
+        friction = friction + steep * (chunk.friction_flange[row, None] - friction)
+    places = np.concatenate((normal.centre_y[:, None], normal.edge_y), axis=1)
+    (wheel_y,) = between_points(here, (here.wheel_y,), row, places)
+    return Wheels(
+        place=2 * row + side.number,
+        sign=np.full(row.size, side.sign),
+        load=load[row],
+        normal=normal,
+        kinematics=_motion(task, side, chunk, normal, planes),
+        friction=friction,
+        speed=chunk.speed[row],
+        origin_y=task.wheelset.half_span - side.pose.shift[row],
+        wheel_y=wheel_y[:, 0],
+        edges_wheel_y=wheel_y[:, 1:],
+    )
+
+
+def _motion(
+    task: Task, side: Side, chunk: ContactConditions, normal: NormalSolution, planes: Planes
+) -> Kinematics:
+    """Creepage of patches of one side about the centres of their planes."""
+    row, here, sign = normal.patch.row, side.gap, side.sign
+    profile, reference, strips = here.counterface, normal.reference_point, normal.patch.planes
+
+    y = planes.y if reference is None or strips is not None else reference.y[:, None]
     curves = here.gap, here.x, here.wheel_y, here.wheel_radius, here.sin_theta
-    apart, x, wheel_y, wheel_radius, sin_theta = between_points(here, curves, row, centre)
-    counterface_z = np.interp(centre, profile.y, profile.z)
-    # The wheel goes straight down, the gap is measured along the roller's radius there.
-    kappa = here.curvature
-    slope = kappa * x / (1.0 - kappa * (counterface_z - apart))
+    apart, x, wheel_y, wheel_radius, sin_theta = between_points(here, curves, row, y)
+    counterface_z = np.interp(y, profile.y, profile.z)
+    approach = overlap = np.zeros_like(y)  # of strips: the wheel's own points
+    if strips is None:
+        # The wheel goes straight down, the gap is measured along the roller's radius there.
+        kappa = here.curvature
+        slope = kappa * x / (1.0 - kappa * (counterface_z - apart))
+        approach = (normal.approach if reference is None else reference.approach)[:, None]
+        overlap = normal.vertical_displacement[:, None] / np.sqrt(1.0 + slope**2) - apart
     motion = kinematics(
         ContactPoint(
             wheel_y=wheel_y,
             wheel_radius=wheel_radius,
             sin_theta=sin_theta,
             counterface_z=counterface_z,
-            contact_angle=normal.contact_angle,
-            approach=normal.approach if reference is None else reference.approach,
-            overlap=normal.vertical_displacement / np.sqrt(1.0 + slope**2) - apart,
+            contact_angle=planes.angle,
+            approach=approach,
+            overlap=overlap,
         ),
         WheelsetPose(side.pose.shift[row], side.pose.yaw[row], side.pose.roll[row]),
         speed=chunk.speed[row],
@@ -190,31 +267,23 @@ def wheels_of(
     )
     if chunk.speed_difference is not None:  # a curved track has no rollers: all of it at rest is rolling
         faster = 1.0 - 0.5 * sign * chunk.speed_difference[row]
-        motion = replace(motion, at_rest=faster[:, None] * motion.at_rest)
+        motion = replace(motion, at_rest=faster[:, None, None] * motion.at_rest)
     if chunk.drift is not None:
-        motion.at_rest[:, 1] += sign * chunk.drift[row] * np.cos(normal.contact_angle)
-    if reference is not None:
-        motion = moved(motion, reference.along, reference.across)
+        motion.at_rest[:, :, 1] += sign * chunk.drift[row, None] * np.cos(planes.angle)
+    if strips is not None:
+        centre = normal.centre_y if reference is None else reference.y
+        centre_x = between_points(here, (here.x,), row, centre)[0]
+        if reference is not None:
+            centre_x = centre_x + reference.along
+        motion = moved(motion, centre_x[:, None] - motion.x, np.zeros_like(y))
+    elif reference is not None:
+        motion = moved(motion, reference.along[:, None], reference.across[:, None])
     if chunk.creepage is not None:
-        given = chunk.creepage[row] * np.array([1.0, sign, sign])
+        given = np.repeat(chunk.creepage[row, None] * np.array([1.0, sign, sign]), y.shape[1], axis=1)
         motion = replace(motion, at_rest=given, per_speed=np.zeros_like(given))
-    friction, angle = chunk.friction[row], normal.contact_angle
-    if chunk.friction_flange is not None:
-        steep = np.clip((np.abs(angle) - TREAD_ANGLE) / (FLANGE_ANGLE - TREAD_ANGLE), 0.0, 1.0)
-        friction = friction + steep * (chunk.friction_flange[row] - friction)
-    if reference is not None:
-        (wheel_y,) = between_points(here, (here.wheel_y,), row, normal.centre_y)
-    return Wheels(
-        place=2 * row + side.number,
-        sign=np.full(row.size, sign),
-        load=load[row],
-        normal=normal,
-        kinematics=motion,
-        friction=friction,
-        speed=chunk.speed[row],
-        wheel_y=wheel_y,
-        edges_wheel_y=between_points(here, (here.wheel_y,), row, normal.edge_y)[0],
-    )
+        if strips is not None:
+            motion = moved(motion, np.zeros_like(y), strips.offset)
+    return motion
 
 
 def joined(parts: Sequence[Any], order: IntArray | slice | None = None, *, name: str = "") -> Any:
@@ -296,7 +365,10 @@ def stretched(wheels: Wheels, load: FloatArray) -> Wheels:
     normal = wheels.normal
     patch, s = normal.patch, np.cbrt(ratio)
     wide = s[:, None]
-    grid = patch.grid
+    motion, grid, planes = wheels.kinematics, patch.grid, patch.planes
+    if planes is not None:  # strips move outwards in their planes
+        motion = moved(motion, np.zeros_like(planes.station), (wide - 1.0) * planes.offset)
+        planes = planes.stretched(s, normal.centre_y)
     if grid is not None:
         pressure = wide[:, :, None] * grid.pressure
         grid = PatchGrid(s * grid.x_lead, s * grid.cell_length, pressure)
@@ -308,6 +380,7 @@ def stretched(wheels: Wheels, load: FloatArray) -> Wheels:
         x_trail=wide * patch.x_trail,
         interpenetration=wide**2 * patch.interpenetration,
         grid=grid,
+        planes=planes,
     )
     centre, middle = normal.centre_y[:, None], wheels.wheel_y[:, None]
     normal = replace(
@@ -324,6 +397,7 @@ def stretched(wheels: Wheels, load: FloatArray) -> Wheels:
         wheels,
         load=ratio * wheels.load,
         normal=normal,
+        kinematics=motion,
         edges_wheel_y=middle + wide * (wheels.edges_wheel_y - middle),
     )
 
@@ -338,11 +412,17 @@ def forces_of(
     **options: Any,
 ) -> Forces:
     """Creep forces of patches at rotation speeds (n,) [rad/s]; further options as of `TangentialSolver`."""
-    motion, normal = wheels.kinematics, wheels.normal
+    motion, normal, strips = wheels.kinematics, wheels.normal, wheels.normal.patch.planes
+    creepage = motion.creepage(speed[normal.patch.row])
+    if strips is None:
+        normal_force = normal.normal_force[:, None]
+    else:
+        normal_force = strips.normal_force
+        options["strips"] = StripMotion(wheels.place, creepage, wheels.friction)
     contact = model(
         normal.patch,
-        motion.creepage(speed[normal.patch.row]),
-        wheels.friction,
+        mean_over_planes(creepage, normal_force),
+        mean_over_planes(wheels.friction, normal_force),
         shear_modulus=task.models.shear_modulus,
         poisson_ratio=task.models.poisson_ratio,
         fields=fields and (model.warm or task.fields),
@@ -350,8 +430,8 @@ def forces_of(
     )
     torque, vertical = np.zeros((2, 2 * speed.size))
     _add_up(
-        contact.force, motion.per_speed, motion.down, plain(normal.normal_force), wheels.speed, wheels.place,
-        torque, vertical,
+        plain(contact.plane_force), motion.per_speed, motion.down, plain(normal_force), wheels.speed,
+        wheels.place, torque, vertical,
     )  # fmt: skip
     return Forces(contact, torque.reshape(-1, 2), vertical.reshape(-1, 2))
 
@@ -363,9 +443,11 @@ def _add_up(
 ) -> None:  # fmt: skip
     """Torque about the axle and vertical force of patches, summed by wheel."""
     for m in range(place.size):
-        x, y, moment = force[m]
-        torque[place[m]] += (x * per_speed[m, 0] + y * per_speed[m, 1] + moment * per_speed[m, 2]) * speed[m]
-        vertical[place[m]] += normal[m] * down[m, 2] - x * down[m, 0] - y * down[m, 1]
+        for n in range(normal.shape[1]):
+            x, y, moment = force[m, n]
+            turning = x * per_speed[m, n, 0] + y * per_speed[m, n, 1] + moment * per_speed[m, n, 2]
+            torque[place[m]] += turning * speed[m]
+            vertical[place[m]] += normal[m, n] * down[m, n, 2] - x * down[m, n, 0] - y * down[m, n, 1]
 
 
 def contact_where(contact: TangentialSolution, which: NDArray[np.bool_] | IntArray) -> TangentialSolution:

@@ -202,7 +202,7 @@ class Search:
                 for part in found:
                     self.nearby[rows[index[part.point]]] = part.nearby
             solved[index[list(failed)]] = False
-        forces = resultants(joined(parts), here, self.wheelset, self.counterface)
+        forces = resultants(joined(parts), rows.size)
         difference = self.corrected.differences.at(rows, shift, here.yaw)
         return forces.plus(np.where(solved[:, None], difference, 0.0)), solved
 

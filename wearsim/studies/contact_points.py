@@ -13,11 +13,16 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from wearsim.contact.dataset import Side, solve_contact
+from wearsim.contact.dataset import Side, solve_patches
 from wearsim.contact.equilibrium import RULES
 from wearsim.contact.normal import NORMAL_MODELS
-from wearsim.contact.patch import FloatArray
-from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
+from wearsim.contact.problem import (
+    ContactConditions,
+    ContactModels,
+    ContactPatches,
+    Counterface,
+    Wheelset,
+)
 from wearsim.contact.solve import available_cores
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.errors import LONGEST_ECHO, ContactError, NumericalError, ProfileError
@@ -296,7 +301,7 @@ def solve_batch(points: Sequence[Request], *, fields: bool = False) -> tuple[xr.
     load = "wheel" if first.normal_force is None else "normal_force"
     options: Any = {"sides": _SIDES[first.side], "load": load, "threads": available_cores()}
     try:
-        contact = solve_contact(wheelset, counterface, found, models, fields=fields, **options)
+        contact, solved = solve_patches(wheelset, counterface, found, models, fields=fields, **options)
     except ContactError as error:  # the user does not know the index of the point in the batch
         text = str(error).removeprefix(f"point {error.row}, ")
         raise type(error)(text, row=error.row, rows=error.rows) from None
@@ -318,26 +323,16 @@ def solve_batch(points: Sequence[Request], *, fields: bool = False) -> tuple[xr.
         for k, point in enumerate(points)
     ]
     if first.side == "both":
-        forces = _forces(patches, roll, found, wheelset, counterface).to_dict("records")
+        forces = _forces(solved, found).to_dict("records")
         results = [result | {"wheelset": each} for result, each in zip(results, forces, strict=True)]
     for patch in patches.assign(normal=first.normal, tangential=first.tangential).to_dict("records"):
         results[patch.pop("point")]["patches"].append(patch)
     return contact, results
 
 
-def _forces(
-    patches: pd.DataFrame,
-    roll: FloatArray,
-    found: ContactConditions,
-    wheelset: Wheelset,
-    counterface: Counterface,
-) -> pd.DataFrame:
-    """Table of the forces on the wheelset, of a roll (n,), at each point, names as in results."""
-    side = np.asarray(patches["side"] == "left", dtype=np.int64)
-    arrays = {name: patches[name].to_numpy() for name in ("point", *PATCH_NAMES)}
-    of_patch = {"side": side, "z": np.zeros(side.size), "roll": roll[arrays["point"]]}
-    acting: Any = SimpleNamespace(**arrays | of_patch)
-    forces = resultants(acting, found, wheelset, counterface)
+def _forces(patches: ContactPatches, found: ContactConditions) -> pd.DataFrame:
+    """Table of the forces on the wheelset at each point, names as in results."""
+    forces = resultants(patches, found.shift.size)
     columns = {"lateral_force": -forces.force}
     for name, values in ("derailment_quotient", forces.derailment_quotient), ("wheel_load", forces.vertical):
         columns |= {f"{name}_right": values[:, 0], f"{name}_left": values[:, 1]}

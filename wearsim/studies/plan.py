@@ -272,7 +272,7 @@ def states(setup: CampaignSetup) -> list[dict[str, Any]]:
     points, failed, bodies = setup.points, dict[int, ContactError](), (setup.wheelset, setup.counterface)
     conditions, (runs, of, share) = points.conditions, points.runs
     parts = solve_each(runs, *bodies, setup.models, ContactSolution.patches, failed=failed, fields="work")
-    forces = resultants(joined(parts), runs, *bodies).mean(of, share)
+    forces = resultants(joined(parts), runs.shift.size).mean(of, share)
     forces.vertical[of[list(failed)]] = 0.0  # of two sides of a jump one alone says nothing
     shift = conditions.axle_shift(forces.roll)
     wear = np.where(forces.vertical.min(axis=1) > 0.0, forces.power / conditions.speed, -1.0)

@@ -128,13 +128,13 @@ def test_vector_form_without_rates_is_that_of_the_solver(kappa):
     mine, sine = exact(kappa, state)
     motion = kinematics(
         ContactPoint(
-            wheel_y=np.array([L - 0.75]),
-            wheel_radius=np.array([R0 + state["wheel_rise"]]),
-            sin_theta=np.array([sine]),
-            counterface_z=np.array([state["counterface_z"]]),
-            contact_angle=np.array([state["contact_angle"]]),
-            approach=np.zeros(1),
-            overlap=np.zeros(1),
+            wheel_y=np.array([[L - 0.75]]),
+            wheel_radius=np.array([[R0 + state["wheel_rise"]]]),
+            sin_theta=np.array([[sine]]),
+            counterface_z=np.array([[state["counterface_z"]]]),
+            contact_angle=np.array([[state["contact_angle"]]]),
+            approach=np.zeros((1, 1)),
+            overlap=np.zeros((1, 1)),
         ),
         WheelsetPose(np.zeros(1), np.array([state["yaw"]]), np.array([state["roll"]])),
         speed=np.array([V]),
@@ -143,7 +143,7 @@ def test_vector_form_without_rates_is_that_of_the_solver(kappa):
         nominal_radius=R0,
         curvature=kappa,
     )
-    np.testing.assert_allclose(mine, motion.creepage(np.array([-V / R0]))[0], rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(mine, motion.creepage(np.array([-V / R0]))[0, 0], rtol=1e-12, atol=1e-15)
 
 
 def orders(kappa, state, **options):

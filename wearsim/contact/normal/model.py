@@ -110,7 +110,8 @@ class NormalSolution:
     Parameters
     ----------
     patch : Patch
-        Outline and pressure on strips.
+        Outline and pressure on strips. With `planes` contact angle and normal force of a patch are those of
+        the sum of the normal forces of its strips, as vectors.
     centre_y : (m,) array
         Pressure-weighted centre on the counterface profile [m].
     contact_angle : (m,) array
@@ -186,7 +187,8 @@ class NormalSolver(Protocol):
             Of the same rows under loads nearby: saves work and changes nothing beyond the tolerance.
         rough : bool
             Whether some percent of error in forces and planes are good enough: a model may leave out what
-            costs. Where a rough solution, or one from a start, raises, the caller solves the row in full.
+            costs; patches lie in one plane each, without `planes`. Where a rough solution, or one from a
+            start, raises, the caller solves the row in full.
 
         Returns
         -------
@@ -296,6 +298,9 @@ def _check_solution(gap: Gap, solution: NormalSolution, effective_modulus: float
     total, longest = np.empty((2, row.size))
     _sum_up(tuple(plain(array).reshape(row.size, -1) for array in arrays), total, longest)
     fine = np.isfinite(total)  # what is not finite makes sums that are not
+    if patch.planes is not None:
+        for array in vars(patch.planes).values():
+            fine &= np.isfinite(array).all(axis=1)
     if not fine.all():
         raise NumericalError(
             "the normal contact has no finite solution; check profiles, radii and load, or take another "

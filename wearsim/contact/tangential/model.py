@@ -7,16 +7,37 @@ else has to be edited to add one. Whoever calls a record gets input and solution
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal, Protocol, TypeAlias
+from typing import Any, Literal, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 
-from wearsim.contact.patch import FloatArray, Patch
+from wearsim.contact.patch import FloatArray, IntArray, Patch
 from wearsim.contact.registry import check_grid
 from wearsim.errors import NumericalError
 
 Wanted: TypeAlias = bool | Literal["work"]
 """Fields of cells: all, none, or their frictional work alone, for which a model may give all."""
+
+
+class StripMotion(NamedTuple):
+    """Rigid slip and friction of strips in planes of their own.
+
+    The rigid slip over V of a strip at x from the patch's centre is (creepage x, creepage y + spin x).
+
+    Parameters
+    ----------
+    wheel : (m,) int array
+        Wheel of the batch each patch belongs to: strips of patches of one wheel act on each other.
+    creepage : (m, N, 3) array
+        Longitudinal, lateral creepage and spin of each strip in its plane, at its middle across and at x = 0,
+        that of the patch's centre [-, -, 1/m].
+    friction : (m, N) array
+        Coulomb coefficient [-].
+    """
+
+    wheel: IntArray
+    creepage: FloatArray
+    friction: FloatArray
 
 
 @dataclass(frozen=True)
@@ -26,13 +47,17 @@ class TangentialSolution:
     Parameters
     ----------
     force : (m, 3) array
-        Longitudinal and lateral force on the wheel [N, N] and moment about the contact normal [N m].
+        Longitudinal and lateral force on the wheel [N, N] and moment about the contact normal [N m]. Of
+        strips in planes of their own: their sums, lateral ones turned into the plane of the patch.
     slip_area : (m,) array
         Part of the patch that slips [m2].
     x_lead, cell_length : (m, ny) array
         Leading end of each row of cells, and length of its cells [m].
     cells : (5, m, nx, ny) or (1, m, nx, ny) array or None
         Pressure, shear x, shear y [Pa], relative slip x, slip y [-], means of each cell; or -shear . slip.
+    strip_force : (m, N, 3) array, optional
+        Of strips in planes of their own: longitudinal and lateral force in the strip's plane [N, N], and
+        moment of the lateral traction about its normal through its middle at x = 0 [N m]; zeros in padding.
     """
 
     force: FloatArray
@@ -40,6 +65,12 @@ class TangentialSolution:
     x_lead: FloatArray
     cell_length: FloatArray
     cells: FloatArray | None
+    strip_force: FloatArray | None = None
+
+    @property
+    def plane_force(self) -> FloatArray:
+        """Force and moment (m, N, 3) in each contact plane: that of the patch, or those of its strips."""
+        return self.force[:, None] if self.strip_force is None else self.strip_force
 
 
 class TangentialSolver(Protocol):
@@ -64,9 +95,10 @@ class TangentialSolver(Protocol):
         patch : Patch
             m patches of ny strips, with their own numbers of strips and cells.
         creepage : (m, 3) array
-            Longitudinal, lateral creepage and spin about the patch's centre [-, -, 1/m].
+            Longitudinal, lateral creepage and spin about the patch's centre [-, -, 1/m]; means over strips in
+            planes of their own.
         friction : (m,) array
-            Coulomb coefficient [-].
+            Coulomb coefficient [-]; the mean over such strips.
         shear_modulus, poisson_ratio : float
             Of both bodies [Pa], [-].
         fields : bool or "work"
@@ -87,6 +119,11 @@ class TangentialSolver(Protocol):
             If a creepage or friction coefficient is outside the model's limits.
         NumericalError
             If the iteration does not converge.
+
+        Notes
+        -----
+        Models with `by_strips` take one more optional keyword, ``strips: StripMotion | None = None``, which
+        is given where the patches have `planes`; their solution then has the forces of the strips.
         """
 
 
@@ -114,6 +151,8 @@ class TangentialModel:
     bounded_slip : bool
         Whether the slip of cells is that of an elastic body; False where it grows without bound towards the
         trailing edge, so that only its work over the patch can be trusted.
+    by_strips : bool
+        Whether it takes strips in planes of their own; for other models each patch lies in one plane.
     """
 
     name: str
@@ -124,6 +163,7 @@ class TangentialModel:
     most_strips: int | None = None
     chunk: int = 256
     bounded_slip: bool = True
+    by_strips: bool = False
 
     def __call__(
         self, patch: Patch, creepage: FloatArray, friction: FloatArray, **options: Any
@@ -144,6 +184,8 @@ class TangentialModel:
             check_grid(self.name, patch.y.shape[1], fewest[1], self.fewest, self.most_strips)
         solution = self.solve(patch, creepage, friction, **options)
         fine = np.isfinite(solution.force).all(axis=1)
+        if solution.strip_force is not None:
+            fine &= np.isfinite(solution.strip_force).all(axis=(1, 2))
         if not fine.all():
             raise NumericalError(
                 f"{self.name} has no finite creep forces; check creepages and friction",
