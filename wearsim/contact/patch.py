@@ -73,6 +73,41 @@ class PatchGrid:
 
 
 @dataclass(frozen=True)
+class StripPlanes:
+    """Strips along the rolling direction that the normal model solved, each in a contact plane of its own.
+
+    All arrays are (m, N), strips of a patch by rising y, padded by strips of width 0. The normal force of a
+    strip is 0.5 pi peak half width.
+
+    Parameters
+    ----------
+    y : (m, N) array
+        Lateral position of the middle on the counterface's profile [m].
+    station : (m, N) array
+        Position of the middle along the arc of the counterface's profile; one origin for all patches of a
+        wheel [m].
+    width : (m, N) array
+        Along the arc; 0: padding [m].
+    half : (m, N) array
+        Half-length [m].
+    middle : (m, N) array
+        Longitudinal position of the strip's middle, from the patch's centre [m].
+    peak : (m, N) array
+        Factor p of the pressure p sqrt(1 - t^2) [Pa].
+    angle : (m, N) array
+        Contact angle of the strip's plane, sign as contact_angle of the solution [rad].
+    """
+
+    y: FloatArray
+    station: FloatArray
+    width: FloatArray
+    half: FloatArray
+    middle: FloatArray
+    peak: FloatArray
+    angle: FloatArray
+
+
+@dataclass(frozen=True)
 class Patch:
     """Contact patches in their contact planes, cut into `ny` strips along the rolling direction.
 
@@ -99,6 +134,9 @@ class Patch:
         padding: strips without length and cells without pressure.
     grid : PatchGrid, optional
         Pressure of models that find it cell by cell; the strips then are those of `from_grid`.
+    planes : StripPlanes, optional
+        Solved strips in planes of their own; None: the patch lies in one plane. `y` then is along the arc,
+        from the mean station of these strips, weighted by their normal forces.
     """
 
     row: IntArray
@@ -111,6 +149,7 @@ class Patch:
     strips: IntArray
     cells: IntArray
     grid: PatchGrid | None = None
+    planes: StripPlanes | None = None
 
     @property
     def area(self) -> FloatArray:

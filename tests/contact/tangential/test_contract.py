@@ -19,7 +19,7 @@ pytestmark = pytest.mark.parametrize("name", sorted(TANGENTIAL_MODELS))
 
 def join(patches):
     """One batch of strip patches."""
-    names = [f.name for f in fields(Patch) if f.name not in ("row", "grid")]
+    names = [f.name for f in fields(Patch) if f.name not in ("row", "grid", "planes")]
     arrays = {key: np.concatenate([getattr(p, key) for p in patches]) for key in names}
     return Patch(row=np.arange(len(patches)), **arrays)
 
@@ -42,7 +42,7 @@ def patch(request, strips, batch):
 
 def part(patch, rows):
     """Some patches of a batch."""
-    names = [f.name for f in fields(Patch) if f.name != "grid"]
+    names = [f.name for f in fields(Patch) if f.name not in ("grid", "planes")]
     grid = patch.grid
     if grid is not None:
         grid = PatchGrid(grid.x_lead[rows], grid.cell_length[rows], grid.pressure[rows])

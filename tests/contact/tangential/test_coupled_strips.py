@@ -320,7 +320,7 @@ def test_batch_and_threads_keep_the_bits(ellipse):
     patches = [ellipse(a, b, LOAD, strips, cells=20 + strips // 9) for a, b, strips in sizes]
     creepage = np.array([CREEPAGE, (0.0, 1e-3, 0.4), (3e-3, -1e-3, 0.1), (1e-5, 0.0, 0.0)])
     wide = max(p.y.shape[1] for p in patches)
-    names = [f.name for f in fields(Patch) if f.name not in ("row", "grid")]
+    names = [f.name for f in fields(Patch) if f.name not in ("row", "grid", "planes")]
     joined = {
         name: np.concatenate(
             [
@@ -426,7 +426,7 @@ def contacts(wheelset, counterface, points, strips):
             cut = {
                 f.name: getattr(result.patch, f.name)[m : m + 1]
                 for f in fields(Patch)
-                if f.name not in ("row", "grid")
+                if f.name not in ("row", "grid", "planes")
             }
             creepage = np.array([result.creepage_x[m], result.creepage_y[m], result.spin[m]])
             found.append((Patch(row=np.array([0]), **cut), creepage, result.normal_force[m]))

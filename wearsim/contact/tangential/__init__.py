@@ -5,10 +5,10 @@ The contract of a model stands in `contact.tangential.model`. Candidates that we
 """
 
 from wearsim.contact.registry import Registry, discover
-from wearsim.contact.tangential.model import TangentialModel, TangentialSolution, Wanted
+from wearsim.contact.tangential.model import StripMotion, TangentialModel, TangentialSolution, Wanted
 
 TANGENTIAL_MODELS: Registry[TangentialModel] = discover(
     "tangential model", __name__, __path__, TangentialModel
 )
 
-__all__ = ["TANGENTIAL_MODELS", "TangentialModel", "TangentialSolution", "Wanted"]
+__all__ = ["TANGENTIAL_MODELS", "StripMotion", "TangentialModel", "TangentialSolution", "Wanted"]

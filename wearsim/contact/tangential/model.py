@@ -7,16 +7,38 @@ else has to be edited to add one. Whoever calls a record gets input and solution
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal, Protocol, TypeAlias
+from typing import Any, Literal, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 
-from wearsim.contact.patch import FloatArray, Patch
+from wearsim.contact.patch import FloatArray, IntArray, Patch
 from wearsim.contact.registry import check_grid
 from wearsim.errors import NumericalError
 
 Wanted: TypeAlias = bool | Literal["work"]
 """Fields of cells: all, none, or their frictional work alone, for which a model may give all."""
+
+
+class StripMotion(NamedTuple):
+    """Creepage and friction of the strips of patches in planes of their own (`StripPlanes`).
+
+    The rigid slip over V of strip j at x, from the patch's centre, is (xi_x, xi_y + spin x): xi_x is the
+    strip's own.
+
+    Parameters
+    ----------
+    wheel : (m,) int array
+        Wheel of the batch each patch belongs to: strips of patches of one wheel act on each other.
+    creepage : (m, N, 3) array
+        Longitudinal, lateral creepage and spin at the middle (x = 0 of the patch) of each strip, in its plane
+        [-, -, 1/m].
+    friction : (m, N) array
+        Coulomb coefficient [-].
+    """
+
+    wheel: IntArray
+    creepage: FloatArray
+    friction: FloatArray
 
 
 @dataclass(frozen=True)
@@ -33,6 +55,10 @@ class TangentialSolution:
         Leading end of each row of cells, and length of its cells [m].
     cells : (5, m, nx, ny) or (1, m, nx, ny) array or None
         Pressure, shear x, shear y [Pa], relative slip x, slip y [-], means of each cell; or -shear . slip.
+    strip_force : (m, N, 3) array, optional
+        Of strips in planes of their own: longitudinal and lateral force in the strip's plane [N, N], and
+        moment about its normal about the point (x = 0, strip middle) [N m]. `force` then are sums: lateral
+        forces turned into the patch's plane, moments about the patch's centre.
     """
 
     force: FloatArray
@@ -40,6 +66,7 @@ class TangentialSolution:
     x_lead: FloatArray
     cell_length: FloatArray
     cells: FloatArray | None
+    strip_force: FloatArray | None = None
 
 
 class TangentialSolver(Protocol):
@@ -56,6 +83,7 @@ class TangentialSolver(Protocol):
         fields: Wanted,
         start: TangentialSolution | None = None,
         looser: float = 1.0,
+        strips: StripMotion | None = None,
     ) -> TangentialSolution:
         """Shear, slip and creep forces of each patch.
 
@@ -76,6 +104,8 @@ class TangentialSolver(Protocol):
             patch without pressure in it has no start.
         looser : float
             Factor on the tolerance of an iteration, where the solution only leads nearer to equilibrium.
+        strips : StripMotion, optional
+            Of strips in planes of their own; for models with `by_strips` and patches with `planes` alone.
 
         Returns
         -------
@@ -114,6 +144,8 @@ class TangentialModel:
     bounded_slip : bool
         Whether the slip of cells is that of an elastic body; False where it grows without bound towards the
         trailing edge, so that only its work over the patch can be trusted.
+    by_strips : bool
+        Whether it takes strips in planes of their own.
     """
 
     name: str
@@ -124,6 +156,7 @@ class TangentialModel:
     most_strips: int | None = None
     chunk: int = 256
     bounded_slip: bool = True
+    by_strips: bool = False
 
     def __call__(
         self, patch: Patch, creepage: FloatArray, friction: FloatArray, **options: Any

@@ -37,7 +37,7 @@ from wearsim.contact.tangential.coupled_strips import rolling
 from wearsim.contact.tangential.coupled_strips.cells import cell_means, fill_cells, guess_from_cells
 from wearsim.contact.tangential.coupled_strips.influence import slip_influence, strip_points
 from wearsim.contact.tangential.coupled_strips.strips import solved_strips
-from wearsim.contact.tangential.model import TangentialModel, TangentialSolution, Wanted
+from wearsim.contact.tangential.model import StripMotion, TangentialModel, TangentialSolution, Wanted
 from wearsim.errors import ContactError, NumericalError, say
 
 STRIPS, POINTS = 12, 8
@@ -62,6 +62,7 @@ def solve(
     fields: Wanted,
     start: TangentialSolution | None = None,
     looser: float = 1.0,
+    strips: StripMotion | None = None,
 ) -> TangentialSolution:
     """Shear, slip and creep forces of each patch; contract in `tangential.model`.
 
@@ -74,7 +75,7 @@ def solve(
         raise ContactError("creepage and friction coefficient must be finite", row=row)
     shear_modulus, poisson_ratio = float(shear_modulus), float(poisson_ratio)
     count, ny = patch.y.shape
-    points, strips = strip_points(POINTS), solved_strips(patch, STRIPS)
+    points, solved = strip_points(POINTS), solved_strips(patch, STRIPS)
     out = np.zeros((5, count, int(patch.cells.max(initial=1)) if fields else 0, ny))
     force, slip_area = np.zeros((count, 3)), np.zeros(count)
     length = (patch.x_lead - patch.x_trail) / patch.cells[:, None]
@@ -86,9 +87,9 @@ def solve(
         if friction[m] <= 0.0:
             slip_area[m] = _slide_freely(patch, m, creepage[m], out[:, m])
             continue
-        first, loaded, width = int(strips.first[m]), int(strips.loaded[m]), float(strips.width[m])
-        here = (m, slice(int(strips.solved[m])))
-        y, half, middle, peak = strips.y[here], strips.half[here], strips.middle[here], strips.peak[here]
+        first, loaded, width = int(solved.first[m]), int(solved.loaded[m]), float(solved.width[m])
+        here = (m, slice(int(solved.solved[m])))
+        y, half, middle, peak = solved.y[here], solved.half[here], solved.middle[here], solved.peak[here]
         stiff, rows = peak / shear_modulus, int(patch.cells[m])
         matrix = slip_influence(half, middle, width, POINTS, poisson_ratio)
         rigid, slip = np.empty((2, 2, peak.size, POINTS + 1))
@@ -108,7 +109,7 @@ def solve(
                 say("contact.rolling_unconverged", left=left, tolerance=allowed), row=int(patch.row[m])
             )
         slip_area[m] = fill_cells(
-            points, cell_means(rows, POINTS), traction, slip, marks, peak, strips.centre[here], shear_modulus,
+            points, cell_means(rows, POINTS), traction, slip, marks, peak, solved.centre[here], shear_modulus,
             float(friction[m]), first, loaded, y_all[m], x_lead[m], x_trail[m], slope[m],
             float(patch.width[m]), bool(fields), m, out, force,
         )  # fmt: skip
