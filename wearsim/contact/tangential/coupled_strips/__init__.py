@@ -29,14 +29,21 @@ References
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from wearsim.contact.kernel import plain
 from wearsim.contact.patch import FloatArray, Patch
 from wearsim.contact.tangential.coupled_strips import rolling
-from wearsim.contact.tangential.coupled_strips.cells import cell_means, fill_cells, guess_from_cells
-from wearsim.contact.tangential.coupled_strips.influence import slip_influence, strip_points
-from wearsim.contact.tangential.coupled_strips.strips import solved_strips
+from wearsim.contact.tangential.coupled_strips.cells import (
+    cell_means,
+    cells_of_patches,
+    fill_cells,
+    guess_from_cells,
+)
+from wearsim.contact.tangential.coupled_strips.influence import StripShape, slip_influence, strip_points
+from wearsim.contact.tangential.coupled_strips.strips import WheelStrips, strips_of_wheels, sums_of_strips
 from wearsim.contact.tangential.model import StripMotion, TangentialModel, TangentialSolution, Wanted
 from wearsim.errors import ContactError, NumericalError, say
 
@@ -66,54 +73,83 @@ def solve(
 ) -> TangentialSolution:
     """Shear, slip and creep forces of each patch; contract in `tangential.model`.
 
-    Forces are the sums of the cells, which hold the integrals of the polynomials, cut back to the bound. A
-    start has to have fields.
+    Forces are the sums of the solved strips for patches with planes, else of the cells, which hold the
+    integrals of the polynomials, cut back to the bound. A start has to have fields.
     """
+    _check_finite(patch, creepage, friction, strips)
+    shear_modulus, poisson_ratio = float(shear_modulus), float(poisson_ratio)
+    count, ny = patch.y.shape
+    points = strip_points(POINTS)
+    wheels, cells = (
+        strips_of_wheels(patch, creepage, friction, strips, STRIPS),
+        cells_of_patches(patch, POINTS),
+    )
+    rigid, slip = np.empty((2, 2 * wheels.peak.size * (POINTS + 1)))
+    traction, marks = np.empty(2 * wheels.peak.size * POINTS), np.empty(wheels.peak.size * POINTS)
+    rolling.prepare(points, poisson_ratio, wheels, rigid, traction)
+    if start is not None and start.cells is not None:
+        guess_from_cells(points, wheels, cells, plain(start.cells), shear_modulus, traction)
+    bound = wheels.friction * wheels.peak / shear_modulus
+    for begin, end in pairwise(wheels.begin.tolist()):
+        left = _roll(
+            wheels, begin, end, poisson_ratio, rigid, bound, looser * TOLERANCE, traction, slip, marks
+        )
+        if left > (allowed := max(looser * TOLERANCE, STALLED)):
+            row = int(patch.row[wheels.patch[begin]])
+            raise NumericalError(say("contact.rolling_unconverged", left=left, tolerance=allowed), row=row)
+    out = np.zeros((5, count, int(patch.cells.max(initial=1)) if fields else 0, ny))
+    force, slip_area = np.zeros((count, 3)), np.zeros(count)
+    fill_cells(points, wheels, cells, shear_modulus, traction, slip, marks, out, force, slip_area)
+    for m in np.flatnonzero(friction <= 0.0).tolist():
+        slip_area[m] = _slide_freely(patch, m, creepage[m], out[:, m])
+    of_strips = None
+    if strips is not None:
+        of_strips = np.zeros(strips.creepage.shape)
+        rolling.add_up(points, wheels, shear_modulus, traction, of_strips)
+        force = sums_of_strips(wheels, of_strips)
+    length = (patch.x_lead - patch.x_trail) / patch.cells[:, None]
+    return TangentialSolution(
+        force, slip_area, patch.x_lead, length, out if fields else None, strip_force=of_strips
+    )
+
+
+def _check_finite(
+    patch: Patch, creepage: FloatArray, friction: FloatArray, strips: StripMotion | None
+) -> None:
+    """Refuse creepages and friction coefficients that are not finite."""
     fault = ~(np.isfinite(creepage).all(axis=1) & np.isfinite(friction))
+    if strips is not None:
+        fault |= ~(np.isfinite(strips.creepage).all(axis=(1, 2)) & np.isfinite(strips.friction).all(axis=1))
     if fault.any():
         row = int(patch.row[np.argmax(fault)])
         raise ContactError("creepage and friction coefficient must be finite", row=row)
-    shear_modulus, poisson_ratio = float(shear_modulus), float(poisson_ratio)
-    count, ny = patch.y.shape
-    points, solved = strip_points(POINTS), solved_strips(patch, STRIPS)
-    out = np.zeros((5, count, int(patch.cells.max(initial=1)) if fields else 0, ny))
-    force, slip_area = np.zeros((count, 3)), np.zeros(count)
-    length = (patch.x_lead - patch.x_trail) / patch.cells[:, None]
-    creepage, y_all, slope = plain(creepage), plain(patch.y), plain(patch.pressure_slope)
-    x_lead, x_trail = plain(patch.x_lead), plain(patch.x_trail)
-    tolerance, allowed = looser * TOLERANCE, max(looser * TOLERANCE, STALLED)
-    known = None if start is None or start.cells is None else plain(start.cells)
-    for m in range(count):
-        if friction[m] <= 0.0:
-            slip_area[m] = _slide_freely(patch, m, creepage[m], out[:, m])
-            continue
-        first, loaded, width = int(solved.first[m]), int(solved.loaded[m]), float(solved.width[m])
-        here = (m, slice(int(solved.solved[m])))
-        y, half, middle, peak = solved.y[here], solved.half[here], solved.middle[here], solved.peak[here]
-        stiff, rows = peak / shear_modulus, int(patch.cells[m])
-        matrix = slip_influence(half, middle, width, POINTS, poisson_ratio)
-        rigid, slip = np.empty((2, 2, peak.size, POINTS + 1))
-        traction, marks = np.empty((2, peak.size, POINTS)), np.empty((peak.size, POINTS))
-        rolling.prepare(points, poisson_ratio, creepage[m], y, half, middle, rigid, traction)
-        if known is not None and known[0, m].any():
-            guess_from_cells(points, known, m, rows, first, loaded, stiff, traction)
-        for places in PLACES:
-            left, _, _ = rolling.roll(
-                matrix, strip_points(POINTS, *places), poisson_ratio, rigid, friction[m] * stiff, tolerance,
-                MOST_STEPS, traction, slip, marks,
-            )  # fmt: skip
-            if left <= allowed:
-                break
-        else:
-            raise NumericalError(
-                say("contact.rolling_unconverged", left=left, tolerance=allowed), row=int(patch.row[m])
-            )
-        slip_area[m] = fill_cells(
-            points, cell_means(rows, POINTS), traction, slip, marks, peak, solved.centre[here], shear_modulus,
-            float(friction[m]), first, loaded, y_all[m], x_lead[m], x_trail[m], slope[m],
-            float(patch.width[m]), bool(fields), m, out, force,
+
+
+def _roll(
+    wheels: WheelStrips, begin: int, end: int, poisson_ratio: float, rigid: FloatArray, bound: FloatArray,
+    tolerance: float, traction: FloatArray, slip: FloatArray, marks: FloatArray,
+) -> float:  # fmt: skip
+    """Solve the strips `begin` to `end` of one wheel in place; residual of the best solution."""
+    if begin == end:
+        return 0.0
+    n, count = POINTS, end - begin
+    shape = StripShape(
+        wheels.station[begin:end], wheels.width[begin:end], wheels.half[begin:end], wheels.middle[begin:end],
+        wheels.angle[begin:end],
+    )  # fmt: skip
+    matrix = slip_influence(shape, n, poisson_ratio)
+    ends = slice(2 * begin * (n + 1), 2 * end * (n + 1))
+    rigid_slip, whole_slip = rigid[ends].reshape(2, count, n + 1), slip[ends].reshape(2, count, n + 1)
+    of_points = traction[2 * begin * n : 2 * end * n].reshape(2, count, n)
+    marked = marks[begin * n : end * n].reshape(count, n)
+    for places in PLACES:
+        left, _, _ = rolling.roll(
+            matrix, strip_points(n, *places), poisson_ratio, rigid_slip, bound[begin:end], tolerance,
+            MOST_STEPS, of_points, whole_slip, marked,
         )  # fmt: skip
-    return TangentialSolution(force, slip_area, patch.x_lead, length, out if fields else None)
+        if left <= max(tolerance, STALLED):
+            break
+    return left
 
 
 def _slide_freely(patch: Patch, m: int, creepage: FloatArray, cells: FloatArray) -> float:
@@ -131,4 +167,6 @@ def _slide_freely(patch: Patch, m: int, creepage: FloatArray, cells: FloatArray)
     return float((moves * half).sum() * 2.0 / count * patch.width[m])
 
 
-MODEL = TangentialModel(name="coupled_strips", solve=solve, tolerance=1e-4, warm=True, fewest=2, chunk=16)
+MODEL = TangentialModel(
+    name="coupled_strips", solve=solve, tolerance=1e-4, warm=True, fewest=2, chunk=16, by_strips=True
+)
