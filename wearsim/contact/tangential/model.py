@@ -34,11 +34,14 @@ class StripMotion(NamedTuple):
         [-, -, 1/m].
     friction : (m, N) array
         Coulomb coefficient [-].
+    x : (m,) array, optional
+        Longitudinal positions of the patches' centres in one frame of the wheel; None: all at one [m].
     """
 
     wheel: IntArray
     creepage: FloatArray
     friction: FloatArray
+    x: FloatArray | None = None
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,11 @@ are :math:`\eta_-` and :math:`\eta_+` off the middle of the loaded one, with the
 :math:`k_1 = \mathrm{sgn}(Y)\,[1/X - X/(\rho(\rho+|Y|))]`: its first part is that of an infinitely wide strip,
 of which :math:`\sqrt{1-t^2}\,U_l` makes :math:`\pi T_{l+1}(\xi)`, the matrix of strip theory; among different
 strips it cancels. The rest is regular and is tabulated over :math:`\xi` and :math:`\eta`.
+Beyond the table, far off or for strips that are short against the distance, it is of degree -1 in both, so
+that the influence of a strip goes to 0 with its length.
+
+Strips of a wheel stand at their stations along the arc of the profile, with widths of their own. Between
+strips whose normals are at an angle, lateral and mixed influences are those of one plane times its cosine.
 
 References
 ----------
@@ -229,6 +234,7 @@ def slip_influence(shape: StripShape, count: int, poisson_ratio: float) -> Float
     for k in range(4):
         np.multiply(shape[k], part, out=whole[k])
     whole[0] -= whole[0, 0]
+    whole[3] -= whole[3, 0]
     np.multiply(shape.angle - shape.angle[0], _FINEST, out=whole[4])
     return _of_shape(np.rint(whole).tobytes(), count, poisson_ratio)
 

@@ -26,8 +26,10 @@ class WheelStrips(NamedTuple):
     station, y, centre : (S,) array
         Position of the middle across the rolling direction: from one origin for a wheel, and from the centre
         of the patch; position of the strip's load, from the origin of the stations [m].
-    width, half, middle : (S,) array
-        Width, half-length, longitudinal position of the middle from the patch's centre [m].
+    width, half : (S,) array
+        Width and half-length [m].
+    middle, along : (S,) array
+        Longitudinal position of the middle: from the patch's centre, and from an origin of the wheel [m].
     peak, angle, friction : (S,) array
         Factor of the root in p = peak sqrt(1 - t^2) [Pa]; contact angle [rad]; Coulomb coefficient [-].
     creepage : (S, 3) array
@@ -45,6 +47,7 @@ class WheelStrips(NamedTuple):
     width: FloatArray
     half: FloatArray
     middle: FloatArray
+    along: FloatArray
     peak: FloatArray
     angle: FloatArray
     friction: FloatArray
@@ -104,16 +107,17 @@ def strips_of_wheels(
             strips.centre,
             strips.half,
         )
-        middle, peak, angle = strips.middle, strips.peak, np.zeros_like(strips.y)
+        middle, along, peak, angle = strips.middle, strips.middle, strips.peak, np.zeros_like(strips.y)
         width = np.broadcast_to(strips.width[:, None], y.shape)
         coefficient = np.broadcast_to(friction[:, None], y.shape)
         of_strips = np.repeat(creepage[:, None], y.shape[1], axis=1)
         of_strips[:, :, 0] -= creepage[:, 2, None] * y
         turned = np.zeros(len(creepage))
     else:
-        planes, (wheel, of_strips, coefficient) = patch.planes, motion
+        planes, (wheel, of_strips, coefficient, x) = patch.planes, motion
         station, width, half, middle = planes.station, planes.width, planes.half, planes.middle
         peak, angle, centre = planes.peak, planes.angle, station
+        along = middle if x is None else middle + x[:, None]
         normal = peak * half * width
         load = normal.sum(axis=1)
         mean = np.divide((normal * station).sum(axis=1), load, out=np.zeros_like(load), where=load > 0.0)
@@ -127,7 +131,7 @@ def strips_of_wheels(
     end = np.searchsorted(wheel[at], np.unique(wheel), side="right")
     return WheelStrips(
         np.concatenate(([0], end)), at, number, station[here], y[here], centre[here], width[here], half[here],
-        middle[here], peak[here], angle[here], coefficient[here], of_strips[here], turned,
+        middle[here], along[here], peak[here], angle[here], coefficient[here], of_strips[here], turned,
     )  # fmt: skip
 
 
