@@ -276,11 +276,17 @@ def test_forces_are_continuous_in_the_length_of_a_strip(monkeypatch):
 def test_lateral_influence_is_turned_with_the_planes():
     """Those of x on x stay, across and mixed ones go with the cosine between the normals."""
     planes = strips_of(EQUAL)
-    parts = [getattr(planes, name)[0] for name in ("station", "width", "half", "middle")]
     angle = 80.0 * planes.station[0]
-    shape = coupled_strips.influence.StripShape(*parts, angle)
-    flat = coupled_strips.influence.slip_influence(shape._replace(angle=0.0 * angle), 8, POISSON)
-    bent = coupled_strips.influence.slip_influence(shape, 8, POISSON)
+    flat, bent = (
+        coupled_strips.influence.slip_influence(
+            coupled_strips.strips_of_wheels(
+                patch_of(each), CREEPAGE[None], np.array([FRICTION]), motion_of(each), 12
+            ),
+            8,
+            POISSON,
+        )[0]
+        for each in (planes, replace(planes, angle=angle[None]))
+    )
     cosine = np.repeat(np.repeat(np.cos(angle[:, None] - angle), 8, axis=0), 9, axis=1)
     np.testing.assert_array_equal(bent[:, 0], flat[:, 0])
     np.testing.assert_allclose(bent[:, 1], cosine * flat[:, 1], rtol=1e-10, atol=1e-14)

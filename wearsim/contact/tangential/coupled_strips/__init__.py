@@ -51,8 +51,8 @@ from wearsim.contact.tangential.coupled_strips.cells import (
     fill_cells,
     guess_from_cells,
 )
-from wearsim.contact.tangential.coupled_strips.influence import StripShape, slip_influence, strip_points
-from wearsim.contact.tangential.coupled_strips.strips import WheelStrips, strips_of_wheels, sums_of_strips
+from wearsim.contact.tangential.coupled_strips.influence import slip_influence, strip_points
+from wearsim.contact.tangential.coupled_strips.strips import strips_of_wheels, sums_of_strips
 from wearsim.contact.tangential.model import StripMotion, TangentialModel, TangentialSolution, Wanted
 from wearsim.errors import ContactError, NumericalError, say
 
@@ -99,9 +99,10 @@ def solve(
     if start is not None and start.cells is not None:
         guess_from_cells(points, wheels, cells, plain(start.cells), shear_modulus, traction)
     bound = wheels.friction * wheels.peak / shear_modulus
-    for begin, end in pairwise(wheels.begin.tolist()):
+    matrices = slip_influence(wheels, POINTS, poisson_ratio)
+    for (begin, end), matrix in zip(pairwise(wheels.begin.tolist()), matrices, strict=True):
         left = _roll(
-            wheels, begin, end, poisson_ratio, rigid, bound, looser * TOLERANCE, traction, slip, marks
+            matrix, begin, end, poisson_ratio, rigid, bound, looser * TOLERANCE, traction, slip, marks
         )
         if left > (allowed := max(looser * TOLERANCE, STALLED)):
             row = int(patch.row[wheels.patch[begin]])
@@ -135,18 +136,11 @@ def _check_finite(
 
 
 def _roll(
-    wheels: WheelStrips, begin: int, end: int, poisson_ratio: float, rigid: FloatArray, bound: FloatArray,
+    matrix: FloatArray, begin: int, end: int, poisson_ratio: float, rigid: FloatArray, bound: FloatArray,
     tolerance: float, traction: FloatArray, slip: FloatArray, marks: FloatArray,
 ) -> float:  # fmt: skip
     """Solve the strips `begin` to `end` of one wheel in place; residual of the best solution."""
-    if begin == end:
-        return 0.0
     n, count = POINTS, end - begin
-    shape = StripShape(
-        wheels.station[begin:end], wheels.width[begin:end], wheels.half[begin:end], wheels.along[begin:end],
-        wheels.angle[begin:end],
-    )  # fmt: skip
-    matrix = slip_influence(shape, n, poisson_ratio)
     ends = slice(2 * begin * (n + 1), 2 * end * (n + 1))
     rigid_slip, whole_slip = rigid[ends].reshape(2, count, n + 1), slip[ends].reshape(2, count, n + 1)
     of_points = traction[2 * begin * n : 2 * end * n].reshape(2, count, n)

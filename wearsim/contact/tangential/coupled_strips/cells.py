@@ -107,7 +107,7 @@ def fill_cells(
     out : (5, m, nx, ny) array
         Filled with pressure, traction and slip; without cells (nx = 0) the forces alone are wanted.
     force : (m, 3) array
-        The sums over the cells are added.
+        The sums over the cells are added, if the patches lie in one plane.
     slip_area : (m,) array
         Filled with the area that slips [m2].
     """
@@ -118,7 +118,6 @@ def fill_cells(
     work = Work(
         np.empty((3, widest, most)), np.empty((2, widest, most)), np.empty(widest), np.empty(widest),
         np.empty(widest), np.empty(n + 1), np.empty(most), np.empty((5, most)),
-        np.empty((5, most, patches.y.shape[1])),
     )  # fmt: skip
     for w in range(strips.begin.size - 1):
         begin, end = strips.begin[w], strips.begin[w + 1]
@@ -157,9 +156,7 @@ class Work(NamedTuple):
     root : (nx,) array
         Means of the root in the pressure.
     line : (5, nx) array
-        Traction, pressure and slip of one strip of the patch.
-    turned : (5, nx, ny) array
-        Of all, by cells, so that memory is written in order.
+        Tractions, work and slip of one strip of the patch.
     """
 
     solved: FloatArray
@@ -170,7 +167,6 @@ class Work(NamedTuple):
     rate: FloatArray
     root: FloatArray
     line: FloatArray
-    turned: FloatArray
 
 
 @inner_bare_kernel
@@ -214,24 +210,23 @@ def _hand_out(
     """Fill the cells of the patch of the strips `first` to `last` from the strips `low` to `high`."""
     m = strips.patch[first]
     cells, width, origin = patches.cells[m], patches.width[m], strips.station[first] - strips.y[first]
-    root, line, solved, slopes = work.root, work.line, work.solved, work.slopes
+    solved, slopes, root = work.solved, work.slopes, work.root
+    x, y, rate, slip_x, slip_y = work.line[0], work.line[1], work.line[2], work.line[3], work.line[4]
     if patches.own:
         _keep_work(strips, patches, low, first, last, high, work)
     else:
         for i in range(high - low):
             work.kept[i] = 1.0
-    area, ny, begin, end = 0.0, patches.y.shape[1], patches.y.shape[1], 0
-    for j in range(ny):
+    area = 0.0
+    for j in range(patches.y.shape[1]):
         half = 0.5 * (patches.x_lead[m, j] - patches.x_trail[m, j])
         largest = patches.slope[m, j] * half
         if largest <= 0.0:
             continue
-        begin, end = min(begin, j), j + 1
         middle = origin + patches.y[m, j]
         lower, upper = middle - 0.5 * width, middle + 0.5 * width
-        for k in range(3):
-            for c in range(cells):
-                line[k, c] = 0.0
+        for c in range(cells):
+            x[c], y[c], rate[c] = 0.0, 0.0, 0.0
         covered, bound, sliding = 0.0, 0.0, 0.0
         p, q = _overlapped(strips, low, high, lower, upper)
         for s in range(p, q):
@@ -240,44 +235,48 @@ def _hand_out(
             covered += share
             bound += share * strips.friction[s]
             sliding += share * work.sliding[i]
-            for axis in range(2):
-                for c in range(cells):
-                    line[axis, c] += share * (solved[axis, i, c] + off * slopes[axis, i, c])
+            _add_line(solved[0, i], slopes[0, i], share, off * share, x, cells)
+            _add_line(solved[1, i], slopes[1, i], share, off * share, y, cells)
             other, to_other = _beside(strips, s, place, low, high)
-            kept, of_other = share * work.kept[i] * (1.0 - to_other), share * work.kept[i] * to_other
-            for c in range(cells):
-                line[2, c] += kept * solved[2, i, c] + of_other * solved[2, other - low, c]
+            kept = share * work.kept[i]
+            _add_line(
+                solved[2, i], solved[2, other - low], kept * (1.0 - to_other), kept * to_other, rate, cells
+            )
         # A strip that sticks out of the solved ones has the tractions of its other part.
         per_share, limit = 1.0 / covered, bound / covered
+        of_work = largest if patches.own else largest * per_share
         for c in range(cells):
-            t_x, t_y, work_here = per_share * line[0, c], per_share * line[1, c], line[2, c]
-            if not patches.own:
-                work_here *= per_share
-            size, most = np.sqrt(t_x * t_x + t_y * t_y), limit * root[c]
-            scale = largest * (most / size if size > most else 1.0)
+            t_x, t_y, most = per_share * x[c], per_share * y[c], limit * root[c]
+            size = np.sqrt(t_x * t_x + t_y * t_y)
+            scale = largest * most / (size if size > most else most)
             t_x, t_y = scale * t_x, scale * t_y
             square = t_x * t_x + t_y * t_y
-            against = -largest * work_here / (square if square > 0.0 else 1.0)
-            line[0, c], line[1, c], line[2, c] = t_x, t_y, largest * root[c]
-            line[3, c], line[4, c] = against * t_x, against * t_y
+            against = -of_work * rate[c] / (square if square > 0.0 else 1.0)
+            x[c], y[c] = t_x, t_y
+            slip_x[c], slip_y[c] = against * t_x, against * t_y
         area += 2.0 * half * width * per_share * sliding
         if out.shape[2] > 0:
-            for k in range(5):
-                for c in range(cells):
-                    work.turned[k, c, j] = line[k, c]
-        f_x, f_y, moment, length = 0.0, 0.0, 0.0, 2.0 * half / cells
-        for c in range(cells):
-            f_x, f_y, moment = f_x + line[0, c], f_y + line[1, c], moment + (c + 0.5) * line[1, c]
-        force[m, 0] += f_x * length * width
-        force[m, 1] += f_y * length * width
-        turning = patches.x_lead[m, j] * f_y - length * moment - patches.y[m, j] * f_x
-        force[m, 2] += turning * length * width
+            for c in range(cells):
+                out[0, m, c, j], out[1, m, c, j], out[2, m, c, j] = largest * root[c], x[c], y[c]
+                out[3, m, c, j], out[4, m, c, j] = slip_x[c], slip_y[c]
+        if not patches.own:
+            f_x, f_y, moment, length = 0.0, 0.0, 0.0, 2.0 * half / cells
+            for c in range(cells):
+                f_x, f_y, moment = f_x + x[c], f_y + y[c], moment + (c + 0.5) * y[c]
+            force[m, 0] += f_x * length * width
+            force[m, 1] += f_y * length * width
+            turning = patches.x_lead[m, j] * f_y - length * moment - patches.y[m, j] * f_x
+            force[m, 2] += turning * length * width
     slip_area[m] = area
-    for field, k in enumerate((2, 0, 1, 3, 4)):
-        for c in range(cells if out.shape[2] > 0 else 0):
-            for j in range(begin, end):
-                if patches.slope[m, j] * (patches.x_lead[m, j] - patches.x_trail[m, j]) > 0.0:
-                    out[field, m, c, j] = work.turned[k, c, j]
+
+
+@inner_bare_kernel
+def _add_line(
+    one: FloatArray, other: FloatArray, of_one: float, of_other: float, out: FloatArray, cells: int
+) -> None:
+    """Add two lines of cells times factors."""
+    for c in range(cells):
+        out[c] += of_one * one[c] + of_other * other[c]
 
 
 @inner_bare_kernel

@@ -34,12 +34,14 @@ References
 from __future__ import annotations
 
 from functools import lru_cache
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from wearsim.contact.kernel import bare_kernel, inner_bare_kernel, leaf_kernel
 from wearsim.contact.patch import FloatArray
+from wearsim.contact.tangential.coupled_strips.strips import WheelStrips
 
 _PLACES = 144  # steps of the root of the distance from the end of the strip, up to xi = 6
 _STEP = (1.0 + float(np.sqrt(5.0))) / _PLACES
@@ -62,7 +64,7 @@ class StripPoints(NamedTuple):
         Where strains are computed: upstream of each point, and behind the last one.
     basis : (n, n) array
         Coefficients of U_l from the values at the points.
-    at_stick, at_slip : (n + 1, n) array
+    at_stick, at_slip : (n, n + 1) array
         Slip of points that stick, and of those that slip, from the values at `between`.
     alone : (n, n, n, n) array
         Inverse matrices of strip theory, transposed, of stretches of stick: first point, points less one.
@@ -114,7 +116,7 @@ def strip_points(count: int, stick: float = 1.0, slip: float = 1.0) -> StripPoin
     powers = np.arange(count + 1)
     of_values = np.linalg.inv(np.cos(np.outer(upstream, powers)))
     places = [angle - 0.5 * step * share for share in (stick, slip)]
-    at_stick, at_slip = (np.ascontiguousarray((np.cos(np.outer(at, powers)) @ of_values).T) for at in places)
+    at_stick, at_slip = (np.cos(np.outer(at, powers)) @ of_values for at in places)
     strain = np.cos(np.outer(places[0], order + 1)) @ basis
     alone = np.zeros((count,) * 4)
     for first in range(count):
@@ -194,30 +196,30 @@ def _integrate(place: FloatArray, eta: FloatArray, poisson_ratio: float, table: 
 
 
 class StripShape(NamedTuple):
-    """Shape of the strips of a wheel, in multiples of a part of their largest width; each (N,).
+    """Shape of the strips of a wheel over their largest width; each (N,).
 
     Parameters
     ----------
-    station, width, half, middle : (N,) array
-        Position across and width along the arc; half-length, longitudinal position of the middle.
+    station, width, half, along : (N,) array
+        Position across, width, half-length, and longitudinal position of the middle.
     angle : (N,) array
-        Angle from the first strip's plane, in the same part of a radian.
+        Angle from the first strip's plane [rad].
     """
 
     station: FloatArray
     width: FloatArray
     half: FloatArray
-    middle: FloatArray
+    along: FloatArray
     angle: FloatArray
 
 
-def slip_influence(shape: StripShape, count: int, poisson_ratio: float) -> FloatArray:
-    """Matrix of the slip that tractions on the strips of a wheel cause.
+def slip_influence(strips: WheelStrips, count: int, poisson_ratio: float) -> list[FloatArray]:
+    """Matrices of the slip that tractions on the strips of wheels cause.
 
     Parameters
     ----------
-    shape : StripShape
-        Strips by rising station [m], [rad].
+    strips : WheelStrips
+        Strips of w wheels.
     count : int
         n, points along a strip.
     poisson_ratio : float
@@ -225,24 +227,30 @@ def slip_influence(shape: StripShape, count: int, poisson_ratio: float) -> Float
 
     Returns
     -------
-    (N n, 3, N (n + 1)) array
+    list of (N n, 3, N (n + 1)) arrays
         Slip of each point's traction over G: along x by that along x, the same across, and of either by the
         other; at the places of strains, those of a strip together. Read only.
     """
-    part = _FINEST / shape.width.max()
-    whole = np.empty((5, shape.width.size))
-    for k in range(4):
-        np.multiply(shape[k], part, out=whole[k])
-    whole[0] -= whole[0, 0]
-    whole[3] -= whole[3, 0]
-    np.multiply(shape.angle - shape.angle[0], _FINEST, out=whole[4])
-    return _of_shape(np.rint(whole).tobytes(), count, poisson_ratio)
+    first, end = strips.begin[:-1], strips.begin[1:]
+    of_wheel = np.repeat(np.arange(first.size), end - first)
+    origin, largest = first[of_wheel], np.maximum.reduceat(strips.width, first)[of_wheel]
+    shape = np.empty((strips.width.size, len(StripShape._fields)))
+    np.divide(strips.station - strips.station[origin], largest, out=shape[:, 0])
+    np.divide(strips.width, largest, out=shape[:, 1])
+    np.divide(strips.half, largest, out=shape[:, 2])
+    np.divide(strips.along - strips.along[origin], largest, out=shape[:, 3])
+    np.subtract(strips.angle, strips.angle[origin], out=shape[:, 4])
+    shape = np.rint(shape * _FINEST)
+    return [
+        _of_shape(shape[here:to].tobytes(), count, poisson_ratio)
+        for here, to in pairwise(strips.begin.tolist())
+    ]
 
 
 @lru_cache(maxsize=128)
 def _of_shape(shape: bytes, count: int, poisson_ratio: float) -> FloatArray:
-    """Matrix of strips of a shape, which is given as bytes."""
-    strips = StripShape(*(np.frombuffer(shape).reshape(5, -1) / _FINEST))
+    """Matrix of strips of a shape (N, 5), in bytes."""
+    strips = StripShape(*np.ascontiguousarray(np.frombuffer(shape).reshape(-1, 5).T / _FINEST))
     points, table = strip_points(count), influence_table(count, poisson_ratio)
     matrix = np.empty((strips.half.size * count, 3, strips.half.size * (count + 1)))
     _fill(table.coupled, table.own, points.between, strips, np.empty((count + 1, 3 * count)), matrix)
@@ -281,7 +289,7 @@ def _fill(
             near_row, of_near = _row_of(near)
             far_row, of_far = _row_of(far)
             for r in range(n + 1):
-                xi = (strips.middle[i] + strips.half[i] * between[r] - strips.middle[j]) / half
+                xi = (strips.along[i] + strips.half[i] * between[r] - strips.along[j]) / half
                 if abs(xi) <= _FARTHEST_XI and far <= _FARTHEST_ETA:
                     _between_rows(coupled, near_row, of_near, far_row, of_far, xi, block[r])
                 else:

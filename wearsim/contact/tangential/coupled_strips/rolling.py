@@ -178,8 +178,8 @@ def _state(
             for r in range(slip.shape[2]):
                 slip[c, i, r] = rigid_slip[c, i, r]
     _add_slip(matrix, traction, slip)
-    _at_places(slip, points.at_stick.reshape(1, slip.shape[2], marks.shape[1]), seen[0])
-    _at_places(slip, points.at_slip.reshape(1, slip.shape[2], marks.shape[1]), seen[1])
+    _at_places(slip, points.at_stick, seen[0])
+    _at_places(slip, points.at_slip, seen[1])
     error, size = _residual(traction, seen[0], seen[1], bound, marks, direction, rest)
     if size > 0.0:
         return float(error / size)
@@ -212,15 +212,29 @@ def _add_slip(matrix: FloatArray, traction: FloatArray, slip: FloatArray) -> Non
 
 @inner_bare_kernel
 def _at_places(slip: FloatArray, places: FloatArray, out: FloatArray) -> None:
-    """Fill the slip (2, N, n) at one place per point; `places` (1, n + 1, n) or (N, n + 1, n)."""
-    for c in range(2):
-        for i in range(out.shape[1]):
-            of_strip = places[min(i, places.shape[0] - 1)]
-            for k in range(out.shape[2]):
-                out[c, i, k] = 0.0
-            for r in range(slip.shape[2]):
-                for k in range(out.shape[2]):
-                    out[c, i, k] += of_strip[r, k] * slip[c, i, r]
+    """Fill the slip (2, N, n) at one place per point; `places` (n, n + 1)."""
+    for i in range(out.shape[1]):
+        for k in range(out.shape[2]):
+            out[0, i, k], out[1, i, k] = _at_place(slip, i, places[k])
+
+
+@inner_bare_kernel
+def _at_places_of_marks(slip: FloatArray, marks: FloatArray, points: StripPoints, out: FloatArray) -> None:
+    """Fill the slip (2, N, n) of points that stick and that slip, each at its place."""
+    for i in range(out.shape[1]):
+        for k in range(out.shape[2]):
+            place = points.at_stick[k] if marks[i, k] == STICK else points.at_slip[k]
+            out[0, i, k], out[1, i, k] = _at_place(slip, i, place)
+
+
+@inner_bare_kernel
+def _at_place(slip: FloatArray, i: int, place: FloatArray) -> tuple[float, float]:
+    """Slip at a place (n + 1,) of strip i."""
+    x, y = 0.0, 0.0
+    for r in range(place.size):
+        x += place[r] * slip[0, i, r]
+        y += place[r] * slip[1, i, r]
+    return x, y
 
 
 @inner_bare_kernel
@@ -267,11 +281,6 @@ def _linear_step(
     triangle, weight = np.zeros((most, most)), np.empty(most)
     cosine, sine, left = np.empty(most), np.empty(most), np.empty(most + 1)
     slip, seen = np.empty((2, shape[1], shape[2] + 1)), np.empty(shape)
-    places = np.empty((shape[1], shape[2] + 1, shape[2]))
-    for i in range(shape[1]):
-        for r in range(shape[2] + 1):
-            for k in range(shape[2]):
-                places[i, r, k] = points.at_stick[r, k] if marks[i, k] == STICK else points.at_slip[r, k]
     flat, none, whole = rest.reshape(size), slip.reshape(slip.size), 0.0
     for i in range(size):
         whole += flat[i] * flat[i]
@@ -284,7 +293,7 @@ def _linear_step(
         for i in range(slip.size):
             none[i] = 0.0
         _add_slip(matrix, change, slip)
-        _at_places(slip, places, seen)
+        _at_places_of_marks(slip, marks, points, seen)
         derivative(change, seen, marks, direction, _REACH, basis[count + 1].reshape(shape))
         orthogonalise(basis, count, triangle, cosine, sine, left)
         count += 1
