@@ -323,11 +323,38 @@ def test_friction_is_that_of_the_strip():
 
 
 def test_motion_that_is_not_finite_is_refused():
+    """But that of padding has no meaning."""
     planes = strips_of(EQUAL)
-    motion = motion_of(planes)
-    motion.creepage[0, 3, 1] = np.nan
-    with pytest.raises(ContactError, match="must be finite"):
-        solved(patch_of(planes), motion)
+    wheel = joined([planes, part_of(planes, 0, 5)])
+    motion = motion_of(wheel, wheel=[0, 1])
+    motion.creepage[1, 5:], motion.friction[1, 5:] = np.nan, np.nan
+    result = solved(patch_of(wheel), motion)
+    assert np.isfinite(result.force).all()
+    motion.creepage[1, 3, 1] = np.nan
+    with pytest.raises(ContactError, match="must be finite") as caught:
+        solved(patch_of(wheel), motion)
+    assert caught.value.row == 1
+
+
+def test_without_motion_of_its_strips_a_patch_lies_in_one_plane():
+    patch = patch_of(strips_of(EQUAL))
+    there, here = solved(patch), solved(replace(patch, planes=None))
+    np.testing.assert_array_equal(there.force, here.force)
+    np.testing.assert_array_equal(there.cells, here.cells)
+    assert there.strip_force is None
+
+
+def test_wheels_without_friction_have_no_forces():
+    planes = joined([strips_of(EQUAL), strips_of(EQUAL, origin=0.1)])
+    motion = motion_of(planes, wheel=[0, 1])
+    motion.friction[0] = 0.0
+    part = solved(patch_of(planes), motion)
+    assert not part.strip_force[0].any()
+    assert part.strip_force[1].any()
+    motion.friction[1] = 0.0
+    none = solved(patch_of(planes), motion)
+    assert not none.force.any()
+    assert not none.slip_area.any()
 
 
 # ---- cells

@@ -85,13 +85,15 @@ def solve(
     Forces are the sums of the solved strips for patches with planes, else of the cells, which hold the
     integrals of the polynomials, cut back to the bound. A start has to have fields.
     """
+    if patch.planes is None:
+        strips = None
     _check_finite(patch, creepage, friction, strips)
     shear_modulus, poisson_ratio = float(shear_modulus), float(poisson_ratio)
     count, ny = patch.y.shape
     points = strip_points(POINTS)
     wheels, cells = (
         strips_of_wheels(patch, creepage, friction, strips, STRIPS),
-        cells_of_patches(patch, POINTS),
+        cells_of_patches(patch, strips is not None, POINTS),
     )
     rigid, slip = np.empty((2, 2 * wheels.peak.size * (POINTS + 1)))
     traction, marks = np.empty(2 * wheels.peak.size * POINTS), np.empty(wheels.peak.size * POINTS)
@@ -128,8 +130,9 @@ def _check_finite(
 ) -> None:
     """Refuse creepages and friction coefficients that are not finite."""
     fault = ~(np.isfinite(creepage).all(axis=1) & np.isfinite(friction))
-    if strips is not None:
-        fault |= ~(np.isfinite(strips.creepage).all(axis=(1, 2)) & np.isfinite(strips.friction).all(axis=1))
+    if strips is not None and patch.planes is not None:
+        fine = np.isfinite(strips.creepage).all(axis=2) & np.isfinite(strips.friction)
+        fault |= ~(fine | (patch.planes.width <= 0.0)).all(axis=1)
     if fault.any():
         row = int(patch.row[np.argmax(fault)])
         raise ContactError("creepage and friction coefficient must be finite", row=row)

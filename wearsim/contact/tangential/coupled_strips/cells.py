@@ -56,9 +56,10 @@ class PatchCells(NamedTuple):
         Of the patch's strips, see `Patch`.
     width : (m,) array
         Of these strips [m].
-    own : bool
-        Whether the patch's strips have been cut from the solved ones: then the work of each of those is kept,
-        and not only the work per pressure in the middle.
+    in_planes : bool
+        Whether solved strips are in planes of their own. The patch's strips then have been cut from them:
+        cells keep the work of each, where else work per pressure is interpolated; and forces are those of the
+        solved strips.
     """
 
     means: FloatArray
@@ -69,18 +70,18 @@ class PatchCells(NamedTuple):
     x_trail: FloatArray
     slope: FloatArray
     width: FloatArray
-    own: bool
+    in_planes: bool
 
 
-def cells_of_patches(patch: Patch, count: int) -> PatchCells:
-    """Cells of patches, with the means of tractions at `count` points."""
+def cells_of_patches(patch: Patch, in_planes: bool, count: int) -> PatchCells:
+    """Cells of patches, with the means of tractions at `count` points; `in_planes`: of strips in planes."""
     kinds, number = np.unique(patch.cells, return_inverse=True)
     means = np.zeros((kinds.size, count, int(kinds.max(initial=1))))
     for k, cells in enumerate(kinds.tolist()):
         means[k, :, :cells] = cell_means(cells, count)
     return PatchCells(
         means, plain(number, np.int64), plain(patch.cells, np.int64), plain(patch.y), plain(patch.x_lead),
-        plain(patch.x_trail), plain(patch.pressure_slope), plain(patch.width), patch.planes is not None,
+        plain(patch.x_trail), plain(patch.pressure_slope), plain(patch.width), in_planes,
     )  # fmt: skip
 
 
@@ -212,7 +213,7 @@ def _hand_out(
     cells, width, origin = patches.cells[m], patches.width[m], strips.station[first] - strips.y[first]
     solved, slopes, root = work.solved, work.slopes, work.root
     x, y, rate, slip_x, slip_y = work.line[0], work.line[1], work.line[2], work.line[3], work.line[4]
-    if patches.own:
+    if patches.in_planes:
         _keep_work(strips, patches, low, first, last, high, work)
     else:
         for i in range(high - low):
@@ -244,7 +245,7 @@ def _hand_out(
             )
         # A strip that sticks out of the solved ones has the tractions of its other part.
         per_share, limit = 1.0 / covered, bound / covered
-        of_work = largest if patches.own else largest * per_share
+        of_work = largest if patches.in_planes else largest * per_share
         for c in range(cells):
             t_x, t_y, most = per_share * x[c], per_share * y[c], limit * root[c]
             size = np.sqrt(t_x * t_x + t_y * t_y)
@@ -259,7 +260,7 @@ def _hand_out(
             for c in range(cells):
                 out[0, m, c, j], out[1, m, c, j], out[2, m, c, j] = largest * root[c], x[c], y[c]
                 out[3, m, c, j], out[4, m, c, j] = slip_x[c], slip_y[c]
-        if not patches.own:
+        if not patches.in_planes:
             f_x, f_y, moment, length = 0.0, 0.0, 0.0, 2.0 * half / cells
             for c in range(cells):
                 f_x, f_y, moment = f_x + x[c], f_y + y[c], moment + (c + 0.5) * y[c]

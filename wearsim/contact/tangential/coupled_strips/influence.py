@@ -231,6 +231,8 @@ def slip_influence(strips: WheelStrips, count: int, poisson_ratio: float) -> lis
         Slip of each point's traction over G: along x by that along x, the same across, and of either by the
         other; at the places of strains, those of a strip together. Read only.
     """
+    if strips.width.size == 0:
+        return []
     first, end = strips.begin[:-1], strips.begin[1:]
     of_wheel = np.repeat(np.arange(first.size), end - first)
     origin, largest = first[of_wheel], np.maximum.reduceat(strips.width, first)[of_wheel]
