@@ -91,10 +91,8 @@ def solve(
     shear_modulus, poisson_ratio = float(shear_modulus), float(poisson_ratio)
     count, ny = patch.y.shape
     points = strip_points(POINTS)
-    wheels, cells = (
-        strips_of_wheels(patch, creepage, friction, strips, STRIPS),
-        cells_of_patches(patch, strips is not None, POINTS),
-    )
+    wheels = strips_of_wheels(patch, creepage, friction, strips, STRIPS)
+    cells = cells_of_patches(patch, strips is not None, POINTS)
     rigid, slip = np.empty((2, 2 * wheels.peak.size * (POINTS + 1)))
     traction, marks = np.empty(2 * wheels.peak.size * POINTS), np.empty(wheels.peak.size * POINTS)
     rolling.prepare(points, poisson_ratio, wheels, rigid, traction)
@@ -112,7 +110,7 @@ def solve(
     out = np.zeros((5, count, int(patch.cells.max(initial=1)) if fields else 0, ny))
     force, slip_area = np.zeros((count, 3)), np.zeros(count)
     fill_cells(points, wheels, cells, shear_modulus, traction, slip, marks, out, force, slip_area)
-    for m in np.flatnonzero(friction <= 0.0).tolist():
+    for m in np.flatnonzero(np.bincount(wheels.patch, minlength=count) == 0).tolist():
         slip_area[m] = _slide_freely(patch, m, creepage[m], out[:, m])
     of_strips = None
     if strips is not None:
@@ -159,7 +157,7 @@ def _roll(
 
 
 def _slide_freely(patch: Patch, m: int, creepage: FloatArray, cells: FloatArray) -> float:
-    """Fill the pressure and the rigid slip (5, nx, ny) of a patch without friction; area that slips."""
+    """Fill pressure and rigid slip (5, nx, ny) of a patch whose strips have no friction; area that slips."""
     count, half = int(patch.cells[m]), 0.5 * (patch.x_lead[m] - patch.x_trail[m])
     place = 1.0 - (2.0 * np.arange(count)[:, None] + 1.0) / count
     slip_x = creepage[0] - creepage[2] * patch.y[m] + 0.0 * place

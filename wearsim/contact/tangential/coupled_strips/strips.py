@@ -96,7 +96,7 @@ def strips_of_wheels(
     Returns
     -------
     WheelStrips
-        Strips without load, length or friction are left out.
+        Strips without load, length or friction are left out, and with them wheels that have no others.
     """
     if patch.planes is None or motion is None:
         strips = solved_strips(patch, fewest)
@@ -128,7 +128,7 @@ def strips_of_wheels(
     order = np.lexsort((station[carries], wheel[at]))
     at, number = at[order], number[order]
     here = at, number
-    end = np.searchsorted(wheel[at], np.unique(wheel), side="right")
+    end = np.searchsorted(wheel[at], np.unique(wheel[at]), side="right")
     return WheelStrips(
         np.concatenate(([0], end)), at, number, station[here], y[here], centre[here], width[here], half[here],
         middle[here], along[here], peak[here], angle[here], coefficient[here], of_strips[here], turned,
