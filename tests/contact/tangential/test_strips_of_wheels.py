@@ -378,6 +378,19 @@ def test_cells_keep_the_work_of_the_solved_strips():
     assert coarse.sum() == pytest.approx(power, rel=0.03)
 
 
+def test_work_stays_in_the_patch_of_its_strips():
+    """Also where strips of a patch reach over those of the next one: 1e-9."""
+    planes = strips_of(EQUAL)
+    halves = joined([part_of(planes, 0, 5), part_of(planes, 5, 12)])
+    patch, work = patch_of(halves), []
+    for shift in (0.0, 0.2, -0.2):
+        moved = replace(patch, y=patch.y + shift * patch.width[:, None])
+        _, shear_x, shear_y, slip_x, slip_y = solved(moved, motion_of(halves)).cells
+        each = -(shear_x * slip_x + shear_y * slip_y).sum(axis=1) * (patch.x_lead - patch.x_trail)
+        work.append(each.sum(axis=1))
+    np.testing.assert_allclose(work[1:], [work[0], work[0]], rtol=1e-9)
+
+
 def test_pressure_of_the_cells_is_that_of_the_patch():
     patch = patch_of(strips_of(np.linspace(-B, B, 25)), 3)
     result = solved(patch, motion_of(patch.planes))

@@ -85,6 +85,35 @@ def cells_of_patches(patch: Patch, in_planes: bool, count: int) -> PatchCells:
     )  # fmt: skip
 
 
+class WorkArrays(NamedTuple):
+    """What is known of the solved strips of one patch while its cells are filled.
+
+    Parameters
+    ----------
+    solved : (3, N, nx) array
+        Tractions of the solved strips over their largest pressure, and work over it.
+    slopes : (2, N, nx) array
+        Slopes of the tractions across [1/m].
+    sliding, total, kept : (N,) array
+        Share of each strip that slips; work of all its cells; factor that keeps its work.
+    rate : (n + 1,) array
+        Work over pressure where strains are computed.
+    root : (nx,) array
+        Means of the root in the pressure.
+    line : (5, nx) array
+        Tractions, work and slip of one strip of the patch.
+    """
+
+    solved: FloatArray
+    slopes: FloatArray
+    sliding: FloatArray
+    total: FloatArray
+    kept: FloatArray
+    rate: FloatArray
+    root: FloatArray
+    line: FloatArray
+
+
 @kernel
 def fill_cells(
     points: StripPoints, strips: WheelStrips, patches: PatchCells, shear_modulus: float, traction: FloatArray,
@@ -116,7 +145,7 @@ def fill_cells(
     widest = 0
     for w in range(strips.begin.size - 1):
         widest = max(widest, strips.begin[w + 1] - strips.begin[w])
-    work = Work(
+    work = WorkArrays(
         np.empty((3, widest, most)), np.empty((2, widest, most)), np.empty(widest), np.empty(widest),
         np.empty(widest), np.empty(n + 1), np.empty(most), np.empty((5, most)),
     )  # fmt: skip
@@ -141,35 +170,6 @@ def fill_cells(
             first = last
 
 
-class Work(NamedTuple):
-    """Arrays of one patch at work.
-
-    Parameters
-    ----------
-    solved : (3, N, nx) array
-        Tractions of the solved strips over their largest pressure, and work over it.
-    slopes : (2, N, nx) array
-        Slopes of the tractions across [1/m].
-    sliding, total, kept : (N,) array
-        Share of each strip that slips; work of all its cells; factor that keeps its work.
-    rate : (n + 1,) array
-        Work over pressure where strains are computed.
-    root : (nx,) array
-        Means of the root in the pressure.
-    line : (5, nx) array
-        Tractions, work and slip of one strip of the patch.
-    """
-
-    solved: FloatArray
-    slopes: FloatArray
-    sliding: FloatArray
-    total: FloatArray
-    kept: FloatArray
-    rate: FloatArray
-    root: FloatArray
-    line: FloatArray
-
-
 @inner_bare_kernel
 def _touch(strips: WheelStrips, i: int) -> bool:
     """Whether a strip of a wheel and the next one touch."""
@@ -180,7 +180,7 @@ def _touch(strips: WheelStrips, i: int) -> bool:
 @inner_bare_kernel
 def _along(
     points: StripPoints, strips: WheelStrips, patches: PatchCells, shear_modulus: float, begin: int, low: int,
-    high: int, m: int, traction: FloatArray, slip: FloatArray, marks: FloatArray, work: Work,
+    high: int, m: int, traction: FloatArray, slip: FloatArray, marks: FloatArray, work: WorkArrays,
 ) -> None:  # fmt: skip
     """Fill tractions, slopes, work and share of slip of strips `low` to `high` by the cells of patch m."""
     cells, means = patches.cells[m], patches.means[patches.number[m]]
@@ -205,8 +205,8 @@ def _along(
 
 @inner_bare_kernel
 def _hand_out(
-    strips: WheelStrips, patches: PatchCells, low: int, first: int, last: int, high: int, work: Work, out:
-    FloatArray, force: FloatArray, slip_area: FloatArray,
+    strips: WheelStrips, patches: PatchCells, low: int, first: int, last: int, high: int, work: WorkArrays,
+    out: FloatArray, force: FloatArray, slip_area: FloatArray,
 ) -> None:  # fmt: skip
     """Fill the cells of the patch of the strips `first` to `last` from the strips `low` to `high`."""
     m = strips.patch[first]
@@ -216,7 +216,7 @@ def _hand_out(
     if patches.in_planes:
         _keep_work(strips, patches, low, first, last, high, work)
     else:
-        for i in range(high - low):
+        for i in range(first - low, last - low):
             work.kept[i] = 1.0
     area = 0.0
     for j in range(patches.y.shape[1]):
@@ -229,7 +229,7 @@ def _hand_out(
         for c in range(cells):
             x[c], y[c], rate[c] = 0.0, 0.0, 0.0
         covered, bound, sliding = 0.0, 0.0, 0.0
-        p, q = _overlapped(strips, low, high, lower, upper)
+        p, q = _overlapped(strips, first, last, lower, upper)
         for s in range(p, q):
             share, place = _part(strips, s, lower, upper, q - p == 1)
             i, off = s - low, place - strips.centre[s]
@@ -282,37 +282,37 @@ def _add_line(
 
 @inner_bare_kernel
 def _keep_work(
-    strips: WheelStrips, patches: PatchCells, low: int, first: int, last: int, high: int, work: Work
+    strips: WheelStrips, patches: PatchCells, low: int, first: int, last: int, high: int, work: WorkArrays
 ) -> None:
     """Fill the factors with which the cells of a patch hold the work of each of its solved strips."""
     m = strips.patch[first]
     width, origin = patches.width[m], strips.station[first] - strips.y[first]
-    for i in range(high - low):
+    for i in range(first - low, last - low):
         work.kept[i] = 0.0
     for j in range(patches.y.shape[1]):
         half = 0.5 * (patches.x_lead[m, j] - patches.x_trail[m, j])
         middle = origin + patches.y[m, j]
         lower, upper = middle - 0.5 * width, middle + 0.5 * width
-        p, q = _overlapped(strips, low, high, lower, upper)
+        p, q = _overlapped(strips, first, last, lower, upper)
         for s in range(p, q):
             share, place = _part(strips, s, lower, upper, q - p == 1)
             other, to_other = _beside(strips, s, place, low, high)
             value = work.total[s - low] + to_other * (work.total[other - low] - work.total[s - low])
             work.kept[s - low] += share * width * half * half * patches.slope[m, j] * value
-    for s in range(low, high):
+    for s in range(first, last):
         i = s - low
         whole = strips.width[s] * strips.half[s] * strips.peak[s] * work.total[i]
         work.kept[i] = whole / work.kept[i] if work.kept[i] > 0.0 else 0.0
 
 
 @inner_bare_kernel
-def _overlapped(strips: WheelStrips, low: int, high: int, lower: float, upper: float) -> tuple[int, int]:
-    """First and end of the solved strips that a strip of the patch overlaps; the next one if none."""
-    sliver, p = _SLIVER * (upper - lower), low
-    while p < high - 1 and strips.station[p] + 0.5 * strips.width[p] <= lower + sliver:
+def _overlapped(strips: WheelStrips, first: int, last: int, lower: float, upper: float) -> tuple[int, int]:
+    """First and end of a patch's solved strips that one of its own overlaps; the next one if none."""
+    sliver, p = _SLIVER * (upper - lower), first
+    while p < last - 1 and strips.station[p] + 0.5 * strips.width[p] <= lower + sliver:
         p += 1
     q = p + 1
-    while q < high and strips.station[q] - 0.5 * strips.width[q] < upper - sliver:
+    while q < last and strips.station[q] - 0.5 * strips.width[q] < upper - sliver:
         q += 1
     return p, q
 
