@@ -169,8 +169,8 @@ class Patch:
     grid : PatchGrid, optional
         Pressure of models that find it cell by cell; the strips then are those of `from_grid`.
     planes : StripPlanes, optional
-        Of a patch that is bent: the strips the normal model solved, each in its own plane. None: the patch
-        lies in one plane.
+        Of a patch that is bent: the strips the normal model solved, each in its own plane; `y` then is along
+        the arc, from their mean station weighted with the normal forces. None: the patch lies in one plane.
     """
 
     row: IntArray

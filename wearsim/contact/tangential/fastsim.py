@@ -22,7 +22,7 @@ import numpy as np
 from wearsim.contact.kernel import kernel, leaf_kernel, plain
 from wearsim.contact.patch import FloatArray, IntArray, Patch, load_factor
 from wearsim.contact.tangential.kalker import KNOTS, interpolate, logarithms
-from wearsim.contact.tangential.model import TangentialModel, TangentialSolution, Wanted
+from wearsim.contact.tangential.model import StripMotion, TangentialModel, TangentialSolution, Wanted
 
 MOST_STRIPS = 512
 # Distance of the rows in the kernel's buffer: those of 50 strips then share no places of the cache.
@@ -99,6 +99,7 @@ def solve(
     fields: Wanted,
     start: TangentialSolution | None = None,
     looser: float = 1.0,
+    strips: StripMotion | None = None,
 ) -> TangentialSolution:
     """Shear, slip and creep forces of each patch; contract in `tangential.model`.
 
@@ -106,9 +107,9 @@ def solve(
     multiplied with, which makes the balance of power exact on any grid for a single flexibility.
     """
     flexibility = flexibilities(patch, shear_modulus, poisson_ratio)
-    count, strips = patch.y.shape
+    count, ny = patch.y.shape
     kinds = 1 if fields == "work" else 5
-    out = np.empty((kinds, count, patch.cells.max(initial=1), strips) if fields else (5, 0, 0, 0))
+    out = np.empty((kinds, count, patch.cells.max(initial=1), ny) if fields else (5, 0, 0, 0))
     force, slip_area = np.zeros((count, 3)), np.zeros(count)
     slope = patch.pressure_slope * _load_factors(int(patch.cells.max(initial=2)))[patch.cells][:, None]
     creepage, mean = plain(creepage), np.empty(count)

@@ -33,11 +33,14 @@ class StripMotion(NamedTuple):
         that of the patch's centre [-, -, 1/m].
     friction : (m, N) array
         Coulomb coefficient [-].
+    x : (m,) array, optional
+        Longitudinal positions of the patches' centres in one frame of the wheel; None: all at one [m].
     """
 
     wheel: IntArray
     creepage: FloatArray
     friction: FloatArray
+    x: FloatArray | None = None
 
 
 @dataclass(frozen=True)
@@ -87,6 +90,7 @@ class TangentialSolver(Protocol):
         fields: Wanted,
         start: TangentialSolution | None = None,
         looser: float = 1.0,
+        strips: StripMotion | None = None,
     ) -> TangentialSolution:
         """Shear, slip and creep forces of each patch.
 
@@ -108,6 +112,8 @@ class TangentialSolver(Protocol):
             patch without pressure in it has no start.
         looser : float
             Factor on the tolerance of an iteration, where the solution only leads nearer to equilibrium.
+        strips : StripMotion, optional
+            Of strips in planes of their own; for models with `by_strips` and patches with `planes` alone.
 
         Returns
         -------

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
-from wearsim.contact.kernel import inner_bare_kernel, kernel
-from wearsim.contact.patch import FloatArray
+from wearsim.contact.kernel import bare_kernel, inner_bare_kernel, kernel, plain
+from wearsim.contact.patch import FloatArray, IntArray, Patch
 from wearsim.contact.tangential.coupled_strips.influence import StripPoints, strip_points
-from wearsim.contact.tangential.coupled_strips.strips import neighbours, parts_of
+from wearsim.contact.tangential.coupled_strips.strips import WheelStrips
 from wearsim.contact.tangential.semismooth_newton import STICK
+
+_SLIVER = 1e-9  # part of a strip that is no overlap
+_TOUCHING = 1.0 + 1e-6  # distance of the middles of strips that touch, over their mean width
 
 
 @lru_cache(maxsize=256)
@@ -37,107 +41,307 @@ def cell_means(cells: int, count: int) -> FloatArray:
     return np.ascontiguousarray(strip_points(count).basis.T @ np.diff(whole, axis=1) * (0.25 * cells))
 
 
-@kernel
-def fill_cells(
-    points: StripPoints, means: FloatArray, traction: FloatArray, slip: FloatArray, marks: FloatArray, peak:
-    FloatArray, centre: FloatArray, shear_modulus: float, friction: float, first: int, loaded: int, y:
-    FloatArray, x_lead: FloatArray, x_trail: FloatArray, slope: FloatArray, width: float, keep: bool, m: int,
-    out: FloatArray, force: FloatArray,
-) -> float:  # fmt: skip
-    """Fill the cells of one patch and add up its forces.
+class PatchCells(NamedTuple):
+    """Strips and cells of m patches that tractions are handed out to.
 
     Parameters
     ----------
-    points, means
-        Of each strip, and `cell_means`.
-    traction, slip, marks : (2, N, n), (2, N, n + 1), (N, n) arrays
-        Tractions over the shear modulus, slip, and how points are marked.
-    peak, centre : (N,) arrays
-        Factor of the root in the pressure of each solved strip [Pa], and lateral position of its load [m].
-    shear_modulus, friction : float
-        [Pa], [-].
-    first, loaded : int
-        Of the patch's strips in contact.
-    y, x_lead, x_trail, slope : (ny,) arrays
-        Of the patch's strips.
-    width : float
-        Of the patch's strips [m].
-    keep : bool
-        Whether fields are wanted.
-    m : int
-        Number of the patch in the batch.
-    out : (5, m, nx, ny) array
-        Filled with pressure, traction and slip of patch m.
-    force : (m, 3) array
-        The sums over the cells are added to that of patch m.
-
-    Returns
-    -------
-    float
-        Area that slips [m2].
+    means : (u, n, nx) array
+        `cell_means` of different numbers of cells, padded.
+    number : (m,) int array
+        Which of them each patch has.
+    cells : (m,) int array
+        Along each strip.
+    y, x_lead, x_trail, slope : (m, ny) array
+        Of the patch's strips, see `Patch`.
+    width : (m,) array
+        Of these strips [m].
+    in_planes : bool
+        Whether solved strips are in planes of their own. The patch's strips then have been cut from them:
+        cells keep the work of each, where else work per pressure is interpolated; and forces are those of the
+        solved strips.
     """
-    cells, count = means.shape[1], peak.size
-    solved, slopes, sliding = np.zeros((3, count + 1, cells)), np.zeros((2, count, cells)), np.zeros(count)
-    root, rate = np.zeros(cells), np.empty(points.between.size)
+
+    means: FloatArray
+    number: IntArray
+    cells: IntArray
+    y: FloatArray
+    x_lead: FloatArray
+    x_trail: FloatArray
+    slope: FloatArray
+    width: FloatArray
+    in_planes: bool
+
+
+def cells_of_patches(patch: Patch, in_planes: bool, count: int) -> PatchCells:
+    """Cells of patches, with the means of tractions at `count` points; `in_planes`: of strips in planes."""
+    kinds, number = np.unique(patch.cells, return_inverse=True)
+    means = np.zeros((kinds.size, count, int(kinds.max(initial=1))))
+    for k, cells in enumerate(kinds.tolist()):
+        means[k, :, :cells] = cell_means(cells, count)
+    return PatchCells(
+        means, plain(number, np.int64), plain(patch.cells, np.int64), plain(patch.y), plain(patch.x_lead),
+        plain(patch.x_trail), plain(patch.pressure_slope), plain(patch.width), in_planes,
+    )  # fmt: skip
+
+
+class WorkArrays(NamedTuple):
+    """What is known of the solved strips of one patch while its cells are filled.
+
+    Parameters
+    ----------
+    solved : (3, N, nx) array
+        Tractions of the solved strips over their largest pressure, and work over it.
+    slopes : (2, N, nx) array
+        Slopes of the tractions across [1/m].
+    sliding, total, kept : (N,) array
+        Share of each strip that slips; work of all its cells; factor that keeps its work.
+    rate : (n + 1,) array
+        Work over pressure where strains are computed.
+    root : (nx,) array
+        Means of the root in the pressure.
+    line : (5, nx) array
+        Tractions, work and slip of one strip of the patch.
+    """
+
+    solved: FloatArray
+    slopes: FloatArray
+    sliding: FloatArray
+    total: FloatArray
+    kept: FloatArray
+    rate: FloatArray
+    root: FloatArray
+    line: FloatArray
+
+
+@kernel
+def fill_cells(
+    points: StripPoints, strips: WheelStrips, patches: PatchCells, shear_modulus: float, traction: FloatArray,
+    slip: FloatArray, marks: FloatArray, out: FloatArray, force: FloatArray, slip_area: FloatArray,
+) -> None:  # fmt: skip
+    """Fill the cells of patches, and add up their forces.
+
+    Parameters
+    ----------
+    points : StripPoints
+        Of each strip.
+    strips : WheelStrips
+        Strips that are solved.
+    patches : PatchCells
+        Strips and cells of the patches.
+    shear_modulus : float
+        [Pa].
+    traction, slip, marks : flat arrays
+        Tractions over the shear modulus (2, N, n), slip (2, N, n + 1), and how points are marked (N, n), of
+        one wheel behind the other.
+    out : (5, m, nx, ny) array
+        Filled with pressure, traction and slip; without cells (nx = 0) the forces alone are wanted.
+    force : (m, 3) array
+        The sums over the cells are added, if the patches lie in one plane.
+    slip_area : (m,) array
+        Filled with the area that slips [m2].
+    """
+    n, most = points.place.size, patches.means.shape[2]
+    widest = 0
+    for w in range(strips.begin.size - 1):
+        widest = max(widest, strips.begin[w + 1] - strips.begin[w])
+    work = WorkArrays(
+        np.empty((3, widest, most)), np.empty((2, widest, most)), np.empty(widest), np.empty(widest),
+        np.empty(widest), np.empty(n + 1), np.empty(most), np.empty((5, most)),
+    )  # fmt: skip
+    for w in range(strips.begin.size - 1):
+        begin, end = strips.begin[w], strips.begin[w + 1]
+        of_wheel = traction[2 * begin * n : 2 * end * n].reshape(2, end - begin, n)
+        slip_of_wheel = slip[2 * begin * (n + 1) : 2 * end * (n + 1)].reshape(2, end - begin, n + 1)
+        marks_of_wheel = marks[begin * n : end * n].reshape(end - begin, n)
+        first = begin
+        while first < end:
+            last = first + 1
+            while last < end and strips.patch[last] == strips.patch[first]:
+                last += 1
+            # The next strip of another patch, if it touches, goes on with the tractions.
+            low = first - 1 if first > begin and _touch(strips, first - 1) else first
+            high = last + 1 if last < end and _touch(strips, last - 1) else last
+            _along(
+                points, strips, patches, shear_modulus, begin, low, high, strips.patch[first], of_wheel,
+                slip_of_wheel, marks_of_wheel, work,
+            )  # fmt: skip
+            _hand_out(strips, patches, low, first, last, high, work, out, force, slip_area)
+            first = last
+
+
+@inner_bare_kernel
+def _touch(strips: WheelStrips, i: int) -> bool:
+    """Whether a strip of a wheel and the next one touch."""
+    apart = strips.station[i + 1] - strips.station[i]
+    return bool(apart < 0.5 * _TOUCHING * (strips.width[i] + strips.width[i + 1]))
+
+
+@inner_bare_kernel
+def _along(
+    points: StripPoints, strips: WheelStrips, patches: PatchCells, shear_modulus: float, begin: int, low: int,
+    high: int, m: int, traction: FloatArray, slip: FloatArray, marks: FloatArray, work: WorkArrays,
+) -> None:  # fmt: skip
+    """Fill tractions, slopes, work and share of slip of strips `low` to `high` by the cells of patch m."""
+    cells, means = patches.cells[m], patches.means[patches.number[m]]
+    for c in range(cells):
+        work.root[c] = 0.0
     for k in range(means.shape[0]):
         for c in range(cells):
-            root[c] += means[k, c]
-    for i in range(count):
-        if peak[i] > 0.0:
-            scale = shear_modulus / peak[i]
-            for axis in range(2):
-                _means_along(traction[axis, i], scale, means, solved[axis, i])
-            _cut_back_along(solved[0, i], solved[1, i], root, friction)
-            sliding[i] = _rates(points.between, traction[:, i], slip[:, i], marks[i], scale, friction, rate)
-            _work_along(points.between, rate, root, solved[2, i])
-    _slopes_across(solved, peak, centre, slopes)
-    # Traction, pressure and slip of one strip; and of all by cells, so that memory is written in order.
-    area, line, turned = 0.0, np.empty((5, cells)), np.empty((5, cells, loaded))
-    for j in range(loaded):
-        half = 0.5 * (x_lead[first + j] - x_trail[first + j])
-        i, share, off, off_next = parts_of(j, loaded, count)
-        other, rest, largest = min(i + 1, count - 1), 1.0 - share, slope[first + j] * half
-        off += (y[first + j] - centre[i]) / width
-        off_next += (y[first + j] - centre[other]) / width
-        off, off_next = off * width, off_next * width
+            work.root[c] += means[k, c]
+    root = work.root[:cells]
+    for s in range(low, high):
+        i, own = s - low, s - begin
+        scale = shear_modulus / strips.peak[s]
         for axis in range(2):
-            for c in range(cells):
-                line[axis, c] = share * (solved[axis, i, c] + off * slopes[axis, i, c])
-            if rest > 0.0:
-                for c in range(cells):
-                    line[axis, c] += rest * (solved[axis, other, c] + off_next * slopes[axis, other, c])
-        left, to_right = neighbours(j, loaded, count, peak)
+            _means_along(traction[axis, own], scale, means, work.solved[axis, i, :cells])
+        _cut_back_along(work.solved[0, i, :cells], work.solved[1, i, :cells], root, strips.friction[s])
+        work.sliding[i] = _rates(
+            points.between, traction[:, own], slip[:, own], marks[own], scale, strips.friction[s], work.rate
+        )
+        work.total[i] = _work_along(points.between, work.rate, root, work.solved[2, i, :cells])
+    _slopes_across(work.solved, strips, low, high, cells, work.slopes)
+
+
+@inner_bare_kernel
+def _hand_out(
+    strips: WheelStrips, patches: PatchCells, low: int, first: int, last: int, high: int, work: WorkArrays,
+    out: FloatArray, force: FloatArray, slip_area: FloatArray,
+) -> None:  # fmt: skip
+    """Fill the cells of the patch of the strips `first` to `last` from the strips `low` to `high`."""
+    m = strips.patch[first]
+    cells, width, origin = patches.cells[m], patches.width[m], strips.station[first] - strips.y[first]
+    solved, slopes, root = work.solved, work.slopes, work.root
+    x, y, rate, slip_x, slip_y = work.line[0], work.line[1], work.line[2], work.line[3], work.line[4]
+    if patches.in_planes:
+        _keep_work(strips, patches, low, first, last, high, work)
+    else:
+        for i in range(first - low, last - low):
+            work.kept[i] = 1.0
+    area = 0.0
+    for j in range(patches.y.shape[1]):
+        half = 0.5 * (patches.x_lead[m, j] - patches.x_trail[m, j])
+        largest = patches.slope[m, j] * half
+        if largest <= 0.0:
+            continue
+        middle = origin + patches.y[m, j]
+        lower, upper = middle - 0.5 * width, middle + 0.5 * width
         for c in range(cells):
-            work = solved[2, left, c] + to_right * (solved[2, left + 1, c] - solved[2, left, c])
-            limit, square = friction * root[c], line[0, c] * line[0, c] + line[1, c] * line[1, c]
-            scale = largest * limit / np.sqrt(square) if square > limit * limit else largest
-            line[0, c], line[1, c] = scale * line[0, c], scale * line[1, c]
-            line[2, c] = largest * root[c]
-            square = line[0, c] * line[0, c] + line[1, c] * line[1, c]
-            against = -largest * work / square if square > 0.0 else 0.0
-            line[3, c], line[4, c] = against * line[0, c], against * line[1, c]
-        f_x, f_y, moment, length = 0.0, 0.0, 0.0, 2.0 * half / cells
-        if keep:
-            for k in range(5):
-                for c in range(cells):
-                    turned[k, c, j] = line[k, c]
+            x[c], y[c], rate[c] = 0.0, 0.0, 0.0
+        covered, bound, sliding = 0.0, 0.0, 0.0
+        p, q = _overlapped(strips, first, last, lower, upper)
+        for s in range(p, q):
+            share, place = _part(strips, s, lower, upper, q - p == 1)
+            i, off = s - low, place - strips.centre[s]
+            covered += share
+            bound += share * strips.friction[s]
+            sliding += share * work.sliding[i]
+            _add_line(solved[0, i], slopes[0, i], share, off * share, x, cells)
+            _add_line(solved[1, i], slopes[1, i], share, off * share, y, cells)
+            other, to_other = _beside(strips, s, place, low, high)
+            kept = share * work.kept[i]
+            _add_line(
+                solved[2, i], solved[2, other - low], kept * (1.0 - to_other), kept * to_other, rate, cells
+            )
+        # A strip that sticks out of the solved ones has the tractions of its other part.
+        per_share, limit = 1.0 / covered, bound / covered
+        of_work = largest if patches.in_planes else largest * per_share
         for c in range(cells):
-            f_x, f_y, moment = f_x + line[0, c], f_y + line[1, c], moment + (c + 0.5) * line[1, c]
-        area += 2.0 * half * width * (share * sliding[i] + rest * sliding[other])
-        force[m, 0] += f_x * length * width
-        force[m, 1] += f_y * length * width
-        force[m, 2] += (x_lead[first + j] * f_y - length * moment - y[first + j] * f_x) * length * width
-    if keep:
-        for field, k in enumerate((2, 0, 1, 3, 4)):
+            t_x, t_y, most = per_share * x[c], per_share * y[c], limit * root[c]
+            size = np.sqrt(t_x * t_x + t_y * t_y)
+            scale = largest * most / (size if size > most else most)
+            t_x, t_y = scale * t_x, scale * t_y
+            square = t_x * t_x + t_y * t_y
+            against = -of_work * rate[c] / (square if square > 0.0 else 1.0)
+            x[c], y[c] = t_x, t_y
+            slip_x[c], slip_y[c] = against * t_x, against * t_y
+        area += 2.0 * half * width * per_share * sliding
+        if out.shape[2] > 0:
             for c in range(cells):
-                for j in range(loaded):
-                    out[field, m, c, first + j] = turned[k, c, j]
-    return area
+                out[0, m, c, j], out[1, m, c, j], out[2, m, c, j] = largest * root[c], x[c], y[c]
+                out[3, m, c, j], out[4, m, c, j] = slip_x[c], slip_y[c]
+        if not patches.in_planes:
+            f_x, f_y, moment, length = 0.0, 0.0, 0.0, 2.0 * half / cells
+            for c in range(cells):
+                f_x, f_y, moment = f_x + x[c], f_y + y[c], moment + (c + 0.5) * y[c]
+            force[m, 0] += f_x * length * width
+            force[m, 1] += f_y * length * width
+            turning = patches.x_lead[m, j] * f_y - length * moment - patches.y[m, j] * f_x
+            force[m, 2] += turning * length * width
+    slip_area[m] = area
+
+
+@inner_bare_kernel
+def _add_line(
+    one: FloatArray, other: FloatArray, of_one: float, of_other: float, out: FloatArray, cells: int
+) -> None:
+    """Add two lines of cells times factors."""
+    for c in range(cells):
+        out[c] += of_one * one[c] + of_other * other[c]
+
+
+@inner_bare_kernel
+def _keep_work(
+    strips: WheelStrips, patches: PatchCells, low: int, first: int, last: int, high: int, work: WorkArrays
+) -> None:
+    """Fill the factors with which the cells of a patch hold the work of each of its solved strips."""
+    m = strips.patch[first]
+    width, origin = patches.width[m], strips.station[first] - strips.y[first]
+    for i in range(first - low, last - low):
+        work.kept[i] = 0.0
+    for j in range(patches.y.shape[1]):
+        half = 0.5 * (patches.x_lead[m, j] - patches.x_trail[m, j])
+        middle = origin + patches.y[m, j]
+        lower, upper = middle - 0.5 * width, middle + 0.5 * width
+        p, q = _overlapped(strips, first, last, lower, upper)
+        for s in range(p, q):
+            share, place = _part(strips, s, lower, upper, q - p == 1)
+            other, to_other = _beside(strips, s, place, low, high)
+            value = work.total[s - low] + to_other * (work.total[other - low] - work.total[s - low])
+            work.kept[s - low] += share * width * half * half * patches.slope[m, j] * value
+    for s in range(first, last):
+        i = s - low
+        whole = strips.width[s] * strips.half[s] * strips.peak[s] * work.total[i]
+        work.kept[i] = whole / work.kept[i] if work.kept[i] > 0.0 else 0.0
+
+
+@inner_bare_kernel
+def _overlapped(strips: WheelStrips, first: int, last: int, lower: float, upper: float) -> tuple[int, int]:
+    """First and end of a patch's solved strips that one of its own overlaps; the next one if none."""
+    sliver, p = _SLIVER * (upper - lower), first
+    while p < last - 1 and strips.station[p] + 0.5 * strips.width[p] <= lower + sliver:
+        p += 1
+    q = p + 1
+    while q < last and strips.station[q] - 0.5 * strips.width[q] < upper - sliver:
+        q += 1
+    return p, q
+
+
+@inner_bare_kernel
+def _part(strips: WheelStrips, s: int, lower: float, upper: float, alone: bool) -> tuple[float, float]:
+    """Share of a strip of the patch that solved strip s covers, all if `alone`; middle of this part."""
+    edge, further = strips.station[s] - 0.5 * strips.width[s], strips.station[s] + 0.5 * strips.width[s]
+    left, right = max(lower, edge), min(upper, further)
+    share = 1.0 if alone else max((right - left) / (upper - lower), 0.0)
+    return share, min(max(0.5 * (left + right), edge), further)
+
+
+@inner_bare_kernel
+def _beside(strips: WheelStrips, s: int, place: float, low: int, high: int) -> tuple[int, float]:
+    """Solved strip beside a place in strip s, if it touches, and its share in a line between middles."""
+    off = place - strips.station[s]
+    if off > 0.0 and s + 1 < high and _touch(strips, s):
+        return s + 1, off / (strips.station[s + 1] - strips.station[s])
+    if off < 0.0 and s > low and _touch(strips, s - 1):
+        return s - 1, off / (strips.station[s - 1] - strips.station[s])
+    return s, 0.0
 
 
 @inner_bare_kernel
 def _means_along(traction: FloatArray, scale: float, means: FloatArray, out: FloatArray) -> None:
-    """Add the means of the cells of a strip, `scale` times its traction at the points."""
+    """Fill the means of the cells of a strip, `scale` times its traction at the points."""
+    for c in range(out.size):
+        out[c] = 0.0
     for k in range(traction.size):
         value = scale * traction[k]
         for c in range(out.size):
@@ -145,26 +349,28 @@ def _means_along(traction: FloatArray, scale: float, means: FloatArray, out: Flo
 
 
 @inner_bare_kernel
-def _slopes_across(values: FloatArray, peak: FloatArray, centre: FloatArray, slopes: FloatArray) -> None:
+def _slopes_across(
+    values: FloatArray, strips: WheelStrips, low: int, high: int, cells: int, slopes: FloatArray
+) -> None:
     """Fill the slopes of tractions (2, N, nx) across solved strips, that keep means and make no extremes.
 
-    Outermost strips, also beside those without contact, go on as their neighbours.
+    Outermost strips, also those that touch no other, go on as their neighbours.
     """
-    count = peak.size
-    for i in range(count):
-        left, right = i > 0 and peak[i - 1] > 0.0, i < count - 1 and peak[i + 1] > 0.0
-        if peak[i] <= 0.0 or not (left or right):
-            continue
-        first, last = i - 1 if left else i, i + 1 if right else i
-        per_length = 1.0 / (centre[last] - centre[first])
+    centre = strips.centre
+    for s in range(low, high):
+        left, right = s > low and _touch(strips, s - 1), s < high - 1 and _touch(strips, s)
+        i, first, last = s - low, s - 1 if left else s, s + 1 if right else s
+        per_length = 1.0 / (centre[last] - centre[first]) if last > first else 0.0
+        per_left = 1.0 / (centre[s] - centre[first]) if left else 0.0
+        per_right = 1.0 / (centre[last] - centre[s]) if right else 0.0
         for k in range(2):
-            for c in range(values.shape[2]):
-                slope = (values[k, last, c] - values[k, first, c]) * per_length
+            before, value, after = values[k, first - low], values[k, i], values[k, last - low]
+            for c in range(cells):
+                slope = (after[c] - before[c]) * per_length
                 if left and right:
-                    before = (values[k, i, c] - values[k, first, c]) / (centre[i] - centre[first])
-                    after = (values[k, last, c] - values[k, i, c]) / (centre[last] - centre[i])
-                    size = min(abs(slope), 2.0 * abs(before), 2.0 * abs(after))
-                    slope = np.copysign(size, slope) if before * after > 0.0 else 0.0
+                    of_left, of_right = (value[c] - before[c]) * per_left, (after[c] - value[c]) * per_right
+                    size = min(abs(slope), 2.0 * abs(of_left), 2.0 * abs(of_right))
+                    slope = np.copysign(size, slope) if of_left * of_right > 0.0 else 0.0
                 slopes[k, i, c] = slope
 
 
@@ -218,8 +424,8 @@ def _rates(
 
 
 @inner_bare_kernel
-def _work_along(between: FloatArray, rate: FloatArray, root: FloatArray, work: FloatArray) -> None:
-    """Fill the work of the cells of a strip, the square of its rate linear between places; the sum is exact.
+def _work_along(between: FloatArray, rate: FloatArray, root: FloatArray, work: FloatArray) -> float:
+    """Fill the work of the cells of a strip, the square of its rate linear between places; the exact sum.
 
     Near the onset of slip and at the trailing end it goes on in a straight line.
     """
@@ -227,7 +433,9 @@ def _work_along(between: FloatArray, rate: FloatArray, root: FloatArray, work: F
     for k in range(count):
         total += (1.0 - between[k] * between[k]) * rate[k] * (np.pi / count)
     if total <= 0.0:
-        return
+        for c in range(cells):
+            work[c] = 0.0
+        return 0.0
     behind = 0
     for c in range(cells):
         place = 1.0 - (2.0 * c + 1.0) / cells
@@ -245,28 +453,33 @@ def _work_along(between: FloatArray, rate: FloatArray, root: FloatArray, work: F
         have += work[c] * 2.0 / cells
     for c in range(cells):
         work[c] *= total / have if have > 0.0 else 0.0
+    return 0.5 * cells * total if have > 0.0 else 0.0
 
 
-@kernel
+@bare_kernel
 def guess_from_cells(
-    points: StripPoints, cells: FloatArray, m: int, rows: int, first: int, loaded: int, stiff: FloatArray,
+    points: StripPoints, strips: WheelStrips, patches: PatchCells, cells: FloatArray, shear_modulus: float,
     traction: FloatArray,
 ) -> None:  # fmt: skip
-    """Fill tractions (2, N, n) from the cells (5, m, nx, ny) of a state nearby.
-
-    Patch m has `rows` cells along each strip, and `stiff` (N,) is the factor of the pressure over the shear
-    modulus.
-    """
-    count = traction.shape[1]
-    for i in range(count):
-        j = first + min(int((i + 0.5) * loaded / count), loaded - 1)
-        for k in range(points.place.size):
-            place = min(max(0.5 * (1.0 - points.place[k]) * rows - 0.5, 0.0), rows - 1.0)
-            front = min(int(place), max(rows - 2, 0))
-            rear = min(front + 1, rows - 1)
-            for axis in range(2):
-                value = 0.0
-                for c, share in ((front, 1.0 - (place - front)), (rear, place - front)):
-                    pressure = cells[0, m, c, j]
-                    value += share * cells[1 + axis, m, c, j] / pressure if pressure > 0.0 else 0.0
-                traction[axis, i, k] = value * stiff[i]
+    """Fill tractions, as `rolling.prepare` does, from the cells (5, m, nx, ny) of a state nearby."""
+    n, ny = points.place.size, patches.y.shape[1]
+    for w in range(strips.begin.size - 1):
+        begin, end = strips.begin[w], strips.begin[w + 1]
+        of_wheel = traction[2 * begin * n : 2 * end * n].reshape(2, end - begin, n)
+        for s in range(begin, end):
+            m = strips.patch[s]
+            rows, edge = patches.cells[m], patches.y[m, 0] - 0.5 * patches.width[m]
+            j = min(max(int((strips.y[s] - edge) / patches.width[m] + _SLIVER), 0), ny - 1)
+            if cells[0, m, rows // 2, j] <= 0.0:
+                continue
+            stiff = strips.peak[s] / shear_modulus
+            for k in range(n):
+                place = min(max(0.5 * (1.0 - points.place[k]) * rows - 0.5, 0.0), rows - 1.0)
+                front = min(int(place), max(rows - 2, 0))
+                rear = min(front + 1, rows - 1)
+                for axis in range(2):
+                    value = 0.0
+                    for c, share in ((front, 1.0 - (place - front)), (rear, place - front)):
+                        pressure = cells[0, m, c, j]
+                        value += share * cells[1 + axis, m, c, j] / pressure if pressure > 0.0 else 0.0
+                    of_wheel[axis, s - begin, k] = value * stiff

@@ -19,6 +19,11 @@ are :math:`\eta_-` and :math:`\eta_+` off the middle of the loaded one, with the
 :math:`k_1 = \mathrm{sgn}(Y)\,[1/X - X/(\rho(\rho+|Y|))]`: its first part is that of an infinitely wide strip,
 of which :math:`\sqrt{1-t^2}\,U_l` makes :math:`\pi T_{l+1}(\xi)`, the matrix of strip theory; among different
 strips it cancels. The rest is regular and is tabulated over :math:`\xi` and :math:`\eta`.
+Beyond the table, far off or for strips that are short against the distance, it is of degree -1 in both, so
+that the influence of a strip goes to 0 with its length.
+
+Strips of a wheel stand at their stations along the arc of the profile, with widths of their own. Between
+strips whose normals are at an angle, lateral and mixed influences are those of one plane times its cosine.
 
 References
 ----------
@@ -29,18 +34,22 @@ References
 from __future__ import annotations
 
 from functools import lru_cache
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from wearsim.contact.kernel import bare_kernel, inner_bare_kernel, leaf_kernel
 from wearsim.contact.patch import FloatArray
+from wearsim.contact.tangential.coupled_strips.strips import WheelStrips
 
 _PLACES = 144  # steps of the root of the distance from the end of the strip, up to xi = 6
 _STEP = (1.0 + float(np.sqrt(5.0))) / _PLACES
 _OCTAVES = -12, 6  # of eta in the table
 _PER_OCTAVE = 4
 _ROWS = (_OCTAVES[1] - _OCTAVES[0]) * _PER_OCTAVE + 1
+_FARTHEST_XI = 1.0 + (_STEP * _PLACES - 1.0) ** 2
+_FARTHEST_ETA = 2.0 ** _OCTAVES[1]
 _FINEST = 2.0**40  # part of the width: patches stretched in search of a balance share a matrix
 
 
@@ -55,7 +64,7 @@ class StripPoints(NamedTuple):
         Where strains are computed: upstream of each point, and behind the last one.
     basis : (n, n) array
         Coefficients of U_l from the values at the points.
-    at_stick, at_slip : (n + 1, n) array
+    at_stick, at_slip : (n, n + 1) array
         Slip of points that stick, and of those that slip, from the values at `between`.
     alone : (n, n, n, n) array
         Inverse matrices of strip theory, transposed, of stretches of stick: first point, points less one.
@@ -107,7 +116,7 @@ def strip_points(count: int, stick: float = 1.0, slip: float = 1.0) -> StripPoin
     powers = np.arange(count + 1)
     of_values = np.linalg.inv(np.cos(np.outer(upstream, powers)))
     places = [angle - 0.5 * step * share for share in (stick, slip)]
-    at_stick, at_slip = (np.ascontiguousarray((np.cos(np.outer(at, powers)) @ of_values).T) for at in places)
+    at_stick, at_slip = (np.cos(np.outer(at, powers)) @ of_values for at in places)
     strain = np.cos(np.outer(places[0], order + 1)) @ basis
     alone = np.zeros((count,) * 4)
     for first in range(count):
@@ -186,17 +195,31 @@ def _integrate(place: FloatArray, eta: FloatArray, poisson_ratio: float, table: 
                         table[e, i, 2 * count + l] += mixed * shape[l]
 
 
-def slip_influence(
-    half: FloatArray, middle: FloatArray, width: float, count: int, poisson_ratio: float
-) -> FloatArray:
-    """Matrix of the slip that tractions on the strips of a patch cause.
+class StripShape(NamedTuple):
+    """Shape of the strips of a wheel over their largest width; each (N,).
 
     Parameters
     ----------
-    half, middle : (N,) array
-        Half lengths of the strips and their middles [m].
-    width : float
-        Of each strip [m].
+    station, width, half, along : (N,) array
+        Position across, width, half-length, and longitudinal position of the middle.
+    angle : (N,) array
+        Angle from the first strip's plane [rad].
+    """
+
+    station: FloatArray
+    width: FloatArray
+    half: FloatArray
+    along: FloatArray
+    angle: FloatArray
+
+
+def slip_influence(strips: WheelStrips, count: int, poisson_ratio: float) -> list[FloatArray]:
+    """Matrices of the slip that tractions on the strips of wheels cause.
+
+    Parameters
+    ----------
+    strips : WheelStrips
+        Strips of w wheels.
     count : int
         n, points along a strip.
     poisson_ratio : float
@@ -204,21 +227,35 @@ def slip_influence(
 
     Returns
     -------
-    (N n, 3, N (n + 1)) array
+    list of (N n, 3, N (n + 1)) arrays
         Slip of each point's traction over G: along x by that along x, the same across, and of either by the
         other; at the places of strains, those of a strip together. Read only.
     """
-    shape = np.rint(np.concatenate((half, middle)) * (_FINEST / width))
-    return _of_shape(shape.tobytes(), count, poisson_ratio)
+    if strips.width.size == 0:
+        return []
+    first, end = strips.begin[:-1], strips.begin[1:]
+    of_wheel = np.repeat(np.arange(first.size), end - first)
+    origin, largest = first[of_wheel], np.maximum.reduceat(strips.width, first)[of_wheel]
+    shape = np.empty((strips.width.size, len(StripShape._fields)))
+    np.divide(strips.station - strips.station[origin], largest, out=shape[:, 0])
+    np.divide(strips.width, largest, out=shape[:, 1])
+    np.divide(strips.half, largest, out=shape[:, 2])
+    np.divide(strips.along - strips.along[origin], largest, out=shape[:, 3])
+    np.subtract(strips.angle, strips.angle[origin], out=shape[:, 4])
+    shape = np.rint(shape * _FINEST)
+    return [
+        _of_shape(shape[here:to].tobytes(), count, poisson_ratio)
+        for here, to in pairwise(strips.begin.tolist())
+    ]
 
 
 @lru_cache(maxsize=128)
 def _of_shape(shape: bytes, count: int, poisson_ratio: float) -> FloatArray:
-    """Matrix of strips with half lengths and middles in multiples of their width."""
-    half, middle = np.frombuffer(shape).reshape(2, -1) / _FINEST
+    """Matrix of strips of a shape (N, 5), in bytes."""
+    strips = StripShape(*np.ascontiguousarray(np.frombuffer(shape).reshape(-1, 5).T / _FINEST))
     points, table = strip_points(count), influence_table(count, poisson_ratio)
-    matrix = np.empty((half.size * count, 3, half.size * (count + 1)))
-    _fill(table.coupled, table.own, points.between, half, middle, np.empty((count + 1, 3 * count)), matrix)
+    matrix = np.empty((strips.half.size * count, 3, strips.half.size * (count + 1)))
+    _fill(table.coupled, table.own, points.between, strips, np.empty((count + 1, 3 * count)), matrix)
     return matrix
 
 
@@ -233,27 +270,46 @@ def _row_of(eta: float) -> tuple[int, float]:
 
 @bare_kernel
 def _fill(
-    coupled: FloatArray, own: FloatArray, between: FloatArray, half: FloatArray, middle: FloatArray,
-    block: FloatArray, matrix: FloatArray,
+    coupled: FloatArray, own: FloatArray, between: FloatArray, strips: StripShape, block: FloatArray, matrix:
+    FloatArray,
 ) -> None:  # fmt: skip
-    """Fill the matrix (N n, 3, N (n + 1)) of strips of width 1, block by block."""
-    n, strips = between.size - 1, half.size
-    for j in range(strips):
-        row, share = _row_of(0.5 / half[j])
+    """Fill the matrix (N n, 3, N (n + 1)) of the strips of a wheel, block by block."""
+    n, count = between.size - 1, strips.half.size
+    for j in range(count):
+        half = strips.half[j]
+        row, share = _row_of(0.5 * strips.width[j] / half)
         for r in range(n + 1):
             for c in range(3 * n):
                 block[r, c] = own[row, r, c] + share * (own[row + 1, r, c] - own[row, r, c])
-        _place(block, j, j, 1.0, matrix)
-        for d in range(1, max(j + 1, strips - j)):
-            near, of_near = _row_of((d - 0.5) / half[j])
-            far, of_far = _row_of((d + 0.5) / half[j])
-            for side in (-1, 1):
-                i = j + side * d
-                if 0 <= i < strips:
-                    for r in range(n + 1):
-                        xi = (middle[i] + half[i] * between[r] - middle[j]) / half[j]
-                        _between_rows(coupled, near, of_near, far, of_far, xi, block[r])
-                    _place(block, i, j, float(side), matrix)
+        _place(block, j, j, 1.0, 1.0, matrix)
+        for i in range(count):
+            if i == j:
+                continue
+            off = strips.station[i] - strips.station[j]
+            near = max(abs(off) - 0.5 * strips.width[j], 0.0) / half
+            far = (abs(off) + 0.5 * strips.width[j]) / half
+            near_row, of_near = _row_of(near)
+            far_row, of_far = _row_of(far)
+            for r in range(n + 1):
+                xi = (strips.along[i] + strips.half[i] * between[r] - strips.along[j]) / half
+                if abs(xi) <= _FARTHEST_XI and far <= _FARTHEST_ETA:
+                    _between_rows(coupled, near_row, of_near, far_row, of_far, xi, block[r])
+                else:
+                    _from_afar(coupled, near, far, xi, block[r])
+            turned = np.cos(strips.angle[i] - strips.angle[j])
+            _place(block, i, j, turned, turned if off > 0.0 else -turned, matrix)
+
+
+@inner_bare_kernel
+def _from_afar(table: FloatArray, near: float, far: float, xi: float, out: FloatArray) -> None:
+    """Fill the influence (3 n,) beyond the table, where it is of degree -1 in the distance."""
+    nearer = min(_FARTHEST_XI / abs(xi), 1.0) if xi != 0.0 else 1.0
+    nearer = min(nearer, _FARTHEST_ETA / far)
+    near_row, of_near = _row_of(nearer * near)
+    far_row, of_far = _row_of(nearer * far)
+    _between_rows(table, near_row, of_near, far_row, of_far, nearer * xi, out)
+    for m in range(out.size):
+        out[m] *= nearer
 
 
 @inner_bare_kernel
@@ -285,11 +341,11 @@ def _between_rows(
 
 
 @inner_bare_kernel
-def _place(block: FloatArray, i: int, j: int, side: float, matrix: FloatArray) -> None:
-    """Put the influence (n + 1, 3 n) of strip j on strip i into the matrix; `side`: sign of y_i - y_j."""
+def _place(block: FloatArray, i: int, j: int, across: float, mixed: float, matrix: FloatArray) -> None:
+    """Put the influence (n + 1, 3 n) of strip j on strip i into the matrix, with factors on parts across."""
     rows, n = block.shape[0], block.shape[1] // 3
-    for r in range(rows):
-        for m in range(3):
-            sign = side if m == 2 else 1.0
-            for k in range(n):
-                matrix[j * n + k, m, i * rows + r] = sign * block[r, m * n + k]
+    for k in range(n):
+        for r in range(rows):
+            matrix[j * n + k, 0, i * rows + r] = block[r, k]
+            matrix[j * n + k, 1, i * rows + r] = across * block[r, n + k]
+            matrix[j * n + k, 2, i * rows + r] = mixed * block[r, 2 * n + k]

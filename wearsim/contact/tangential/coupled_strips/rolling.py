@@ -1,4 +1,4 @@
-r"""Coulomb friction on the strips of one patch in steady rolling: semi-smooth Newton with Krylov steps.
+r"""Coulomb friction on the strips of one wheel in steady rolling: semi-smooth Newton with Krylov steps.
 
 Unknown is the traction g at the n points of each strip, over the root of an ellipse: there Coulomb's bound is
 one number b per strip. A point that sticks has no slip where strains are computed upstream of it,
@@ -23,9 +23,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from wearsim.contact.kernel import inner_bare_kernel, inner_kernel, kernel
+from wearsim.contact.kernel import bare_kernel, inner_bare_kernel, inner_kernel, kernel
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.tangential.coupled_strips.influence import StripPoints
+from wearsim.contact.tangential.coupled_strips.strips import WheelStrips
 from wearsim.contact.tangential.semismooth_newton import (
     OUTSIDE,
     STICK,
@@ -49,7 +50,7 @@ def roll(
     matrix: FloatArray, points: StripPoints, poisson_ratio: float, rigid_slip: FloatArray, bound: FloatArray,
     tolerance: float, most_steps: int, traction: FloatArray, slip: FloatArray, marks: FloatArray,
 ) -> tuple[float, int, int]:  # fmt: skip
-    """Solve for tractions and slip of a patch in steady rolling.
+    """Solve for tractions and slip of the strips of a wheel in steady rolling.
 
     Parameters
     ----------
@@ -108,25 +109,61 @@ def roll(
         steps += 1
 
 
-@kernel
+@bare_kernel
 def prepare(
-    points: StripPoints, poisson_ratio: float, creepage: FloatArray, y: FloatArray, half: FloatArray, middle:
-    FloatArray, rigid_slip: FloatArray, traction: FloatArray,
-) -> None:  # fmt: skip
-    """Fill the rigid slip (2, N, n + 1) of strips and their first tractions (2, N, n).
+    points: StripPoints,
+    poisson_ratio: float,
+    strips: WheelStrips,
+    rigid_slip: FloatArray,
+    traction: FloatArray,
+) -> None:
+    """Fill the rigid slip of the strips of wheels and their first tractions.
 
-    Those are tractions of strips that stick, as strip theory has them for twice the creepage: strips of
-    infinite width are as stiff as that, those of patches less.
+    Both are flat arrays, (2, N, n + 1) and (2, N, n) of one wheel behind the other. The tractions are those
+    of strips that stick, as strip theory has them for twice the creepage: strips of infinite width are as
+    stiff as that, those of patches less.
     """
-    for i in range(y.size):
-        along = creepage[0] - creepage[2] * y[i]
-        for r in range(points.between.size):
-            rigid_slip[0, i, r] = along
-            rigid_slip[1, i, r] = creepage[1] + creepage[2] * (middle[i] + half[i] * points.between[r])
-        for k in range(points.place.size):
-            factor = -_GUESS / (1.0 + points.place[k])
-            across = creepage[1] + creepage[2] * (middle[i] + half[i] * points.place[k])
-            traction[0, i, k], traction[1, i, k] = factor / (1.0 - poisson_ratio) * along, factor * across
+    n = points.place.size
+    for w in range(strips.begin.size - 1):
+        first, last = strips.begin[w], strips.begin[w + 1]
+        rigid = rigid_slip[2 * first * (n + 1) : 2 * last * (n + 1)].reshape(2, last - first, n + 1)
+        guess = traction[2 * first * n : 2 * last * n].reshape(2, last - first, n)
+        for i in range(last - first):
+            along, across, spin = strips.creepage[first + i]
+            half, middle = strips.half[first + i], strips.middle[first + i]
+            for r in range(n + 1):
+                rigid[0, i, r] = along
+                rigid[1, i, r] = across + spin * (middle + half * points.between[r])
+            for k in range(n):
+                factor = -_GUESS / (1.0 + points.place[k])
+                there = across + spin * (middle + half * points.place[k])
+                guess[0, i, k], guess[1, i, k] = factor / (1.0 - poisson_ratio) * along, factor * there
+
+
+@bare_kernel
+def add_up(
+    points: StripPoints, strips: WheelStrips, shear_modulus: float, traction: FloatArray, out: FloatArray
+) -> None:
+    """Fill forces along and across of strips and moments about their middle at the patch's centre (m, N, 3).
+
+    `traction` as of `prepare`; exact for the polynomials [N, N, N m].
+    """
+    n = points.place.size
+    for w in range(strips.begin.size - 1):
+        first, last = strips.begin[w], strips.begin[w + 1]
+        solved = traction[2 * first * n : 2 * last * n].reshape(2, last - first, n)
+        for i in range(last - first):
+            s = first + i
+            along, across, moment = 0.0, 0.0, 0.0
+            for k in range(n):
+                place = points.place[k]
+                weight = 1.0 - place * place
+                along += weight * solved[0, i, k]
+                across += weight * solved[1, i, k]
+                moment += weight * solved[1, i, k] * (strips.middle[s] + strips.half[s] * place)
+            whole = shear_modulus * strips.width[s] * strips.half[s] * np.pi / (n + 1)
+            force = out[strips.patch[s], strips.number[s]]
+            force[0], force[1], force[2] = whole * along, whole * across, whole * moment
 
 
 @inner_bare_kernel
@@ -141,8 +178,8 @@ def _state(
             for r in range(slip.shape[2]):
                 slip[c, i, r] = rigid_slip[c, i, r]
     _add_slip(matrix, traction, slip)
-    _at_places(slip, points.at_stick.reshape(1, slip.shape[2], marks.shape[1]), seen[0])
-    _at_places(slip, points.at_slip.reshape(1, slip.shape[2], marks.shape[1]), seen[1])
+    _at_places(slip, points.at_stick, seen[0])
+    _at_places(slip, points.at_slip, seen[1])
     error, size = _residual(traction, seen[0], seen[1], bound, marks, direction, rest)
     if size > 0.0:
         return float(error / size)
@@ -175,15 +212,29 @@ def _add_slip(matrix: FloatArray, traction: FloatArray, slip: FloatArray) -> Non
 
 @inner_bare_kernel
 def _at_places(slip: FloatArray, places: FloatArray, out: FloatArray) -> None:
-    """Fill the slip (2, N, n) at one place per point; `places` (1, n + 1, n) or (N, n + 1, n)."""
-    for c in range(2):
-        for i in range(out.shape[1]):
-            of_strip = places[min(i, places.shape[0] - 1)]
-            for k in range(out.shape[2]):
-                out[c, i, k] = 0.0
-            for r in range(slip.shape[2]):
-                for k in range(out.shape[2]):
-                    out[c, i, k] += of_strip[r, k] * slip[c, i, r]
+    """Fill the slip (2, N, n) at one place per point; `places` (n, n + 1)."""
+    for i in range(out.shape[1]):
+        for k in range(out.shape[2]):
+            out[0, i, k], out[1, i, k] = _at_place(slip, i, places[k])
+
+
+@inner_bare_kernel
+def _at_places_of_marks(slip: FloatArray, marks: FloatArray, points: StripPoints, out: FloatArray) -> None:
+    """Fill the slip (2, N, n) of points that stick and that slip, each at its place."""
+    for i in range(out.shape[1]):
+        for k in range(out.shape[2]):
+            place = points.at_stick[k] if marks[i, k] == STICK else points.at_slip[k]
+            out[0, i, k], out[1, i, k] = _at_place(slip, i, place)
+
+
+@inner_bare_kernel
+def _at_place(slip: FloatArray, i: int, place: FloatArray) -> tuple[float, float]:
+    """Slip at a place (n + 1,) of strip i."""
+    x, y = 0.0, 0.0
+    for r in range(place.size):
+        x += place[r] * slip[0, i, r]
+        y += place[r] * slip[1, i, r]
+    return x, y
 
 
 @inner_bare_kernel
@@ -230,11 +281,6 @@ def _linear_step(
     triangle, weight = np.zeros((most, most)), np.empty(most)
     cosine, sine, left = np.empty(most), np.empty(most), np.empty(most + 1)
     slip, seen = np.empty((2, shape[1], shape[2] + 1)), np.empty(shape)
-    places = np.empty((shape[1], shape[2] + 1, shape[2]))
-    for i in range(shape[1]):
-        for r in range(shape[2] + 1):
-            for k in range(shape[2]):
-                places[i, r, k] = points.at_stick[r, k] if marks[i, k] == STICK else points.at_slip[r, k]
     flat, none, whole = rest.reshape(size), slip.reshape(slip.size), 0.0
     for i in range(size):
         whole += flat[i] * flat[i]
@@ -247,7 +293,7 @@ def _linear_step(
         for i in range(slip.size):
             none[i] = 0.0
         _add_slip(matrix, change, slip)
-        _at_places(slip, places, seen)
+        _at_places_of_marks(slip, marks, points, seen)
         derivative(change, seen, marks, direction, _REACH, basis[count + 1].reshape(shape))
         orthogonalise(basis, count, triangle, cosine, sine, left)
         count += 1

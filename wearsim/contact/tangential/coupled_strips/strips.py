@@ -1,4 +1,4 @@
-"""Strips that are solved: those of a patch, neighbours put together where it has more."""
+"""Strips that are solved, of the wheels of a batch: of patches in one plane or in planes of their own."""
 
 from __future__ import annotations
 
@@ -6,39 +6,158 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wearsim.contact.kernel import bare_kernel, inner_bare_kernel, kernel, plain
+from wearsim.contact.kernel import bare_kernel, kernel, plain
 from wearsim.contact.patch import FloatArray, IntArray, Patch
+from wearsim.contact.tangential.model import StripMotion
 
 _PER_STRIP = 3.2  # of the patch's own, at most
+_SHORTEST = 1e-6  # half-length over width of a strip; shorter ones carry nothing
 
 
-class SolvedStrips(NamedTuple):
-    """Strips of m patches that are solved; what lies behind `solved` of them is padding.
+class WheelStrips(NamedTuple):
+    """Strips in contact of the wheels of a batch: wheel by wheel, and by rising station.
 
     Parameters
     ----------
-    first, loaded : (m,) int array
-        First strip of the patch in contact, and number of strips from it to the last one in contact.
-    solved : (m,) int array
-        N, number of solved strips.
+    begin : (w + 1,) int array
+        First strip of each wheel, and the number of all.
+    patch, number : (S,) int array
+        Patch of each strip, and its number among the strips of that patch.
+    station, y, centre : (S,) array
+        Position of the middle across the rolling direction: from one origin for a wheel, and from the centre
+        of the patch; position of the strip's load, from the origin of the stations [m].
+    width, half : (S,) array
+        Width and half-length [m].
+    middle, along : (S,) array
+        Longitudinal position of the middle: from the patch's centre, and from an origin of the wheel [m].
+    peak, angle, friction : (S,) array
+        Factor of the root in p = peak sqrt(1 - t^2) [Pa]; contact angle [rad]; Coulomb coefficient [-].
+    creepage : (S, 3) array
+        Longitudinal and lateral creepage at the strip's middle line and the patch's centre; spin [-, -, 1/m].
+    turned : (m,) array
+        Contact angle of each patch: direction of the sum of its strips' normal forces [rad].
+    """
+
+    begin: IntArray
+    patch: IntArray
+    number: IntArray
+    station: FloatArray
+    y: FloatArray
+    centre: FloatArray
+    width: FloatArray
+    half: FloatArray
+    middle: FloatArray
+    along: FloatArray
+    peak: FloatArray
+    angle: FloatArray
+    friction: FloatArray
+    creepage: FloatArray
+    turned: FloatArray
+
+
+class SolvedStrips(NamedTuple):
+    """Equal strips of m patches in one plane; those without contact, and padding, have no pressure.
+
+    Parameters
+    ----------
     width : (m,) array
         [m].
     y, half, middle, peak : (m, N) array
         Lateral position, half length, longitudinal position of the middle [m], and factor of the root in
-        p = peak sqrt(1 - t^2), zero in strips without contact [Pa].
+        p = peak sqrt(1 - t^2) [Pa].
     centre : (m, N) array
         Lateral position of the load [m].
     """
 
-    first: IntArray
-    loaded: IntArray
-    solved: IntArray
     width: FloatArray
     y: FloatArray
     half: FloatArray
     middle: FloatArray
     peak: FloatArray
     centre: FloatArray
+
+
+def strips_of_wheels(
+    patch: Patch, creepage: FloatArray, friction: FloatArray, motion: StripMotion | None, fewest: int
+) -> WheelStrips:
+    """Gather the strips in contact of the wheels of a batch.
+
+    Parameters
+    ----------
+    patch : Patch
+        m patches; without planes each is a wheel of its own.
+    creepage, friction : (m, 3), (m,) array
+        Of the patches [-, -, 1/m], [-].
+    motion : StripMotion, optional
+        Of the strips of patches with planes.
+    fewest : int
+        As of `solved_strips`, of patches without planes.
+
+    Returns
+    -------
+    WheelStrips
+        Strips without load, length or friction are left out, and with them wheels that have no others.
+    """
+    if patch.planes is None or motion is None:
+        strips = solved_strips(patch, fewest)
+        wheel, station, y, centre, half = (
+            np.arange(len(creepage)),
+            strips.y,
+            strips.y,
+            strips.centre,
+            strips.half,
+        )
+        middle, along, peak, angle = strips.middle, strips.middle, strips.peak, np.zeros_like(strips.y)
+        width = np.broadcast_to(strips.width[:, None], y.shape)
+        coefficient = np.broadcast_to(friction[:, None], y.shape)
+        of_strips = np.repeat(creepage[:, None], y.shape[1], axis=1)
+        of_strips[:, :, 0] -= creepage[:, 2, None] * y
+        turned = np.zeros(len(creepage))
+    else:
+        planes, (wheel, of_strips, coefficient, x) = patch.planes, motion
+        station, width, half, middle = planes.station, planes.width, planes.half, planes.middle
+        peak, angle, centre = planes.peak, planes.angle, station
+        along = middle if x is None else middle + x[:, None]
+        normal = peak * half * width
+        load = normal.sum(axis=1)
+        mean = np.divide((normal * station).sum(axis=1), load, out=np.zeros_like(load), where=load > 0.0)
+        y = station - mean[:, None]
+        turned = np.arctan2((normal * np.sin(angle)).sum(axis=1), (normal * np.cos(angle)).sum(axis=1))
+    carries = (peak > 0.0) & (width > 0.0) & (half > _SHORTEST * width) & (coefficient > 0.0)
+    at, number = np.nonzero(carries)
+    order = np.lexsort((station[carries], wheel[at]))
+    at, number = at[order], number[order]
+    here = at, number
+    end = np.searchsorted(wheel[at], np.unique(wheel[at]), side="right")
+    return WheelStrips(
+        np.concatenate(([0], end)), at, number, station[here], y[here], centre[here], width[here], half[here],
+        middle[here], along[here], peak[here], angle[here], coefficient[here], of_strips[here], turned,
+    )  # fmt: skip
+
+
+def sums_of_strips(strips: WheelStrips, force: FloatArray) -> FloatArray:
+    """Sum up the forces of strips in planes of their own by patches, for reports.
+
+    Parameters
+    ----------
+    strips : WheelStrips
+        Strips of m patches.
+    force : (m, N, 3) array
+        Force along and across each strip [N, N], and moment about its normal, about the point in its middle
+        at the patch's centre [N m].
+
+    Returns
+    -------
+    (m, 3) array
+        Lateral forces and moments turned into the patch's plane, about the patch's centre [N, N, N m].
+    """
+    of_strips = force[strips.patch, strips.number]
+    share = np.cos(strips.angle - strips.turned[strips.patch])
+    parts = of_strips * np.stack((np.ones_like(share), share, share), axis=1)
+    parts[:, 2] -= strips.y * of_strips[:, 0]
+    sums = np.zeros((len(force), 3))
+    np.add.at(sums, strips.patch, parts)
+    return sums
 
 
 def solved_strips(patch: Patch, fewest: int) -> SolvedStrips:
@@ -54,13 +173,11 @@ def solved_strips(patch: Patch, fewest: int) -> SolvedStrips:
     Returns
     -------
     SolvedStrips
-        Equal strips; a semi-ellipse of half length a has the variance a^2 / 4. Similar patches have similar
-        strips.
+        A semi-ellipse of half length a has the variance a^2 / 4. Similar patches have similar strips.
     """
     count, most = patch.y.shape[0], _solved(patch.y.shape[1], fewest)
-    first, loaded, solved = np.empty((3, count), dtype=np.int64)
     y, half, middle, peak, centre = np.zeros((5, count, most))
-    strips = SolvedStrips(first, loaded, solved, np.empty(count), y, half, middle, peak, centre)
+    strips = SolvedStrips(np.empty(count), y, half, middle, peak, centre)
     _put_together(
         plain(patch.y), plain(patch.width), plain(patch.x_lead), plain(patch.x_trail),
         plain(patch.pressure_slope), plain(patch.strips, np.int64), fewest, strips,
@@ -88,7 +205,6 @@ def _put_together(
             last -= 1
         count = _solved(last - first, fewest)
         ratio = (last - first) / count
-        strips.first[m], strips.loaded[m], strips.solved[m] = first, last - first, count
         strips.width[m] = width[m] * ratio
         for i in range(count):
             strips.y[m, i] = y[m, first] + width[m] * (ratio * (i + 0.5) - 0.5)
@@ -104,40 +220,9 @@ def _put_together(
                 load, moment = load + part, moment + part * middle
                 square += part * (0.25 * half * half + middle * middle)
                 lateral += part * 0.5 * (max(low, float(j)) + min(high, j + 1.0))
-            # Without contact, any length: nothing acts there.
-            strips.half[m, i], strips.middle[m, i], strips.peak[m, i] = strips.width[m], 0.0, 0.0
             if load > 0.0:
                 middle = moment / load
                 strips.middle[m, i] = middle
                 strips.half[m, i] = 2.0 * np.sqrt(max(square / load - middle * middle, 1e-18))
                 strips.peak[m, i] = load / (ratio * strips.half[m, i])
                 strips.centre[m, i] = y[m, first] + width[m] * (lateral / load - 0.5)
-
-
-@inner_bare_kernel
-def parts_of(j: int, loaded: int, count: int) -> tuple[int, float, float, float]:
-    """Solved strip of the first part of strip j in contact, its share; where the middles of both parts are.
-
-    Those are in widths of a strip from its middle; the other part is in the next solved strip.
-    """
-    ratio = loaded / count
-    i = min(int(j / ratio), count - 1)
-    share = min((i + 1) * ratio - j, 1.0)
-    if share < 1e-9:
-        return i + 1, 1.0, 0.0, 0.0
-    if share > 1.0 - 1e-9 or i == count - 1:
-        return i, 1.0, 0.0, 0.0
-    return i, share, 0.5 * (share - 1.0), 0.5 * share
-
-
-@inner_bare_kernel
-def neighbours(j: int, loaded: int, count: int, peak: FloatArray) -> tuple[int, float]:
-    """Solved strip whose middle is left of that of strip j in contact, and the share of the next one.
-
-    Strips without contact have no share.
-    """
-    place = min(max((j + 0.5) * count / loaded - 0.5, 0.0), count - 1.0)
-    left = min(int(place), max(count - 2, 0))
-    if left + 1 == count or peak[left + 1] <= 0.0:
-        return left, 0.0
-    return left, 1.0 if peak[left] <= 0.0 else place - left

@@ -30,7 +30,7 @@ from wearsim.contact.patch import FloatArray, Patch, on_grid
 from wearsim.contact.tangential.half_space import steady_rolling
 from wearsim.contact.tangential.half_space.steady_rolling import RollingSolution, SlipOperator
 from wearsim.contact.tangential.kalker import coefficients
-from wearsim.contact.tangential.model import TangentialModel, TangentialSolution, Wanted
+from wearsim.contact.tangential.model import StripMotion, TangentialModel, TangentialSolution, Wanted
 from wearsim.errors import ContactError, NumericalError, say
 
 PLACE = 1.0 / 6.0  # of the rigid slip, ahead of the cell's centre, in cells
@@ -47,6 +47,7 @@ def solve(
     fields: Wanted,
     start: TangentialSolution | None = None,
     looser: float = 1.0,
+    strips: StripMotion | None = None,
 ) -> TangentialSolution:
     """Shear, slip and creep forces of each patch; contract in `tangential.model`.
 
