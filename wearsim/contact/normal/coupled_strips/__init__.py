@@ -57,13 +57,16 @@ References
 
 from __future__ import annotations
 
+from dataclasses import fields
+
 import numpy as np
 
 from wearsim.contact.geometry import CounterfaceProfile, Gap
 from wearsim.contact.kernel import plain
 from wearsim.contact.normal import kik_piotrowski
 from wearsim.contact.normal.coupled_strips.influence import influence_table
-from wearsim.contact.normal.coupled_strips.patches import Cut, cut_patches, measure_patches, nodes_for
+from wearsim.contact.normal.coupled_strips.patches import Cut, cut_patches, fill_planes, measure_patches, nodes_for
+from wearsim.contact.normal.coupled_strips.strips import Records
 from wearsim.contact.normal.coupled_strips.wheel import (
     NO_ROOM,
     PATCH,
@@ -73,7 +76,7 @@ from wearsim.contact.normal.coupled_strips.wheel import (
     work_for,
 )
 from wearsim.contact.normal.model import NO_BALANCE, NormalModel, NormalSolution, raise_first
-from wearsim.contact.patch import FloatArray, IntArray, Patch, Resolution, cells_of
+from wearsim.contact.patch import FloatArray, IntArray, Patch, Resolution, StripPlanes, cells_of
 
 DEFAULTS = {"least_strips": 20.0}
 
@@ -129,6 +132,10 @@ def solve(
         wheels, row, place, asked, effective_modulus, strips, patches, kept, nodes_for(most), out
     )  # fmt: skip
     lead, trail = middle + half, middle - half
+    planes = np.zeros((len(fields(StripPlanes)), place.size, _most_strips(patches)))
+    solved = np.zeros(place.size, np.int64)
+    fill_planes(wheels, row, place, effective_modulus, patches, kept, solved, planes)
+    planes = planes[:, :, : int(solved.max(initial=1))]
     patch = Patch(
         row=row[place],
         y=y,
@@ -139,6 +146,7 @@ def solve(
         interpenetration=np.zeros(shape),
         strips=strips,
         cells=cells_of(resolution, lead, trail),
+        planes=StripPlanes(*(each.copy() for each in planes)),
     )
     column = {name: patches[name].copy() for name in PATCH.names or ()}
     return NormalSolution(
@@ -166,6 +174,11 @@ def _wheels(gap: Gap, vertical: bool) -> Wheels:
         face.y, face.z, face.slope, face.angle, gap.gap, gap.wheel_radius, gap.x, gap.wheel_y, gap.sin_theta,
         gap.lowest, sin_yaw, surface_y, surface_slope, float(gap.curvature), _step(face), vertical,
     )  # fmt: skip
+
+
+def _most_strips(patches: Records) -> int:
+    """Count the strips of the widest patch."""
+    return int((patches["last"] - patches["first"]).max(initial=0)) + 1
 
 
 def _step(face: CounterfaceProfile) -> float:

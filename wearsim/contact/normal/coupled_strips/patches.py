@@ -53,10 +53,8 @@ def measure_patches(wheels: Wheels, number: IntArray, patches: Records, kept: Fl
     for n in range(number.size):
         for m in range(number[n]):
             patch = patches[n, m]
-            for i in range(patch.first, patch.last + 1):
-                kept[0, n, i] *= wheels.step
-            patch.left = min(wheels.step * patch.start, kept[0, n, patch.first] - 1e-9)
-            patch.right = max(wheels.step * patch.stop, kept[0, n, patch.last] + 1e-9)
+            patch.left = min(wheels.step * patch.start, kept[0, n, patch.first_whole] - 1e-9)
+            patch.right = max(wheels.step * patch.stop, kept[0, n, patch.last_whole] + 1e-9)
             patch.width = patch.right - patch.left
 
 
@@ -72,10 +70,47 @@ def cut_patches(
         _cut(m, patches[m], counts[m], count, modulus, row, nodes, out)
 
 
+@bare_kernel
+def fill_planes(
+    wheels: Wheels, rows: IntArray, places: IntArray, modulus: float, patches: Records, kept: FloatArray,
+    count: IntArray, planes: FloatArray,
+) -> None:  # fmt: skip
+    """Put neighbouring strips of patches together in pairs, the same ones wherever patches end.
+
+    `planes` (7, m, N) become y, station, width, half, middle, peak and angle of `StripPlanes`, of `count`
+    (m,) strips each. Load, middle and variance of the pressure along the strip are kept: that of a
+    semi-ellipse of half length a is a^2 / 4.
+    """
+    for m in range(patches.size):
+        patch, place = patches[m], places[m]
+        k, pair = -1, 0
+        load = moment = square = lateral = turned = 0.0
+        for i in range(patch.first, patch.last + 1):
+            number = int(np.floor(0.5 * kept[6, place, i]))
+            if k < 0 or number != pair:
+                k, pair = k + 1, number
+                load = moment = square = lateral = turned = 0.0
+                planes[2, m, k] = 0.0
+            part = kept[2, place, i] * kept[1, place, i] * kept[3, place, i]
+            middle = kept[5, place, i]
+            load, moment = load + part, moment + part * middle
+            square += part * (0.25 * kept[1, place, i] + middle * middle)
+            lateral, turned = lateral + part * kept[0, place, i], turned + part * kept[4, place, i]
+            planes[2, m, k] += kept[3, place, i]
+            planes[1, m, k] = lateral / load
+            planes[0, m, k] = linear_at(wheels.y, lateral / load / wheels.step)
+            half = 2.0 * np.sqrt(square / load - (moment / load) ** 2)
+            planes[3, m, k] = half
+            planes[4, m, k] = moment / load - patch.along
+            planes[5, m, k] = np.pi * modulus * patch.scale * load / (half * planes[2, m, k])
+            planes[6, m, k] = turned / load
+        count[m] = k + 1
+
+
 @inner_bare_kernel
 def _fill_nodes(patch: Records, kept: FloatArray, nodes: Nodes) -> int:
     """Take the middles of the solved strips of a patch, and its ends, as nodes; return their number."""
-    first, last = patch.first, patch.last
+    first, last = patch.first_whole, patch.last_whole
     count = last - first + 3
     for k in range(1, count - 1):
         nodes.place[k], nodes.square[k] = kept[0, first + k - 1], kept[1, first + k - 1]
@@ -168,9 +203,9 @@ def _place(m: int, patch: Records, strips: int, centre: float, row: Row, out: Cu
     for j in range(strips + 1):
         out.edge[m, j] = linear_at(row.y, (patch.left + j * width) / row.step)
     patch.centre = linear_at(row.y, centre / row.step)
-    middle_x = linear_at(row.along, centre / row.step)
+    patch.along = linear_at(row.along, centre / row.step)
     for j in range(strips):
-        out.middle[m, j] = linear_at(row.along, (patch.left + (j + 0.5) * width) / row.step) - middle_x
+        out.middle[m, j] = linear_at(row.along, (patch.left + (j + 0.5) * width) / row.step) - patch.along
     lowest = min(linear_at(row.gap, patch.start), linear_at(row.gap, patch.stop))
     for k in range(max(int(patch.start) + 1, 0), min(int(patch.stop) + 1, row.gap.size)):
         lowest = min(lowest, row.gap[k])

@@ -32,7 +32,7 @@ _MARGIN, _HIGHER = 1.15, 1.1  # level over a displacement, first and where that 
 _LEVELS, _FARTHER = 8, 1.5  # trials of the level, and step of those without solution
 _SLENDER = 0.137  # growth of c / (k E*), which is 1/2 of a cylinder, with length over width of an ellipse
 _STEPS = 30
-_EXACT = 2e-5  # tolerance of the load of strips
+_EXACT = 1e-5  # tolerance of the load of strips
 _ENOUGH = 0.1  # change of the load of strips in the last step that is no failure yet
 _SMALLEST = 1e-5  # of the load: patches below are left out
 _SHORT = 0.25  # of its neighbour's q, below which the end of a patch moves to that of the next strip
@@ -73,16 +73,16 @@ class Start(NamedTuple):
     displacement: FloatArray
 
 
-# Patch of the solution: first and last strip; vertical displacement from the design height of the wheel, size
+# Patch of the solution: first and last strip, and those of them that stand for their middles; vertical displacement from the design height of the wheel, size
 # and direction of the sum of its normal forces, factor on them; stations of both ends. The rest is filled by
 # `cut_patches`.
 PATCH = np.dtype(
-    [(name, int) for name in ("first", "last")]
+    [(name, int) for name in ("first", "last", "first_whole", "last_whole")]
     + [
         (name, float)
         for name in (
             "displacement", "force", "scale", "angle", "start", "stop",
-            "centre", "approach", "pressure", "width", "left", "right",
+            "centre", "along", "approach", "pressure", "width", "left", "right",
         )
     ]
 )  # fmt: skip
@@ -115,7 +115,8 @@ def solve_wheels(
 ) -> None:  # fmt: skip
     """Solve every row and find its patches, by falling normal force.
 
-    `kept` (7, n, most) are station, q, ratio, width, contact angle, contact line and normal force of strips.
+    `kept` (7, n, most) are place along the arc, q, ratio, width, contact angle, contact line and number of
+    strips.
     """
     for n in range(rows.size):
         row = row_of(wheels, rows[n], load[n])
@@ -278,16 +279,16 @@ def _find_patches(
     """Find the patches of a wheel, by falling normal force; return a fault or 0, and their number."""
     count, j, carried = 0, 0, 0.0
     for i in range(total):
-        force = strips.ratio[i] * strips.square[i] * strips.width[i]
-        kept[0, i], kept[1, i], kept[2, i] = strips.station[i], strips.square[i], strips.ratio[i]
-        kept[3, i], kept[4, i], kept[5, i] = strips.width[i], strips.tilt[i], strips.middle[i]
-        kept[6, i] = force
+        kept[0, i] = strips.station[i] * row.step
+        kept[1, i], kept[2, i], kept[3, i] = strips.square[i], strips.ratio[i], strips.width[i]
+        kept[4, i], kept[5, i], kept[6, i] = strips.tilt[i], strips.middle[i], strips.number[i]
     while j < total:
         first, upwards, sideways, lifted = j, 0.0, 0.0, 0.0
         while j < total and strips.square[j] > 0.0 and strips.run[j] == strips.run[first]:
-            upwards += kept[6, j] * np.cos(strips.tilt[j])
-            sideways += kept[6, j] * np.sin(strips.tilt[j])
-            lifted += kept[6, j] * strips.lift[j]
+            part = strips.ratio[j] * strips.square[j] * strips.width[j]
+            upwards += part * np.cos(strips.tilt[j])
+            sideways += part * np.sin(strips.tilt[j])
+            lifted += part * strips.lift[j]
             j += 1
         force = np.sqrt(upwards * upwards + sideways * sideways)
         if force <= _SMALLEST * row.load:
@@ -303,14 +304,15 @@ def _find_patches(
             place -= 1
         patch = patches[place]
         patch.first, patch.last, patch.force = first, j - 1, force
+        patch.first_whole, patch.last_whole = first, j - 1
         patch.displacement, patch.angle = displacement + row.low, np.arctan2(sideways, upwards)
         patch.start = end_of(strips, first, 1, j - first)
         patch.stop = end_of(strips, j - 1, -1, j - first)
         # Strips that hardly carry, beyond the ends.
-        while patch.first < patch.last and strips.station[patch.first] < patch.start:
-            patch.first += 1
-        while patch.first < patch.last and strips.station[patch.last] > patch.stop:
-            patch.last -= 1
+        while patch.first_whole < patch.last_whole and strips.station[patch.first_whole] < patch.start:
+            patch.first_whole += 1
+        while patch.first_whole < patch.last_whole and strips.station[patch.last_whole] > patch.stop:
+            patch.last_whole -= 1
     if count == 0:
         return NO_BALANCE, 0
     if count > 1 and not row.vertical:
