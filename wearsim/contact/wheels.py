@@ -418,7 +418,7 @@ def forces_of(
         normal_force = normal.normal_force[:, None]
     else:
         normal_force = strips.normal_force
-        options["strips"] = StripMotion(wheels.place, creepage, wheels.friction)
+        options["strips"] = StripMotion(wheels.place, creepage, wheels.friction, motion.x[:, 0])
     contact = model(
         normal.patch,
         mean_over_planes(creepage, normal_force),

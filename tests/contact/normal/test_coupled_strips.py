@@ -62,6 +62,13 @@ def ellipse_of(ratio, middle=6e-3):
     return across, load, hertz(along, across, load, E_STAR)
 
 
+def across_the_patch(solution):
+    """Solved strips of the width of the first patch, about: its width over their mean one."""
+    planes = solution.patch.planes
+    width = planes.width[0][planes.width[0] > 0.0]
+    return 2.0 * solution.patch.lateral_extent[0] / width.mean()
+
+
 @pytest.fixture(scope="module")
 def gap_of(s1002, rail_60e1):
     """Factory of gaps of S1002, or another wheel, on 60E1."""
@@ -99,26 +106,26 @@ def test_influence_is_that_of_the_integral(along, across):
 
 @pytest.mark.parametrize("ratio", [0.2, 0.5, 1.0, 2.0, 5.0])
 def test_ellipses_of_hertz(ratio):
-    """Sixteen strips: pressure and approach to 0.5 %, area and half-axes to 1.5 %, the middle to 1 um."""
+    """Pressure and approach to 0.5 %, area and half-axes to an eighth of a strip, the middle to 1 um."""
     across, load, exact = ellipse_of(ratio)
     got = solved(parabola(across, 0.37e-3), load, 120, vertical=False)
     assert got.max_pressure[0] == pytest.approx(float(exact.max_pressure), rel=5e-3)
     assert got.approach[0] == pytest.approx(float(exact.approach), rel=5e-3)
-    assert got.patch.area[0] == pytest.approx(float(exact.area), rel=1.5e-2)
-    assert 0.5 * got.patch.length[0] == pytest.approx(float(exact.semi_axis_x), rel=1.5e-2)
-    assert 0.5 * got.patch.lateral_extent[0] == pytest.approx(float(exact.semi_axis_y), rel=1.5e-2)
+    strip = 1.0 / across_the_patch(got)
+    assert got.patch.area[0] == pytest.approx(float(exact.area), rel=0.25 * strip)
+    assert 0.5 * got.patch.length[0] == pytest.approx(float(exact.semi_axis_x), rel=5e-3)
+    assert 0.5 * got.patch.lateral_extent[0] == pytest.approx(float(exact.semi_axis_y), rel=0.25 * strip)
     assert got.centre_y[0] == pytest.approx(0.37e-3, abs=1e-6)
 
 
 def test_an_ellipse_converges_with_the_strips_solved_for():
-    """Its area, from 1 % with sixteen strips; the approach is right to the tolerance, 1e-4, with as many."""
+    """Its area, to an eighth of a strip at both ends; the approach is right to 3e-4 with any number."""
     across, load, exact = ellipse_of(1.0)
-    coarse, fine = (solved(parabola(across), load, 400, vertical=False, least_strips=n) for n in (16.0, 36.0))
-    area = [abs(each.patch.area[0] / exact.area - 1.0) for each in (coarse, fine)]
-    assert area[0] < 0.01
-    assert area[1] < 0.6 * area[0]
-    for each in (coarse, fine):
-        assert each.approach[0] == pytest.approx(float(exact.approach), rel=1.5e-4)
+    for least in (12.0, 16.0, 20.0, 28.0, 40.0):
+        got = solved(parabola(across), load, 400, vertical=False, least_strips=least)
+        assert got.patch.area[0] == pytest.approx(float(exact.area), rel=0.25 / across_the_patch(got))
+        assert got.approach[0] == pytest.approx(float(exact.approach), rel=3e-4)
+    assert across_the_patch(got) > 30.0
 
 
 def test_integrals_of_the_solved_strips_are_handed_out():
@@ -169,6 +176,43 @@ def test_two_patches_of_a_wheel_press_each_other_apart():
     assert further > 0.02 * float(exact.approach)
 
 
+def forces(solution, rows):
+    """Vertical and lateral part of the normal forces of the strips of every wheel, and displacements."""
+    planes, row = solution.patch.planes, solution.patch.row
+    parts = [(planes.normal_force * turned(planes.angle)).sum(axis=1) for turned in (np.cos, np.sin)]
+    first = np.searchsorted(row, np.arange(rows))
+    return *(np.bincount(row, part, rows) for part in parts), solution.vertical_displacement[first]
+
+
+def test_strips_in_their_planes_carry_the_load(gap_of):
+    """Vertical parts of the strips make the load, their vector sum the normal force and angle of the patch."""
+    load = np.array([80e3, 80e3, 40e3])
+    got = solved(gap_of([0.0, 5e-3, 6.5e-3], yaw=3e-3), load)
+    vertical, _, _ = forces(got, 3)
+    np.testing.assert_allclose(vertical, load, rtol=2e-3)
+    planes = got.patch.planes
+    upwards = (planes.normal_force * np.cos(planes.angle)).sum(axis=1)
+    sideways = (planes.normal_force * np.sin(planes.angle)).sum(axis=1)
+    np.testing.assert_allclose(np.hypot(upwards, sideways), got.normal_force, rtol=2e-3)
+    np.testing.assert_allclose(np.arctan2(sideways, upwards), got.contact_angle, rtol=0.0, atol=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("place", "side", "shift"), [("fold", 1, -2.35e-3), ("fold", 0, 0.85e-3), ("flank", 1, -2.075e-3)]
+)
+def test_forces_are_continuous_where_patches_part_and_join(gap_of, place, side, shift):
+    """Steps of 0.25 um through a place where their number changes: 2 N of second differences, of 80 kN.
+
+    The lateral force changes by up to 7 N in each of them. In one plane per patch it jumped by 58 N.
+    """
+    steps = shift + 0.25e-6 * np.arange(101)
+    got = solved(gap_of(steps, wheel=worn_wheel(place, side)), np.full(101, 80e3))
+    assert np.unique(np.bincount(got.patch.row)).size > 1
+    _, lateral, displacement = forces(got, 101)
+    assert np.abs(np.diff(lateral, 2)).max() < 2.0
+    assert np.abs(np.diff(displacement, 2)).max() < 1e-8
+
+
 @pytest.mark.parametrize("shift", [-3e-3, 0.0, 3e-3, 5e-3])
 def test_displacements_do_not_scatter_over_small_shifts(gap_of, shift):
     """Steps of 2 um: within 5 nm of a parabola; a start from 3 % less load: within the stated scatter."""
@@ -196,7 +240,10 @@ def test_a_contact_that_the_start_does_not_have_is_found():
 
 
 def test_a_conformal_pair_near_the_end_of_its_profile(gap_of, rail_60e1):
-    """Relative radius of 1 m, 3 mm from where the wheel ends: solved, as by the half-space (1 %)."""
+    """Relative radius of 1 m, 3 mm from where the wheel ends: solved, as by the half-space.
+
+    That solves a contact that turns by 30 degrees in one plane: 1.5 % of the displacement.
+    """
     part = np.abs(rail_60e1.y) < 33e-3
     y = rail_60e1.y[part]
     wheel = replace(
@@ -205,7 +252,7 @@ def test_a_conformal_pair_near_the_end_of_its_profile(gap_of, rail_60e1):
     gap = gap_of(0.0, wheel=wheel)
     got, exact = (solved(gap, 80e3, 60, normal=name) for name in ("coupled_strips", "half_space"))
     assert got.normal_force.sum() == pytest.approx(exact.normal_force.sum(), rel=1e-2)
-    assert got.vertical_displacement[0] == pytest.approx(exact.vertical_displacement[0], abs=1e-6)
+    assert got.vertical_displacement[0] == pytest.approx(exact.vertical_displacement[0], rel=1.5e-2)
 
 
 def load_across(solution):

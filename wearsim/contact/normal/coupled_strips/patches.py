@@ -18,6 +18,7 @@ from wearsim.contact.patch import FloatArray, IntArray
 
 _SAMPLES = 6  # of the pressure between two nodes, for the largest one
 _STEEPEST = 3.0  # slope of a monotone cubic over that of its chord, at most
+_END = 1.5  # the same at the first strip from the end
 _LEAST = 1e-9  # of the largest q: strips of a patch have a length
 # Gauss's rule of three points, exact for a cubic times a line: places and weights on a unit length.
 _GAUSS = ((0.5 - np.sqrt(0.15), 5.0 / 18.0), (0.5, 4.0 / 9.0), (0.5 + np.sqrt(0.15), 5.0 / 18.0))
@@ -126,9 +127,12 @@ def _fill_nodes(patch: Records, kept: FloatArray, nodes: Nodes) -> int:
             # Between a strip that hardly carries and the next one the cubic must not swing.
             most = _STEEPEST * min(abs(left), abs(right))
             slope[k] = min(max(slope[k], -most), most)
-    slope[0] = 2.0 * (square[1] - square[0]) / (place[1] - place[0]) - slope[1]
-    last = count - 1
-    slope[last] = 2.0 * (square[last] - square[last - 1]) / (place[last] - place[last - 1]) - slope[last - 1]
+    for end, inside in ((0, 1), (count - 1, count - 2)):
+        # A parabola that rises from the end all the way.
+        chord = square[inside] / (place[inside] - place[end])
+        if slope[inside] * chord > 0.0:
+            slope[inside] = np.sign(chord) * min(abs(slope[inside]), _END * abs(chord))
+        slope[end] = 2.0 * chord - slope[inside]
     return count
 
 
