@@ -25,7 +25,7 @@ def compared(tmp_path_factory):
         if name in DISTANCE:
             head, _ = text.split("[campaign]")
             head = head.replace("strips = 30", "strips = 12").replace("cells = 30", "cells = 12")
-            head = head.replace('model = "auto"', 'model = "fast"')
+            head = head.replace('model = "standard"', 'model = "fast"')
             text = f"{head}[campaign]\ndistance_km = {DISTANCE[name]}\nintegrator = 'euler'\n"
         (folder / f"{name}.toml").write_text(text)
     assert cli.main(["run", str(folder / "rig_vs_field.toml"), "--out", str(folder / "out")]) == 0

@@ -32,7 +32,6 @@ from wearsim.results.checks import percent
 from wearsim.results.limits import LIMITED, ending_limits, worst_of
 from wearsim.results.schema import FILL_FLOAT
 from wearsim.scene import CampaignSetup, FieldScene, RigScene, build
-from wearsim.scene.models import CHAINS
 from wearsim.texts import text_table, written
 
 _EFFORT = 6.0
@@ -356,7 +355,7 @@ def plan(
         ],
         "fatigue": [_fatigue(one) for one in setup.fatigue],
         "settings": scene.model_dump(by_alias=True, mode="json"),
-        "tolerance": setup.tolerance,
+        "contact_models": [setup.models.normal, setup.models.tangential],
         "recorded": None
         if setup.reduction is None
         else {"samples": setup.reduction.samples, "binning_error": setup.reduction.error},
@@ -395,7 +394,6 @@ def _context(item: dict[str, Any]) -> dict[str, Any]:
         "p": item,
         "shapes": [name for role, name in named if ".profile" in role and "campaign" not in role],
         "states": states_text(item["states"]),
-        "chains": CHAINS,
         "quantities": QUANTITIES,
         "percent": percent,
         "duration": duration,
