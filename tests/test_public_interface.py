@@ -24,7 +24,7 @@ EXAMPLES = (
 )  # fmt: skip
 COMMON = {
     "wheelset": {"profile": "S1002"},
-    "contact": {"strips": np.int64(10), "cells": 10},
+    "contact": {"model": "fast", "strips": np.int64(10), "cells": 10},
     "campaign": {"distance_km": 2.0, "point_spacing_mm": 0.5, "max_step_km": None},
 }
 RUNNING = {"load_kN": 80, "speed_km_h": 72, "friction": 0.35}

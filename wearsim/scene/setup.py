@@ -82,9 +82,6 @@ class CampaignSetup:
     warnings: tuple[str, ...]  # what deserves a second look, one line each
     also_evaluate: tuple[WearSettings, ...] = ()  # comparison laws, evaluated on the same contacts
     fatigue: tuple[FatigueSettings, ...] = ()
-    fallbacks: tuple[ContactModels, ...] = ()  # in order, where `models` have no solution
-    # error of the wear depth over the largest one at which the correction by the last fallback aims [-]
-    tolerance: float | None = None
     counterface_wear: CounterfaceWear | None = None  # None: rails or rollers stay as they are
     templates: tuple[Profile, Profile] | None = None  # that right and left wheel are reprofiled to
     brake: BrakeBlockSection | None = None

@@ -173,7 +173,7 @@ def time_per_solution(setup: CampaignSetup) -> float:
     best, spent, batch = np.inf, 0.0, select(setup.points, acting)
     for _ in range(_MOST_REPEATS):
         start = time.process_time()
-        solve_passage(replace(state, points=None, correction=None), batch, setup_of(setup))
+        solve_passage(replace(state, points=None), batch, setup_of(setup))
         took = time.process_time() - start
         spent += took
         count = len(batch.label)

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearsim.campaign.control import error_limit, present_block, reached
-from wearsim.campaign.correction import control_at
 from wearsim.campaign.evaluate import Evaluation
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.row import NO_STEP
@@ -136,9 +135,8 @@ def estimate(setup: CampaignSetup, start: State, threads: int = 1) -> Estimate:
             continue
         leg = legs.setdefault(state.active_weight.tobytes(), _Leg(evaluation.passage.contact))
         depth = float((state.wear_depth - old.wear_depth).max())
-        settings = control_at(old, setup, setup.control, state.active_weight)
         leg.length, leg.later = min(
-            (error_limit(taken.length, taken.error or 0.0, settings), "error"),
+            (error_limit(taken.length, taken.error or 0.0, setup.control), "error"),
             (setup.control.depth_cap * taken.length / max(depth, 1e-30), "depth cap"),
             (setup.control.max_step, "max step"),
             # of models without interpenetration by another measure
