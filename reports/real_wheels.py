@@ -51,7 +51,7 @@ COLUMNS = (
 INTRODUCTION = f"""\
 The worn, noisy, smoothed and new wheels of `tests/data/real_wheels` on a rig with rollers of 0.75 m, six
 blocks with curving at 6.6 mm, Archard's law; and the shipped field scene with the worn pair. Models
-`kik_piotrowski` + `fastsim` if not said otherwise, `field_worn` with `model = "auto"`, as shipped; the noisy
+`kik_piotrowski` + `fastsim` if not said otherwise, `field_worn` with `model = "standard"`, as shipped; the noisy
 pair is smoothed by {SMOOTHED_MM:g} mm. CPU time is that of one run in a process of its own on one thread,
 with kernels compiled before, and of the machine that wrote this; the time of the FASTSIM kernel before and
 after the run (the shorter one) shows how fast that machine was; targets are those of a quiet core, and other

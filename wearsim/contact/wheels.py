@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,11 +16,12 @@ from wearsim.contact.creepage import ContactPoint, Kinematics, kinematics, moved
 from wearsim.contact.gap import between_points
 from wearsim.contact.geometry import CounterfaceProfile, Gap, WheelsetPose, WheelSurface, gap
 from wearsim.contact.kernel import kernel, plain
-from wearsim.contact.normal import NORMAL_MODELS, NormalSolution
+from wearsim.contact.normal import NORMAL_MODELS, NormalModel, NormalSolution
+from wearsim.contact.normal.model import ReferencePoint
 from wearsim.contact.patch import FloatArray, IntArray, PatchGrid, Resolution
 from wearsim.contact.problem import ContactConditions, ContactModels, Wheelset
 from wearsim.contact.tangential import TangentialModel, TangentialSolution, Wanted
-from wearsim.errors import ContactError
+from wearsim.errors import ContactError, NumericalError
 
 COARSE = Resolution(cell=1.0, strips=12, cells=12, most=12)
 """Of rough solutions."""
@@ -123,30 +123,55 @@ def normal_of(
 ) -> NormalSolution:
     """Solve the normal contact of rows of a side under loads (k,) [N].
 
-    A row whose rough solution, or solution from a start, fails is solved in full; the others stay as is.
+    A row whose rough solution, or solution from a start, fails is solved in full; one that has no solution in
+    full, by the model that stands in for its own. The others stay as is.
     """
     models = task.models
-    solved = partial(
-        NORMAL_MODELS[models.normal],
-        side.gap,
-        vertical=task.vertical,
-        effective_modulus=models.effective_modulus,
-        parameters=dict(models.parameters),
-    )
+    model = NORMAL_MODELS[models.normal]
+    options: dict[str, Any] = {
+        "vertical": task.vertical,
+        "effective_modulus": models.effective_modulus,
+        "parameters": dict(models.parameters),
+    }
+    in_full = not rough and start is None
     try:
         resolution = COARSE if rough else models.resolution
-        return solved(row, load, resolution=resolution, start=start, rough=rough)
+        return model(side.gap, row, load, resolution=resolution, start=start, rough=rough, **options)
     except ContactError as error:
-        if error.row is None or not (rough or start is not None):
+        if error.row is None:
+            raise
+        if in_full and not (model.instead and isinstance(error, NumericalError)):
             raise
         failed = np.isin(row, error.rows)
-    full = solved(row[failed], load[failed], resolution=models.resolution, start=None, rough=False)
-    parts = [replace(full, reference_point=None, layout=None) if rough else full]
+    if in_full:
+        parts = [
+            _stood_in(NORMAL_MODELS[model.instead], side.gap, row[failed], load[failed], models, options)
+        ]
+    else:
+        full = normal_of(task, side, row[failed], load[failed])
+        parts = [replace(full, reference_point=None, layout=None) if rough else full]
     if not failed.all():
         rest = row[~failed]
         near = None if start is None else patches_where(start, np.isin(start.patch.row, rest))
         parts.append(normal_of(task, side, rest, load[~failed], start=near, rough=rough))
     return by_row(parts)
+
+
+def _stood_in(
+    model: NormalModel,
+    gap: Gap,
+    row: IntArray,
+    load: FloatArray,
+    models: ContactModels,
+    options: dict[str, Any],
+) -> NormalSolution:
+    """Solution by a model that stands in for one on strips: its pressures on strips of the same loads."""
+    fine = models.resolution
+    resolution = replace(fine, strips=max(fine.strips, model.fewest), cells=max(fine.cells, model.fewest))
+    found = model(gap, row, load, resolution=resolution, start=None, rough=False, **options)
+    nothing = np.zeros_like(found.centre_y)
+    centre = ReferencePoint(found.centre_y, found.approach, nothing, nothing)
+    return replace(found, patch=replace(found.patch, grid=None), reference_point=centre, layout=None)
 
 
 def by_row(parts: list[NormalSolution]) -> NormalSolution:

@@ -192,4 +192,6 @@ def _begin(start: NormalSolution | None, row: IntArray, modulus: float) -> Start
 
 _SCATTER = 3e-8  # m, of vertical displacements; less than 1e-9 m in the median, most where patches split
 
-MODEL = NormalModel(name="coupled_strips", solve=solve, parameters=DEFAULTS, scatter=_SCATTER)
+MODEL = NormalModel(
+    name="coupled_strips", solve=solve, parameters=DEFAULTS, scatter=_SCATTER, instead="half_space"
+)
