@@ -81,21 +81,22 @@ class Case:
         return f"{self.name}_{self.distance:g}km"
 
 
+FAST = {"contact.model": "fast"}
 SMOOTHED = {"wheelset.smooth_mm": SMOOTHED_MM}
-STRIPS = {"contact.normal": "knothe_le_the"}
+STRIPS = {"contact.model": None, "contact.normal": "knothe_le_the", "contact.tangential": "fastsim"}
 RIGS = (
-    ("rig66", 90.0, {}),
-    ("rig66_smooth", 180.0, {}),
-    ("rig66_noisy", 90.0, SMOOTHED),
-    ("rig66_new", 180.0, {}),
+    ("rig66", 90.0, FAST),
+    ("rig66_smooth", 180.0, FAST),
+    ("rig66_noisy", 90.0, FAST | SMOOTHED),
+    ("rig66_new", 180.0, FAST),
 )
 SIDES = ("right", "left")
 CASES = (
     *(Case(name, name, 3000.0, target, changes=more) for name, target, more in RIGS),
     *(Case(f"{name}_strips", name, 3000.0, target, changes=more | STRIPS) for name, target, more in RIGS),
     *(Case(name, name, 100.0, quarter=True, changes=more) for name, _, more in RIGS),
-    Case("rig66", "rig66", 20.0, quarter=True),
-    *(Case(f"rig66_seed{n}", "rig66", 100.0, seed=n, changes=SMOOTHED) for n in range(1, 6)),
+    Case("rig66", "rig66", 20.0, quarter=True, changes=FAST),
+    *(Case(f"rig66_seed{n}", "rig66", 100.0, seed=n, changes=FAST | SMOOTHED) for n in range(1, 6)),
     *(Case(f"{name}_strips", name, 100.0, quarter=True, changes=more | STRIPS) for name, _, more in RIGS),
     Case("field_worn", "field", 100_000.0, 300.0),
 )  # fmt: skip

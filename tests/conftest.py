@@ -40,7 +40,7 @@ IMPORTED = (
 )
 COMPILED = (
     (("kik_piotrowski", "fastsim"), ("knothe_le_the", "fastsim")),
-    (("half_space", "half_space"), ("half_space", "coupled_strips")),
+    (("half_space", "half_space"), ("coupled_strips", "coupled_strips")),
 )
 # Looking for garbage among the compiler's millions of objects, which all live on, takes a sixth of its time.
 PROGRAM = """

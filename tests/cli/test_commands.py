@@ -147,8 +147,8 @@ def test_a_finished_campaign_is_resumed_with_success_and_left_as_it_is(out, caps
 def test_another_campaign_is_kept_out_of_the_directory(out, compared, capsys):
     before = (out / "rig.nc").read_bytes()
     assert cli.main(["run", str(compared / "rig_given.toml"), "--out", str(out)]) == 2
-    warning, output = capsys.readouterr().err.splitlines()
-    assert "less than one loop of the programme" in warning
+    *warnings, output = capsys.readouterr().err.splitlines()
+    assert any("less than one loop of the programme" in warning for warning in warnings)
     assert "belongs to another campaign" in output
     assert (out / "rig.nc").read_bytes() == before
 
