@@ -47,7 +47,7 @@ FURTHER_DEFICIENCIES = (60.0, 80.0, 100.0)  # of one vehicle on one pair of prof
 SPEED = 25.0  # [m/s]
 FRICTION = 0.35
 RADIUS = 0.46  # of the wheels [m]
-MODELS = wearsim.ContactModels()
+MODELS = wearsim.ContactModels.of("fast")
 
 TARGET = 1e-4
 """Residual of force and moment over the axle load, below which a bogie is in balance."""

@@ -44,7 +44,7 @@ def bodies(curvature=0.0):
 
 def curves(vehicles=VEHICLES):
     """Rows of both axles of the shipped vehicles in curves, and of a rig with the same shift and yaw."""
-    models, rail, roller = ContactModels(), bodies(), bodies(1.0 / ROLLER)
+    models, rail, roller = ContactModels.of("fast"), bodies(), bodies(1.0 / ROLLER)
     radius = np.array(RADII, dtype=float)
     first = 2 * np.arange(radius.size)
     for name in vehicles:

@@ -30,7 +30,7 @@ from wearsim.studies.contact_state import contact_state
 WHEELSET = wearsim.wheelset("S1002", radius=0.46)
 RAILS = ("60E1_benchmark", "60E1")  # the half-space solutions are those on the first one
 # Young's modulus is printed in MPa in table 1 of the paper, a misprint of GPa.
-MODELS = wearsim.ContactModels(strips=100, cells=100, most_cells=100, youngs_modulus=210e9)
+MODELS = wearsim.ContactModels.of("fast", strips=100, cells=100, most_cells=100, youngs_modulus=210e9)
 CELL_SIZES = (0.4e-3, 0.2e-3, 0.1e-3)  # of the half-space solutions; the tables hold those of the last [m]
 HALF_SPACE = {
     size: replace(MODELS, normal="half_space", tangential="half_space", strips=8, cells=8, cell_size=size,

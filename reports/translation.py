@@ -32,7 +32,7 @@ def points():
     """Rows of the seed's cases: power on rollers over that on rails, and its causes."""
     rail = wearsim.rails("60E1", inclination=1 / 40, gauge=1.435)
     wheelset = wearsim.wheelset("S1002", radius=0.46)
-    models = wearsim.ContactModels(strips=60, cells=60)
+    models = wearsim.ContactModels.of("fast", strips=60, cells=60)
     shifts = np.array([0.0, 3.0])
     conditions = wearsim.ContactConditions.of(1e-3 * shifts, friction=0.35)
     for radius in RADII:

@@ -128,7 +128,7 @@ def wear(case, depth=None, cells=CELLS):
 
     Returns largest wear depth and ripple after each step, the message of a breakdown, the final wear depth.
     """
-    models = wearsim.ContactModels(case.normal, strips=STRIPS, cells=cells, most_cells=cells)
+    models = wearsim.ContactModels(case.normal, "fastsim", STRIPS, cells=cells, most_cells=cells)
     settings = ControlSettings(**CONTROL, smoothing_wavelength=case.smoothing, integrator=case.integrator)
     state = new_wheels(WHEEL.z + NOISE * np.random.default_rng(7).standard_normal(WHEEL.z.size))
     way, message = [(0.0, 0.0)], ""
@@ -163,7 +163,7 @@ def wave_after_one_step(normal, strips=STRIPS):
 
     `left` is the ratio of the RMS of second differences: shifts and tilts of the profile are no waviness.
     """
-    models = wearsim.ContactModels(normal, strips=strips, cells=20, most_cells=20)
+    models = wearsim.ContactModels(normal, "fastsim", strips, cells=20, most_cells=20)
     plain = new_wheels(WHEEL.z)
     rate_plain = wear_rate(plain, models)
     depth = rate_plain.depth[0]

@@ -8,6 +8,7 @@ import importlib.util
 import inspect
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -39,7 +40,7 @@ IMPORTED = (
 )
 COMPILED = (
     (("kik_piotrowski", "fastsim"), ("knothe_le_the", "fastsim")),
-    (("half_space", "half_space"), ("half_space", "coupled_strips")),
+    (("half_space", "half_space"), ("coupled_strips", "coupled_strips")),
 )
 # Looking for garbage among the compiler's millions of objects, which all live on, takes a sixth of its time.
 PROGRAM = """
@@ -137,7 +138,8 @@ def scene_text():
     """Function that writes the scene of a small campaign: S1002 on 60E1 1:40, on rollers of 1 m or on rails.
 
     Of each block (or class of track) the keys that are not load, speed and friction; of the tables further
-    lines, below which further tables may stand. [campaign] comes last.
+    lines, below which further tables may stand. [campaign] comes last. The contact models are the fast ones
+    unless the lines of [contact] name others.
     """
 
     def text(
@@ -150,6 +152,8 @@ def scene_text():
     ):
         table = {"rig": "[[operation.block]]", "field": "[[operation.class]]"}[kind]
         roller = "roller_radius_mm = 1000\n" if kind == "rig" else ""
+        if not re.search("^(model|normal|tangential) *=", contact, re.MULTILINE):
+            contact = f'model = "fast"\n{contact}'
         parts = [
             f'[scene]\nkind = "{kind}"',
             '[wheelset]\nprofile = "S1002"',

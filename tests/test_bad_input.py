@@ -29,6 +29,7 @@ inclination = "1:40"
 gauge_mm = 1435
 roller_radius_mm = 1000
 [contact]
+model = "fast"
 strips = 10
 cells = 10
 [[operation.block]]

@@ -42,6 +42,7 @@ profile = "60E1"
 inclination = "1:40"
 roller_radius_mm = 1000
 [contact]
+model = "fast"
 strips = 10
 cells = 10
 [[operation.block]]

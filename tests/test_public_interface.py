@@ -24,7 +24,7 @@ EXAMPLES = (
 )  # fmt: skip
 COMMON = {
     "wheelset": {"profile": "S1002"},
-    "contact": {"strips": np.int64(10), "cells": 10},
+    "contact": {"model": "fast", "strips": np.int64(10), "cells": 10},
     "campaign": {"distance_km": 2.0, "point_spacing_mm": 0.5, "max_step_km": None},
 }
 RUNNING = {"load_kN": 80, "speed_km_h": 72, "friction": 0.35}
@@ -126,7 +126,7 @@ def case():
         wearsim.wheelset("S1002", left="S1002/h30", radius=0.45),
         wearsim.rollers("60E1", radius=1.0),
         wearsim.ContactConditions.of(np.linspace(-3e-3, 3e-3, 70), yaw=1e-3, friction=0.3),
-        wearsim.ContactModels(strips=8, cells=8),
+        wearsim.ContactModels.of("fast", strips=8, cells=8),
     )
 
 
@@ -157,7 +157,7 @@ def test_solve_contact_gives_the_bits_of_the_solver(case, solution, fields):
 
 def test_grid_models_add_the_pressure_of_their_cells(case):
     wheelset, counterface, _, _ = case
-    models = wearsim.ContactModels(normal="half_space", strips=10, cells=10)
+    models = wearsim.ContactModels(normal="half_space", tangential="fastsim", strips=10, cells=10)
     point = wearsim.ContactConditions.of(3e-3)
     data = wearsim.solve_contact(wheelset, counterface, point, models, sides=["right"], fields=True)
     cells = (data["grid_lead"] - data["grid_trail"]) / data.sizes["grid_cell"] * data["strip_width"]
@@ -248,23 +248,29 @@ def test_unusable_profiles_are_errors(call, message):
     ("change", "message"),
     [
         (
-            {"models": wearsim.ContactModels(normal="herz")},
+            {"models": wearsim.ContactModels(normal="herz", tangential="fastsim")},
             "normal = 'herz' is not one of coupled_strips, half_space, hertz",
         ),
         (
-            {"models": wearsim.ContactModels(parameters=(("penetration", 0.6),))},
+            {"models": wearsim.ContactModels.of("fast", parameters=(("penetration", 0.6),))},
             "name of a parameter = 'penetration' is not one of .*, virtual_penetration_factor$",
         ),
         (
-            {"models": wearsim.ContactModels(parameters=(("virtual_penetration_factor", 60.0),))},
+            {"models": wearsim.ContactModels.of("fast", parameters=(("virtual_penetration_factor", 60.0),))},
             "virtual_penetration_factor = 60 must be above 0 and at most 1$",
         ),
         (
-            {"models": wearsim.ContactModels(parameters=(("half_space_tolerance", np.nan),))},
+            {"models": wearsim.ContactModels.of("fast", parameters=(("half_space_tolerance", np.nan),))},
             "half_space_tolerance = nan must be above 0",
         ),
-        ({"models": wearsim.ContactModels(poisson_ratio=0.7)}, "poisson_ratio = 0.7 must be .* at most 0.5$"),
-        ({"models": wearsim.ContactModels(youngs_modulus=-1.0)}, "youngs_modulus = -1 must be above 0 Pa"),
+        (
+            {"models": wearsim.ContactModels.of("fast", poisson_ratio=0.7)},
+            "poisson_ratio = 0.7 must be .* at most 0.5$",
+        ),
+        (
+            {"models": wearsim.ContactModels.of("fast", youngs_modulus=-1.0)},
+            "youngs_modulus = -1 must be above 0 Pa",
+        ),
         ({"sides": ["both"]}, "sides = 'both' is not one of right, left"),
         ({"sides": "both"}, "sides = 'both' is not one of right, left"),
         ({"load": "axle"}, "load = 'axle' is not one of wheel, normal_force"),

@@ -15,7 +15,9 @@ and material of one's own:
 ['coupled_strips', 'fastsim', 'half_space']
 >>> wearsim.NORMAL_MODELS["hertz"].can_update_profile
 False
->>> wearsim.ContactModels(normal="knothe_le_the", strips=50, cells=50, youngs_modulus=207e9).tangential
+>>> wearsim.ContactModels(normal="half_space", strips=50, cells=50, youngs_modulus=207e9).tangential
+'coupled_strips'
+>>> wearsim.ContactModels.of("fast").tangential
 'fastsim'
 >>> wearsim.WEAR_LAWS["usfd"].coefficients, wearsim.FATIGUE_LAWS["wlrm"].coefficients
 ('lewis_dwyer_joyce_2004', 'burstow_2004')

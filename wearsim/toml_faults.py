@@ -241,6 +241,12 @@ def is_text(model: type[BaseModel], keys: Sequence[str]) -> bool:
     return info is not None and any(_is_text(one) for one in _types(info.annotation))
 
 
+def removed_key(keys: Sequence[str], model: type[BaseModel]) -> str:
+    """Message on a dotted key that a table of an earlier version had, else ""."""
+    path = _model_path(model, keys)
+    return _removed(path[:-1], model, str(path[-1]))
+
+
 def unknown_key(keys: Sequence[str], model: type[BaseModel]) -> str:
     """Message on a dotted key that no table has."""
     path = _model_path(model, keys)
@@ -287,6 +293,8 @@ def _message(error: ErrorDetails, model: type[BaseModel]) -> str:
     limits = _limits(info, entry=bool(path) and isinstance(path[-1], int))
     longest = next((item.max_length for item in info.metadata if hasattr(item, "max_length")), None)
     text = f"a text of at most {longest} characters" if longest else "a text"
+    if removed := _removed(path[:-1], model, given):
+        return removed
     wanted = {
         **dict.fromkeys(("greater_than", "greater_than_equal", "less_than", "less_than_equal"), limits),
         **dict.fromkeys(("string_type", "string_too_long"), text),
@@ -351,6 +359,8 @@ def _unknown(name: str, table: KeyPath, model: type[BaseModel], value: object) -
         what = f"unknown section [{_key(name)}]"
     if here is None:
         return what
+    if removed := _removed(table, model, name):
+        return removed
     if hint := getattr(here, "not_here", {}).get(name):
         return f"{what}: {hint}"
     homes = [table_name(path) for path, other in _tables(model) if name in _fields(other)]
@@ -358,6 +368,13 @@ def _unknown(name: str, table: KeyPath, model: type[BaseModel], value: object) -
         return f"{what}; it belongs to {' or '.join(homes)}"
     near = nearest(name, list(_fields(here)))
     return f"{what}; did you mean {near}?" if near else f"{what}; known: {', '.join(_fields(here))}"
+
+
+def _removed(table: KeyPath, model: type[BaseModel], given: str) -> str:
+    """Message on a key, or a key with its value, that a table of an earlier version had, else ""."""
+    here = _element(_field(model, table) or FieldInfo()) if table else model
+    message: str = getattr(here, "removed", {}).get(given, "")
+    return message
 
 
 def _key(name: str) -> str:

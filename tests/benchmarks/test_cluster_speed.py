@@ -19,7 +19,14 @@ pytestmark = [
 ]
 CASES = max(int(500 * float(os.environ.get("WEARSIM_LONG_RUNS", "1"))), 4)
 DATA = Path(__file__).parents[1] / "data"
-COARSE = '[contact]\nstrips = 8\ncells = 8\n[wear]\nlaw = "usfd"\ncoefficients = "lewis_dwyer_joyce_2004"\n'
+COARSE = """[contact]
+model = "fast"
+strips = 8
+cells = 8
+[wear]
+law = "usfd"
+coefficients = "lewis_dwyer_joyce_2004"
+"""
 
 
 def rate(sweep, out, workers, file):

@@ -24,7 +24,7 @@ pytestmark = pytest.mark.benchmark
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
 POINTS = 1000
-MODELS = ContactModels(strips=50, cells=50)
+MODELS = ContactModels.of("fast", strips=50, cells=50)
 FLAGS = ("-O3", "-march=native", "-ffast-math")
 
 

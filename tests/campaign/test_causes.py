@@ -27,7 +27,7 @@ from wearsim.scene import build, load_scene
 from wearsim.scene.damage import BrakeBlockSection
 from wearsim.translation.translate import translate
 
-MODELS = wearsim.ContactModels(strips=30, cells=30)
+MODELS = wearsim.ContactModels.of("fast", strips=30, cells=30)
 BLOCKS = ({"shift_mm": -2, "yaw_mrad": -1, "distance_km": 2}, {"shift_mm": 3, "distance_km": 1})
 CLASSES = ({"shift_mean_mm": 0.5, "shift_std_mm": 1, "positions": 10, "share": 1, "environment": 0.2,
             "curve_radius_m": 2000},)  # fmt: skip

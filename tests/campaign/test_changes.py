@@ -25,6 +25,7 @@ profile = "60E1"
 inclination = "1:40"
 roller_radius_mm = 1000
 [contact]
+model = "fast"
 strips = 10
 cells = 10
 [campaign]
@@ -264,7 +265,7 @@ def test_distance_that_was_run_is_one_line(finished, done, distance, capsys):
     scene = done.parent / "shorter.toml"
     scene.write_text(scene_of(15))
     with pytest.raises(
-        SceneError, match=r"shorter.toml:14: distance_km = 15 is not above the 40 km that the rig"
+        SceneError, match=r"shorter.toml:15: distance_km = 15 is not above the 40 km that the rig"
     ):
         run_scene(scene, longer)
     after = (longer / "rig.nc").read_bytes(), (longer / "scene" / "manifest.json").read_bytes()

@@ -121,9 +121,9 @@ def test_half_space_limit_is_a_depth_per_step(rate_of, state, solution):
     """Closed form: p0/E* dy with p0 = 1 GPa, E* = 115.4 GPa, 0.25 mm."""
     flat = replace(solution.patch, interpenetration=np.zeros_like(solution.patch.interpenetration))
     rate = replace(rate_of(1e-10), solution=replace(solution, patch=flat))
-    limit = half_space_depth_limit(rate, np.ones(3), ContactModels(), 0.25e-3)
+    limit = half_space_depth_limit(rate, np.ones(3), ContactModels.of("fast"), 0.25e-3)
     assert limit == pytest.approx(1e9 / 115.3846e9 * 0.25e-3, rel=1e-6)
-    assert half_space_depth_limit(rate_of(1e-10), np.ones(3), ContactModels(), 0.25e-3) == np.inf
+    assert half_space_depth_limit(rate_of(1e-10), np.ones(3), ContactModels.of("fast"), 0.25e-3) == np.inf
     assert largest_step(rate, state, SETTINGS, limit)[:2] == (pytest.approx(limit / 1e-10), "stability")
     # a larger stability number of strips does not lengthen it; steps twice as deep have S = 8/3
     longer = replace(

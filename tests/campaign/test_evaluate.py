@@ -175,7 +175,9 @@ def test_rate_solves_the_acting_points_with_the_worn_profiles(
     state = replace(state, z=state.z - np.array([[1e-4], [2e-4]]))
     counterface = Counterface(profile=wheelset.right, curvature=0.0)
     weight = np.array([0.25, 0.0, 0.75])
-    result = rate(state, points, weight, Setup(wheelset, counterface, ContactModels(), WEAR, threads=2))
+    result = rate(
+        state, points, weight, Setup(wheelset, counterface, ContactModels.of("fast"), WEAR, threads=2)
+    )
     conditions, wheels, threads = seen[0]
     np.testing.assert_array_equal(conditions.shift, points.conditions.shift[[0, 2]])
     np.testing.assert_array_equal(wheels.right.z, state.z[0])
@@ -184,7 +186,7 @@ def test_rate_solves_the_acting_points_with_the_worn_profiles(
     # point 2 acts through its weight and environment: 0.75 x 0.1 against 0.25 x 1
     ratio = result.depth[1].max() / result.depth[0].max()
     assert ratio == pytest.approx(0.3, rel=1e-3)  # the radii differ by 0.1 mm in 460
-    solve_passage(state, points, Setup(wheelset, counterface, ContactModels(), WEAR))
+    solve_passage(state, points, Setup(wheelset, counterface, ContactModels.of("fast"), WEAR))
     assert seen[1][0].shift.size == 3
 
 

@@ -39,6 +39,7 @@ profile = "S1002"
 profile = "60E1"
 inclination = "1:40"
 [contact]
+model = "fast"
 strips = 10
 cells = 10
 [campaign]
@@ -64,6 +65,7 @@ profile = "60E1"
 inclination = "1:40"
 roller_radius_mm = 1000
 [contact]
+model = "fast"
 strips = 10
 cells = 10
 [campaign]

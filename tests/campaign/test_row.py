@@ -28,9 +28,8 @@ def test_of_more_patches_than_slots_the_most_loaded_are_kept():
         regime_highest=np.arange(10),
     )
     ones = np.ones((10, 3))
-    whole = np.zeros(10, dtype=np.int64)
     passage = Passage(
-        Contact(), ones, ones[:, 0], (), ComparisonPassage(), ones[:, 0], 0.0 * ones, whole, ones[:, 0]
+        Contact(), ones, ones[:, 0], (), ComparisonPassage(), ones[:, 0], 0.0 * ones, ones[:, 0]
     )
     row = summarise(passage, wear, 2)
     assert list(row["n_patch"]) == [10, 0]

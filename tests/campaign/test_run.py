@@ -27,6 +27,7 @@ inclination = "1:40"
 gauge_mm = 1435
 {roller}
 [contact]
+model = "fast"
 strips = 12
 cells = 12
 [campaign]

@@ -1,22 +1,17 @@
 """A campaign by force: each row holds the balance on its worn wheels, and the next step starts from it."""
 
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pytest
 
-from wearsim.campaign import correction, differences, evaluate
-from wearsim.campaign import evolution as evolution_of_wheels
 from wearsim.campaign import running as running_of_states
-from wearsim.campaign.control import reached
-from wearsim.campaign.evaluate import forces_of, setup_of, solve_passage, solved
+from wearsim.campaign.evaluate import setup_of, solved
 from wearsim.campaign.evolution import WheelsetEvolution
-from wearsim.campaign.row import NO_STEP, summarise
-from wearsim.campaign.running import refreshed_where_it_runs, row_running, settled_state
+from wearsim.campaign.row import summarise
+from wearsim.campaign.running import row_running
 from wearsim.campaign.state import State, flattened, rebuilt
 from wearsim.contact.problem import NEARBY
-from wearsim.errors import ContactError
 from wearsim.operation import states
 from wearsim.operation.points import where_it_runs
 from wearsim.operation.states import TOLERANCE, BeyondJump
@@ -24,6 +19,7 @@ from wearsim.profile.standard import shipped_path
 from wearsim.quantities import QUANTITIES
 from wearsim.results import FILL_FLOAT
 from wearsim.scene import build, load_scene
+from wearsim.scene.overrides import Override
 from wearsim.studies.plan import states as states_of
 
 FEW = 5
@@ -33,7 +29,7 @@ SCENE = {
     "scene": {"kind": "rig"},
     "wheelset": {"profile": "S1002"},
     "counterface": {"profile": "60E1", "inclination": "1:40", "rig": "full_scale"},
-    "contact": {"strips": 8, "cells": 8, "cell_mm": 2},
+    "contact": {"model": "fast", "strips": 8, "cells": 8, "cell_mm": 2},
     "wear": {"law": "archard"},
     "operation": {
         "block": [
@@ -117,12 +113,11 @@ def test_a_stored_state_takes_the_same_step_to_the_last_bit(steps):
 
 
 def test_stages_look_for_acting_points_with_the_models_of_the_campaign(steps, monkeypatch):
-    """Not with the last of its models, which stands in where others fail or which is the half-space."""
     evolution, found, _ = steps
     state, asked = found[1][0], []
 
     def recording(conditions, controlled, wheelset, counterface, models, start, *, stage, **more):
-        asked.append((models.model.max(), None if stage is None else stage.tolist()))
+        asked.append((models, None if stage is None else stage.tolist()))
         return states.settle(
             conditions, controlled, wheelset, counterface, models, start, stage=stage, **more
         )
@@ -130,134 +125,13 @@ def test_stages_look_for_acting_points_with_the_models_of_the_campaign(steps, mo
     monkeypatch.setattr(running_of_states, "settle", recording)
     after, _ = evolution.advance(state, evolution.evaluate(state))
     acts = (after.active_weight > 0.0).tolist()
-    assert (0, acts) in asked
-    assert (0, None) in asked
-    assert {model for model, _ in asked} == {0}
+    assert (evolution.setup.models, acts) in asked
+    assert (evolution.setup.models, None) in asked
+    assert {models for models, _ in asked} == {evolution.setup.models}
 
 
-def corrected(model, cell_mm=1.0, **tables):
-    """Evolution of a scene by a contact model."""
-    contact = {"strips": 12, "cells": 12, "cell_mm": cell_mm, **model}
-    return WheelsetEvolution(build(load_scene({**SCENE, **tables, "contact": contact})))
-
-
-@cache
-def course(scene, model):
-    """Evolution of a scene by a contact model, and its states to the end."""
-    evolution = corrected(MODELS[model], **SCENES[scene])
-    state, taken = evolution.start()
-    found = [state]
-    while not reached(state.distance, evolution.target):
-        state, taken = evolution.advance(state, evolution.evaluate(state, taken))
-        found.append(state)
-    return evolution, found
-
-
-FORCES = [
-    {"name": name, "lateral_force_kN": force, "axle_load_kN": 160, "speed_km_h": 72, "friction": 0.3,
-     "yaw_mrad": yaw, "distance_km": 0.2}
-    for name, force, yaw in (("right", 30, 1), ("left", -20, -0.5))
-]  # fmt: skip
-RIG = {
-    "operation": {"block": FORCES, "monitor": SCENE["operation"]["monitor"]},
-    "campaign": {"distance_km": 0.1, "point_spacing_mm": 0.5, "error_tolerance_um": 0.1},
-}
+FAST = [Override("contact.model", "fast")]
 NEAR_BY = 0.4e-3  # m, that a rest moves in a step
-CURVE = {"name": "curve", "share": 1, "curve_radius_m": 2000, "cant_deficiency_mm": 40, "speed_km_h": 100,
-         "friction": 0.35}  # fmt: skip
-VEHICLE = {
-    "scene": {"kind": "field"},
-    "counterface": {"profile": "60E1", "inclination": "1:40"},
-    "operation": {},
-    "vehicle": {"file": "regional_multiple_unit", "turned_share": 0, "class": [CURVE]},
-    "campaign": {"distance_km": 30, "point_spacing_mm": 0.5, "first_step_depth_um": 4},
-    "cell_mm": 0.5,  # with coarser cells the half-space itself finds no balance
-}
-SCENES = {"rig": RIG, "vehicle": VEHICLE}
-MODELS = {
-    "auto": {"model": "auto", "tolerance": 0.03},
-    "accurate": {"model": "accurate"},
-    "fast": {"model": "fast"},
-}
-
-
-@pytest.mark.parametrize("scene", ["rig", pytest.param("vehicle", marks=pytest.mark.slow)])
-def test_where_it_runs_and_wears_follows_the_half_space(scene):
-    ours, theirs, fast = (course(scene, model)[1][-1] for model in MODELS)
-    acts, deepest = theirs.running.stiffness > 0.0, theirs.wear_depth.max()
-    assert np.abs(ours.wear_depth - theirs.wear_depth).max() < 0.03 * deepest
-    assert np.abs(fast.wear_depth - theirs.wear_depth).max() > 0.1 * deepest
-    away = [np.abs(one.running.shift - theirs.running.shift)[acts].max() for one in (ours, fast)]
-    assert away[0] < 5e-6
-    assert away[1] > 2e-5
-    assert np.abs(ours.running.yaw - theirs.running.yaw).max() < 5e-5
-
-
-@pytest.fixture(scope="module")
-def by_force():
-    """Evolution with auto, its state after two steps, and that with its points solved again there."""
-    evolution, found = course("rig", "auto")
-    state = found[2]
-    setup, again = setup_of(evolution.setup), state
-    for _ in range(3):
-        again = refreshed_where_it_runs(again, evolution.setup.points, setup, state.active_weight > 0.0)
-    return evolution, state, again
-
-
-def half_space(evolution):
-    setup = setup_of(evolution.setup)
-    return replace(setup, models=setup.reference, fallbacks=(), reference=None)
-
-
-def test_solved_again_where_it_runs_the_forces_are_balanced_as_by_the_half_space(by_force):
-    evolution, state, again = by_force
-    acts, points = state.active_weight > 0.0, evolution.setup.points
-    there = where_it_runs(points, again.running)
-    passage = solve_passage(replace(again, correction=None), there, half_space(evolution))
-    force = -forces_of(passage, there).force
-    wanted = points.controlled.lateral_force
-    # both are searched to the tolerance
-    np.testing.assert_allclose(force[acts], wanted[acts], atol=2.0 * TOLERANCE * 160e3)
-    own = settled_state(replace(again, correction=None), points, half_space(evolution)).running
-    np.testing.assert_allclose(again.running.shift[acts], own.shift[acts], atol=1e-7)
-    # after a step it was where the last differences balance
-    np.testing.assert_allclose(state.running.shift[acts], own.shift[acts], atol=2e-6)
-
-
-def test_rows_hold_the_forces_of_the_half_space(by_force):
-    evolution, state, _ = by_force
-    row = evolution.row(state, evolution.evaluate(state), NO_STEP)
-    acts = state.active_weight > 0.0
-    np.testing.assert_allclose(row["lateral_force"][acts], [30e3], atol=TOLERANCE * 160e3)
-    points, true = where_it_runs(evolution.setup.points, state.running), half_space(evolution)
-    theirs = forces_of(solve_passage(replace(state, correction=None), points, true), points)
-    ours = row["steering_moment"], row["axle_wear_number"] * points.conditions.speed
-    for one, other in zip(ours, (theirs.moment, theirs.power), strict=True):
-        np.testing.assert_allclose(one[acts], other[acts], rtol=0.01)
-
-
-def test_a_stored_correction_takes_the_same_step_to_the_last_bit(by_force):
-    evolution, state, _ = by_force
-    stored = rebuilt(State, flattened(state))
-    ours, theirs = (evolution.advance(one, evolution.evaluate(one))[0] for one in (stored, state))
-    for name, value in flattened(theirs).items():
-        assert flattened(ours)[name].tobytes() == value.tobytes(), name
-
-
-def test_the_half_space_finds_where_fast_models_find_nothing(by_force, monkeypatch):
-    evolution, state, _ = by_force
-    setup, points = setup_of(evolution.setup), evolution.setup.points
-    wanted = settled_state(replace(state, correction=None), points, half_space(evolution)).running
-    solve = states.solve_each
-
-    def refuse(conditions, wheelset, counterface, models, each, *, failed, **rest):
-        if models.normal == "half_space":
-            return solve(conditions, wheelset, counterface, models, each, failed=failed, **rest)
-        failed.update(dict.fromkeys(range(conditions.shift.size), ContactError("refused")))
-        return solve(conditions.at(np.zeros(0, int)), wheelset, counterface, models, each, **rest)
-
-    monkeypatch.setattr(states, "solve_each", refuse)
-    np.testing.assert_array_equal(settled_state(state, points, setup).running.shift, wanted.shift)
 
 
 def test_wear_and_forces_at_both_sides_of_a_jump_are_means_with_their_shares(steps):
@@ -298,70 +172,6 @@ def test_wear_and_forces_at_both_sides_of_a_jump_are_means_with_their_shares(ste
     assert patches[1]["wear_index_mean"][1, 0] == pytest.approx(patches[0]["wear_index_mean"][1, 0])
 
 
-def with_a_jump(running, share):
-    """Return where the wheelset runs, the first point at two shifts."""
-    shift, load = running.shift[:1] + 0.2e-3, running.load[:1] + np.array([1e3, -1e3])
-    return replace(running, beyond=BeyondJump(np.array([0]), shift, load, np.array([share]), np.array([4e3])))
-
-
-def test_both_sides_of_a_jump_are_solved_by_the_same_model(by_force, monkeypatch):
-    """The far side alone has no solution by the first model: the near one is solved by the second, too."""
-    evolution, state, _ = by_force
-    setup = setup_of(evolution.setup)
-    state = replace(state, correction=None)
-    there = where_it_runs(evolution.setup.points, with_a_jump(state.running, 0.3))
-    between = float(there.beyond.shift[0]) - 0.1e-3
-    solve, asked = evaluate.solve_each, []
-
-    def refuse(conditions, wheelset, counterface, models, each, *, failed=None, **rest):
-        asked.append((models.normal, conditions.shift.size))
-        bad = np.flatnonzero((conditions.shift > between) & (models.normal == "kik_piotrowski"))
-        failed = {} if failed is None else failed
-        failed.update({int(row): ContactError(f"point {row}, refused", int(row)) for row in bad})
-        kept = np.setdiff1d(np.arange(conditions.shift.size), bad)
-        return solve(conditions.at(kept), wheelset, counterface, models, each, failed={}, **rest)
-
-    acts = state.active_weight > 0.0
-    assert acts[0]
-    monkeypatch.setattr(evaluate, "solve_each", refuse)
-    ours = solve_passage(state, there, setup, acts)
-    assert asked == [("kik_piotrowski", 2), ("knothe_le_the", 2)]
-    monkeypatch.setattr(evaluate, "solve_each", solve)
-    theirs = solve_passage(state, there, replace(setup, models=setup.fallbacks[0]), acts)
-    assert not ours.failed
-    assert (ours.model == 1).all()
-    np.testing.assert_array_equal(ours.contact.power, theirs.contact.power)
-    np.testing.assert_array_equal(ours.share, theirs.share)
-
-
-def test_a_point_that_runs_in_other_shares_past_a_jump_is_solved_again(by_force, monkeypatch):
-    evolution, _, state = by_force
-    setup, acts = setup_of(evolution.setup), state.active_weight > 0.0
-    jumped = replace(state, running=with_a_jump(state.running, 0.3))
-    assert not correction.moved(state, setup).any()
-    assert correction.moved(jumped, setup)[0]
-    there = where_it_runs(evolution.setup.points, jumped.running)
-    known = differences.refreshed(jumped, there, acts, setup).correction
-    assert known.beyond[0] == 0.3
-    solved_there = replace(jumped, correction=known)
-    assert not correction.moved(solved_there, setup).any()
-    for other in (with_a_jump(state.running, 0.33), state.running):  # another share, a side that is lost
-        assert correction.moved(replace(solved_there, running=other), setup)[0]
-    # also after a step, whatever its drift says
-    asked, due = [], correction._due
-    monkeypatch.setattr(correction, "_due", lambda *given: asked.append(given[4]) or due(*given))
-    for share, again in ((0.3, False), (0.6, True)):
-        held = with_a_jump(state.running, share)
-        monkeypatch.setattr(
-            evolution_of_wheels, "settled_state", lambda at, *_, held=held, **__: replace(at, running=held)
-        )
-        drifts = replace(known, drift=np.where(acts, 0.0, known.drift))
-        start = replace(solved_there, correction=drifts)
-        evolution.advance(start, evolution.evaluate(start))
-        assert asked[0][0] == again
-        asked.clear()
-
-
 def test_a_stored_state_keeps_both_sides_of_a_jump(steps):
     state = steps[1][-1][0]
     past = BeyondJump(np.array([1]), np.array([6e-3]), np.array([[9e4, 7e4]]), np.array([0.25]), np.ones(1))
@@ -392,7 +202,8 @@ def worn_by_force():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(states.Search, "solve", counting)
         patch.setattr(running_of_states, "settle", settled_and_counted)
-        evolution = WheelsetEvolution(build(load_scene(shipped_path("workflows", "rig.toml"))))
+        scene = load_scene(shipped_path("workflows", "rig.toml"), overrides=FAST)
+        evolution = WheelsetEvolution(build(scene))
         state, taken = evolution.start()
         while state.distance < 700e3:
             evaluation = evolution.evaluate(state, taken)

@@ -25,7 +25,7 @@ def compared(tmp_path_factory):
         if name in DISTANCE:
             head, _ = text.split("[campaign]")
             head = head.replace("strips = 30", "strips = 12").replace("cells = 30", "cells = 12")
-            head = head.replace('model = "auto"', 'model = "fast"')
+            head = head.replace('model = "standard"', 'model = "fast"')
             text = f"{head}[campaign]\ndistance_km = {DISTANCE[name]}\nintegrator = 'euler'\n"
         (folder / f"{name}.toml").write_text(text)
     assert cli.main(["run", str(folder / "rig_vs_field.toml"), "--out", str(folder / "out")]) == 0
@@ -147,8 +147,8 @@ def test_a_finished_campaign_is_resumed_with_success_and_left_as_it_is(out, caps
 def test_another_campaign_is_kept_out_of_the_directory(out, compared, capsys):
     before = (out / "rig.nc").read_bytes()
     assert cli.main(["run", str(compared / "rig_given.toml"), "--out", str(out)]) == 2
-    warning, output = capsys.readouterr().err.splitlines()
-    assert "less than one loop of the programme" in warning
+    *warnings, output = capsys.readouterr().err.splitlines()
+    assert any("less than one loop of the programme" in warning for warning in warnings)
     assert "belongs to another campaign" in output
     assert (out / "rig.nc").read_bytes() == before
 

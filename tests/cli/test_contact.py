@@ -35,7 +35,8 @@ TABLE_3 = [
 def test_area_and_pressure_of_the_seed_within_5_percent(shift, roller, area, pressure, capsys):
     """The same models as the paper's; the 60E1 it used and its grid are not known better than this."""
     on = [] if roller is None else ["--roller-radius-mm", str(roller)]
-    point = solved(capsys, "--shift-mm", str(shift), "--wheel-load-kN", "80", "--inclination", "1:40", *on)
+    flags = ["--model", "fast", "--wheel-load-kN", "80", "--inclination", "1:40"]
+    point = solved(capsys, "--shift-mm", str(shift), *flags, *on)
     assert len(point["patches"]) == 1
     assert point["patches"][0]["area"] == pytest.approx(area * 1e-6, rel=0.05)
     assert point["patches"][0]["max_pressure"] == pytest.approx(pressure * 1e6, rel=0.05)
@@ -293,7 +294,9 @@ def test_table_for_people_shows_sides_and_roll(capsys):
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].split() == ["side", "right", "left"]
     assert [len(line.split()) for line in lines[: len(PATCH_NAMES) + 1]] == [3] * (len(PATCH_NAMES) + 1)
-    assert lines[-1].startswith("both wheels on rail; rotation free, roll free; kik_piotrowski, fastsim")
+    assert lines[-1].startswith(
+        "both wheels on rail; rotation free, roll free; coupled_strips, coupled_strips"
+    )
     assert max(map(len, lines)) < 150
 
 
@@ -347,7 +350,7 @@ def test_a_negative_number_of_any_form_is_a_value_and_no_flag(capsys):
     ],
 )
 def test_what_deserves_a_second_look_is_noted(flags, output, capsys):
-    assert main(["contact", *flags]) == 0
+    assert main(["contact", "--model", "fast", *flags]) == 0
     notes = capsys.readouterr().err
     assert notes.startswith(output)
     assert notes.count("\n") == 1
@@ -415,7 +418,7 @@ def test_a_measured_rail_tells_how_it_stands(tmp_path, capsys):
 def test_a_state_by_force_is_that_of_a_reference(capsys):
     """`tests/data/operation_rig.csv`: 10 kN, no yaw, a roller of 1 m gives 5.0764 mm."""
     force = ["--lateral-force-kN", "10", "--axle-load-kN", "160", "--roller-radius-mm", "1000"]
-    assert main(["contact", *force, "--side", "both", "--cell-mm", "1000", "--json"]) == 0
+    assert main(["contact", "--model", "fast", *force, "--side", "both", "--cell-mm", "1000", "--json"]) == 0
     (point,) = json.loads(capsys.readouterr().out)["points"]
     assert point["shift"] == pytest.approx(5.0764e-3, abs=1e-6)
     forces = point["wheelset"]
@@ -430,7 +433,7 @@ def test_a_force_that_no_shift_balances_is_noted_with_the_share_of_the_far_side(
     shares = []
     for force in (49.0, 51.0, 53.0):
         flags = ["--wheel", "P8", "--lateral-force-kN", f"{force}", "--axle-load-kN", "160", "--side", "both"]
-        assert main(["contact", *flags, "--json"]) == 0
+        assert main(["contact", "--model", "fast", *flags, "--json"]) == 0
         output = capsys.readouterr()
         (point,) = json.loads(output.out)["points"]
         share, near = point["share_beyond_jump"], point["wheelset"]["lateral_force"]
@@ -463,3 +466,22 @@ def test_forces_that_do_not_fit_are_told(flags, fault, capsys):
     assert main(["contact", *flags]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert fault in line
+
+
+@pytest.mark.parametrize(
+    ("flags", "pair"),
+    [
+        ([], ["coupled_strips", "coupled_strips"]),
+        (["--model", "fast"], ["kik_piotrowski", "fastsim"]),
+        (["--model", "accurate"], ["half_space", "half_space"]),
+        (["--tangential", "fastsim"], ["coupled_strips", "fastsim"]),
+    ],
+)
+def test_models_by_the_name_of_their_pair(flags, pair, capsys):
+    (patch,) = solved(capsys, "--strips", "10", "--cells", "10", *flags)["patches"]
+    assert [patch["normal"], patch["tangential"]] == pair
+
+
+def test_a_pair_of_models_and_one_of_them_exclude_each_other(capsys):
+    assert main(["contact", "--model", "fast", "--normal", "half_space"]) == 2
+    assert "--normal and --model exclude each other" in capsys.readouterr().err

@@ -18,7 +18,7 @@ from wearsim.errors import ContactError, NumericalError
 from wearsim.studies.contact_flags import COLUMNS
 from wearsim.studies.contact_table import RESULT_COLUMNS
 
-COARSE = ("--strips", "16", "--cells", "12")
+COARSE = ("--model", "fast", "--strips", "16", "--cells", "12")
 
 
 @pytest.fixture

@@ -19,6 +19,7 @@ def scene(tmp_path):
     """The shipped rig, cut short and coarse."""
     text = shipped_path("workflows", "rig_given.toml").read_text()
     text = text.replace("strips = 30", "strips = 12").replace("cells = 30", "cells = 12")
+    text = text.replace('model = "standard"', 'model = "fast"')
     head, tail = text.split("[campaign]")
     path = tmp_path / "rig.toml"
     path.write_text(f"{head}[campaign]{tail.replace('distance_km = 1260', 'distance_km = 9')}")

@@ -34,6 +34,7 @@ def folder(tmp_path, monkeypatch):
         ):
             assert name == "rig_given.toml" or old in text
             text = text.replace(old, new)
+        text = text.replace('model = "standard"', 'model = "fast"')
         (tmp_path / name).write_text(text)
     monkeypatch.chdir(tmp_path)
     return tmp_path

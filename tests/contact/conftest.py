@@ -32,7 +32,7 @@ def counterface(rail_60e1):
 @pytest.fixture(scope="session")
 def coarse():
     """Models on a small grid, for properties that hold on any grid."""
-    return ContactModels(strips=16, cells=12)
+    return ContactModels.of("fast", strips=16, cells=12)
 
 
 def _points(

@@ -9,7 +9,9 @@ from wearsim.contact.solve import solve
 
 @pytest.fixture(scope="module")
 def right(wheelset, counterface, points):
-    return lambda **state: solve(points(**state), wheelset, counterface(), ContactModels(), sides=(0,))
+    return lambda **state: solve(
+        points(**state), wheelset, counterface(), ContactModels.of("fast"), sides=(0,)
+    )
 
 
 def test_anchor_of_the_right_wheel(right):
@@ -44,7 +46,7 @@ def test_right_curve_slows_the_inner_right_wheel_ground(right):
 
 
 def test_applied_torque_drives_forwards(wheelset, counterface, points):
-    both = solve(points(rotation="free", torque=4e3), wheelset, counterface(), ContactModels())
+    both = solve(points(rotation="free", torque=4e3), wheelset, counterface(), ContactModels.of("fast"))
     assert np.all(both.force_x > 0.0)
     assert both.force_x.sum() == pytest.approx(4e3 / 0.46, rel=2e-3)  # rolling radii within 1 mm of 460
     assert np.all(both.rotation_speed > 20.0 / 0.46)

@@ -139,7 +139,7 @@ def test_a_row_whose_short_way_fails_is_solved_in_full(
 ):
     """The others keep their bits, and the row its solution within the tolerance of its balance."""
     conditions = points([1e-3, 3e-3, 5e-3], [0.0, 10e-3, 0.0], rotation="free")
-    models = ContactModels(normal, strips=12, cells=12, cell_size=1e-3)
+    models = ContactModels(normal, "fastsim", strips=12, cells=12, cell_size=1e-3)
     whole = solve(conditions, wheelset, counterface(), models)
     model, calls = NORMAL_MODELS[normal], []
 

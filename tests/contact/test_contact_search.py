@@ -113,7 +113,7 @@ def centres(table, rails, s1002, points, model):
             points(row.shift, row.yaw, load=row.normal_force),
             Wheelset(s1002, s1002, 0.46, 0.75),
             Counterface(rails[row.geometry, row.inclination], row.curvature),
-            ContactModels(normal=model, strips=50, cells=10),
+            ContactModels(normal=model, tangential="fastsim", strips=50, cells=10),
             sides=(0,),
             vertical=False,
         )
@@ -148,7 +148,7 @@ def test_centre_of_pressure_with_virtual_penetration(single, rails, s1002, point
 @pytest.mark.parametrize("normal", ["kik_piotrowski", "half_space"])
 def test_left_wheel_mirrors_the_right_one_up_to_100_mrad(wheelset, counterface, points, normal, kappa):
     """Imposed symmetry: 1e-9."""
-    models = ContactModels(normal=normal, strips=20, cells=10)
+    models = ContactModels(normal=normal, tangential="fastsim", strips=20, cells=10)
     shift, yaw = np.array([-4e-3, 0.0, 3e-3]), np.array([0.1, -0.1, 0.06])
     right = solve(points(shift, yaw), wheelset, counterface(kappa), models, sides=(0,))
     left = solve(points(-shift, -yaw), wheelset, counterface(kappa), models, sides=(1,))

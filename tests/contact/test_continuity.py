@@ -21,7 +21,7 @@ from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.errors import WearsimError
 from wearsim.profile import standard
 
-MODELS = ContactModels(strips=30, cells=20)
+MODELS = ContactModels.of("fast", strips=30, cells=20)
 BINS = np.arange(-50e-3, 40e-3, 0.5e-3)
 # inclination 1:N, roller radius [m], gauge [m], yaw [rad]
 CASES = [

@@ -240,7 +240,7 @@ def test_steep_parts_are_no_edges_of_a_profile_and_true_ends_are(s1002, rail_60e
     """The flank above the step carries the wheel; the same wheel without anything above the step does not."""
 
     def solved(wheel, shift):
-        models = ContactModels(normal=normal)
+        models = ContactModels(normal=normal, tangential="fastsim")
         return NORMAL_MODELS[normal](
             gap_of(wheel, rail_60e1, shift, 0.0, 0.0),
             np.zeros(1, dtype=np.int64),

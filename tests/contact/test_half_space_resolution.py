@@ -11,7 +11,7 @@ from wearsim.contact.problem import ContactModels
 from wearsim.contact.tangential import half_space as tangential
 from wearsim.profile import standard
 
-LOAD, FRICTION, MODELS = 80e3, 0.35, ContactModels()
+LOAD, FRICTION, MODELS = 80e3, 0.35, ContactModels.of("fast")
 CELLS = 1e-3 * np.array([2.0, 1.4, 1.0, 0.7, 0.5, 0.35, 0.25])
 
 

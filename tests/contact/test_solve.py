@@ -281,7 +281,7 @@ def test_finer_grids_change_little(wheelset, counterface, points):
     """Discretisation of the default 50 x 50 grid against 200 x 200: power 1.5 %, forces 1.5 % of friction."""
     conditions = points(shift=np.array([-4e-3, 0.0, 3e-3]), yaw=np.array([0.0, 2e-3, 0.0]))
     default, fine = (
-        solve(conditions, wheelset, counterface(1.0), ContactModels(strips=n, cells=n), sides=(0,))
+        solve(conditions, wheelset, counterface(1.0), ContactModels.of("fast", strips=n, cells=n), sides=(0,))
         for n in (50, 200)
     )
     np.testing.assert_allclose(default.power, fine.power, rtol=0.015)

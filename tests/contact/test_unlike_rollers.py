@@ -9,7 +9,7 @@ import wearsim
 from wearsim.contact.solve import ContactConditions, ContactModels, solve
 from wearsim.operation.resultants import resultants
 
-MODELS = ContactModels(strips=12, cells=12)
+MODELS = ContactModels.of("fast", strips=12, cells=12)
 ON = {"inclination": 1 / 40}
 
 

@@ -15,7 +15,7 @@ from wearsim.damage.wear.sliding import relative_slip
 from wearsim.profile import standard
 
 MM3_KM = 1e-12  # [m3/m]
-MODELS = ContactModels(strips=50, cells=50)  # sliding in partial slip takes some cells
+MODELS = ContactModels.of("fast", strips=50, cells=50)  # sliding in partial slip takes some cells
 
 
 def contacts(models):
@@ -48,7 +48,7 @@ def solved():
 @pytest.fixture(scope="module")
 def by_default():
     """The same on the default grid."""
-    return contacts(ContactModels())
+    return contacts(ContactModels.of("fast"))
 
 
 def test_wear_number_with_spin_is_the_power_over_the_speed(solved):

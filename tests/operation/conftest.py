@@ -22,7 +22,7 @@ def bodies():
 @pytest.fixture(scope="session")
 def models():
     """The grid of the reference states: as many cells in large patches."""
-    return ContactModels(cell_size=1.0)
+    return ContactModels.of("fast", cell_size=1.0)
 
 
 @pytest.fixture

@@ -198,7 +198,7 @@ def test_a_bogie_on_both_sides_of_a_jump_of_the_contact_is_in_balance():
         Counterface(standard.rail("54E1", 1 / 20, 1.435, 0.75), 0.0),
     )
     file, _ = read_toml(shipped_path("profiles", "vehicles", "locomotive.toml"), VehicleFile)
-    models = ContactModels()
+    models = ContactModels.of("fast")
     conditions, controlled = task(1587.0, 0.04, vehicle=file.vehicle)
     running = settle(conditions, controlled, *bodies, models)
     assert running.beyond is not None

@@ -36,7 +36,7 @@ def record(rows):
 
 @pytest.fixture(scope="module")
 def reducer(bodies):
-    models = ContactModels(strips=10, cells=10, cell_size=2e-3)
+    models = ContactModels.of("fast", strips=10, cells=10, cell_size=2e-3)
     return Reducer(*bodies(0.0), models, wear_settings("archard"), 2.5e-3)
 
 

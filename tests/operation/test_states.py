@@ -109,7 +109,10 @@ def test_a_jump_that_is_found_is_where_contact_solved_anew_has_it():
     """P8 on 60E1 carries 43 to 56 kN in two ways at 8.8 mm, which contact keeps to that begins nearby."""
     wheel, rail = standard.wheel("P8"), standard.rail("60E1", 1 / 40, 1.435, 0.75)
     bodies = Wheelset(wheel, wheel, 0.46, 0.75), Counterface(rail, 0.0)
-    given, models = ContactConditions.of([0.0], speed=20.0, free_roll=True, friction=0.35), ContactModels()
+    given, models = (
+        ContactConditions.of([0.0], speed=20.0, free_roll=True, friction=0.35),
+        ContactModels.of("fast"),
+    )
     alone = settle(given, under(51e3, 1), *bodies, models)
     for force in (30e3, 65e3):  # below and above it
         nearby = np.full((1, NEARBY), np.nan)
@@ -155,7 +158,8 @@ def test_forces_rise_with_the_shift_at_the_rails_where_that_of_the_axle_goes_bac
         rolled = replace(given, shift_depth=depth)
         if depth is None:
             rolled = replace(given, shift=np.linspace(8.830e-3, 8.848e-3, shift.size))
-        forces = resultants(solve(rolled, *bodies, ContactModels()), rolled.shift.size)
+        solution = solve(rolled, *bodies, ContactModels.of("fast"))
+        forces = resultants(solution, rolled.shift.size)
         jumps.append(np.diff(-forces.force).max())
     assert jumps[0] > 8e3
     assert jumps[1] < 2e3
@@ -187,7 +191,7 @@ def test_a_worn_noisy_pair_finds_its_balance_past_what_is_in_the_way(place):
         wheels = [replace(new, y=y, z=z) for y, z in zip(worn["wheel_y"], worn["wheel_z"], strict=True)]
     rail = standard.rail("60E1", 1 / 40, 1.435, 0.75)
     bodies = Wheelset(wheels[0], wheels[1], 0.46, 0.75), Counterface(rail, 1.0 / radius)
-    models = ContactModels(cell_size=0.5e-3)
+    models = ContactModels.of("fast", cell_size=0.5e-3)
     given = ContactConditions.of([0.0], yaw=yaw, friction=0.35, speed=20.0, free_roll=True)
     running = settle(given, under(force, 1), *bodies, models, start)
     sides = [(1.0, running)]

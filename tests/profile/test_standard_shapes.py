@@ -54,7 +54,7 @@ def pressures(wheel_profile, counterface, curvature):
         points,
         Wheelset(wheel_profile, wheel_profile, 0.46, 0.75),
         Counterface(counterface, curvature),
-        ContactModels(strips=16, cells=12),
+        ContactModels.of("fast", strips=16, cells=12),
         sides=(0,),
     )
     _, main = np.unique(solution.point, return_index=True)  # patches are in falling order of their loads

@@ -30,7 +30,7 @@ def make():
         values = (shift, yaw, 0.0, 80e3, 20.0, friction, 0.0)
         conditions = ContactConditions(*(np.array([value]) for value in values), **options)
         counterface = Counterface(rail, kappa)
-        models = ContactModels(strips=grid[0], cells=grid[1], most_cells=max(grid), cell_size=1.0)
+        models = ContactModels.of("fast", strips=grid[0], cells=grid[1], most_cells=max(grid), cell_size=1.0)
         solved = solve_contact(
             wheelset, counterface, conditions, models, sides=[SIDES[side] for side in sides], fields=True
         )

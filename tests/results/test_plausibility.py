@@ -71,22 +71,6 @@ def test_loads_that_were_not_scaled_are_not_mentioned(make):
     assert result_warnings(data) == []
 
 
-def test_an_error_of_corrected_models_above_the_tolerance_is_a_warning(make):
-    data = make(rate=10e-12)
-    data.attrs["contact_tolerance"] = 0.03
-    data["correction_error"] = ("step", np.full(data.sizes["step"], 0.02))
-    data["reference_step"] = (("step", "operating_point"), np.zeros(data["active_weight"].shape, dtype=int))
-    assert result_warnings(data) == []
-    data["correction_error"].values[-1] = 0.12
-    (line,) = result_warnings(data)
-    assert "error of the wear depth by the corrected models is 12 %" in line
-    assert "above the tolerance of 3 %" in line
-    assert "no solution" not in line
-    data["reference_step"].values[2, 0] = -1
-    (line,) = result_warnings(data)
-    assert "the reference had no solution at 1 operating points" in line
-
-
 def test_scaled_loads_are_counted_by_points_and_distance(make):
     """Shares 0.25, 0.5, 0.25; states 1, 2 and 6 of 0 to 6 end steps of their number."""
     data = make(rate=10e-12)

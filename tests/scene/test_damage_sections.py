@@ -335,7 +335,7 @@ LOCAL = '[wear]\nlaw = "archard"\n'
 BY_SLIP = TABLE.replace("T_gamma_A_N_mm2", "slip_speed_m_s")
 
 
-@pytest.mark.parametrize("contact", ["", 'model = "fast"', 'normal = "knothe_le_the"'])
+@pytest.mark.parametrize("contact", ['model = "fast"', 'tangential = "fastsim"'])
 @pytest.mark.parametrize(
     ("wear", "line"),
     [
@@ -344,19 +344,20 @@ BY_SLIP = TABLE.replace("T_gamma_A_N_mm2", "slip_speed_m_s")
         ('[wear]\nalso_evaluate = ["brr", "archard"]\n', "also_evaluate: local archard"),
     ],
 )
-def test_slip_of_single_cells_is_trusted_to_a_half_space_alone(folder, contact, wear, line):
+def test_slip_of_single_cells_is_not_trusted_to_fastsim(folder, contact, wear, line):
     """With fastsim, whose slip at the trailing edge is unbounded, it is a warning that names the fix."""
     warnings = build(loaded(f"{wear}[contact]\n{contact}\n")).warnings
     (warning,) = [text for text in warnings if "sliding speed of each cell" in text]
     assert warning.startswith(f"scene.toml:{FIRST + 1}: {line}")
     assert "patch_mean" in warning
-    assert 'tangential = "half_space" in [contact]' in warning
+    assert 'model = "standard" or "accurate" in [contact]' in warning
 
 
 @pytest.mark.parametrize(
     "text",
     [
-        f'{LOCAL}[contact]\nmodel = "auto"\n',  # corrected by the half-space
+        LOCAL,
+        f'{LOCAL}[contact]\nmodel = "standard"\n',
         f'{LOCAL}[contact]\nmodel = "accurate"\n',
         f'{LOCAL}[contact]\ntangential = "half_space"\n',
         f'{LOCAL}form = "patch_mean"\n',
@@ -371,3 +372,20 @@ def test_slip_of_single_cells_is_no_matter_elsewhere(folder, text):
 @pytest.mark.parametrize("name", ["fatigue.toml", "recorded.toml"])
 def test_shipped_scenes_take_archard_as_mean_over_the_patch(name):
     assert not any("sliding speed" in str(line) for line in warnings_of(load_scene(name)))
+
+
+@pytest.mark.parametrize(
+    ("contact", "low"),
+    [
+        ("", False),
+        ('model = "fast"', True),
+        ('normal = "kik_piotrowski"', True),
+        ('model = "accurate"', False),
+    ],
+)
+def test_fatigue_with_the_fast_model_says_that_pressures_are_low(folder, contact, low):
+    text = f"[contact]\n{contact}\n"
+    assert not any("pressures" in line for line in build(loaded(text)).warnings)
+    said = [line for line in build(loaded(f"{text}[fatigue]\n")).warnings if "largest pressures" in line]
+    assert len(said) == low
+    assert all(line.startswith("scene.toml:") and "reports/contact_accuracy.md" in line for line in said)

@@ -15,9 +15,11 @@ RIG = (Path(__file__).parents[1] / "data/scene_rig.toml").read_text()
 
 
 @pytest.mark.parametrize("key", ["cells", "strips"])
-@pytest.mark.parametrize("models", ['normal = "half_space"', 'tangential = "half_space"', 'model = "auto"'])
+@pytest.mark.parametrize(
+    "models", ['normal = "half_space"', 'tangential = "half_space"', 'model = "accurate"']
+)
 def test_a_grid_too_coarse_for_any_model_of_the_scene_is_a_fault_of_the_key(folder, changed, key, models):
-    """The half-space needs 8 strips and cells, also where it only corrects: a fault before the run."""
+    """The half-space needs 8 strips and cells, a fault before the run."""
     for count in (7, 8):
         grid = {"cells": 10, "strips": 10, key: count}
         keys = "".join(f"{name} = {value}\n" for name, value in grid.items())

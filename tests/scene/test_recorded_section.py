@@ -63,7 +63,8 @@ def test_a_record_becomes_points_with_the_stated_signs_and_constants(run):
 def test_the_binning_error_is_taken_again_on_the_worn_wheels(run, changed):
     Path("run.csv").write_text("t,v,y,psi\n" + "".join(f"{k},20,{0.4 * k - 2:g},0\n" for k in range(12)))
     loose = ("[recorded]", "[recorded]\nbinning_tolerance = 0.5")
-    Path("scene.toml").write_text(changed(FIELD, ("[campaign]", "[contact]\nstrips = 10\n[campaign]"), loose))
+    contact = '[contact]\nmodel = "fast"\nstrips = 10\n'
+    Path("scene.toml").write_text(changed(FIELD, ("[campaign]", f"{contact}[campaign]"), loose))
     run_scene("scene.toml", "out")
     with open_results("out/field.nc") as result:
         new, worn = result.attrs["binning_error"], result.attrs["binning_error_worn"]

@@ -23,6 +23,7 @@ profile = "60E1"
 inclination = "1:40"
 rig = "full_scale"
 [contact]
+model = "fast"
 strips = 10
 cells = 10
 [operation]

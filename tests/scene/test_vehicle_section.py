@@ -28,6 +28,7 @@ profile = "S1002"
 profile = "60E1"
 inclination = "1:40"
 [contact]
+model = "fast"
 strips = 10
 cells = 10
 [vehicle]

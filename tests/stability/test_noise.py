@@ -44,7 +44,7 @@ def worn(smooth):
         points = OperatingPoints(conditions, one / one.size, one, 0.0 * one, ("",) * one.size)
         wheelset = Wheelset(replace(smooth, z=height), smooth, 0.46, 0.75)
         counterface = Counterface(standard.rail("60E1", 1.0 / 40.0, 1.435, 0.75), 0.0)
-        models = ContactModels(normal=normal, strips=60, cells=16)
+        models = ContactModels(normal=normal, tangential="fastsim", strips=60, cells=16)
         settings = ControlSettings(
             1e9, cap, STABILITY[integrator][0], smoothing, integrator,
             half_space_depths=HALF_SPACE_DEPTHS[integrator],

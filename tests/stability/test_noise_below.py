@@ -44,7 +44,7 @@ def test_noise_on_a_roller_does_not_grow(smoothing):
         0, 0.0, np.stack([wheel.y] * 2), np.stack([wheel.z] * 2), flat, np.zeros((2, 3, n)),
         np.zeros(2), np.zeros(2), counterface=new_counterface(rollers),
     )  # fmt: skip
-    models, law = ContactModels(strips=60, cells=16), WearSettings()
+    models, law = ContactModels.of("fast", strips=60, cells=16), WearSettings()
     wheelset = Wheelset(wheel, wheel, 0.46, 0.75)
     heights = [noisy.z]
     for _ in range(8):

@@ -36,7 +36,11 @@ def worn(wave, stability, steps, smoothing=0.0, integrator="euler"):
     height = smooth.z + wave * np.sin(2.0 * np.pi * smooth.y / WAVELENGTH)
     wheelset = Wheelset(replace(smooth, z=height), smooth, 0.46, 0.75)
     counterface = Counterface(standard.rail("60E1", 1.0 / 40.0, 1.435, 0.75), 0.0)
-    models, wear, points = ContactModels(strips=60, cells=20, most_cells=20), WearSettings(), collective()
+    models, wear, points = (
+        ContactModels.of("fast", strips=60, cells=20, most_cells=20),
+        WearSettings(),
+        collective(),
+    )
     y, z = np.stack([smooth.y, smooth.y]), np.stack([height, smooth.z])
     regimes, n = 3, smooth.y.size
     state = State(0, 0.0, y, z, np.zeros((2, n)), np.zeros((2, regimes, n)), np.zeros(2), np.zeros(2))

@@ -18,7 +18,7 @@ from wearsim.studies.bands import plan_of, run_bands
 from wearsim.studies.ensemble import check_cases
 
 DATA = Path(__file__).parents[1] / "data"
-SMALL = '[contact]\nstrips = 8\ncells = 8\n[wear]\nlaw = "energy"\n'
+SMALL = '[contact]\nmodel = "fast"\nstrips = 8\ncells = 8\n[wear]\nlaw = "energy"\n'
 STEEL = """
 [uncertainty]
 draws = 16

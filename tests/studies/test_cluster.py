@@ -28,7 +28,14 @@ pytestmark = [
     pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning"),
 ]
 DATA = Path(__file__).parents[1] / "data"
-COARSE = '[contact]\nstrips = 8\ncells = 8\n[wear]\nlaw = "usfd"\ncoefficients = "lewis_dwyer_joyce_2004"\n'
+COARSE = """[contact]
+model = "fast"
+strips = 8
+cells = 8
+[wear]
+law = "usfd"
+coefficients = "lewis_dwyer_joyce_2004"
+"""
 
 
 @pytest.fixture

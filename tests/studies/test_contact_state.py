@@ -35,7 +35,7 @@ def state(wheelset, rail):
             speed=20.0 * ones, friction=0.35 * ones, track_curvature=0.0 * ones, **options,
         )  # fmt: skip
         counterface = Counterface(rail, kappa)
-        models = ContactModels(strips=24, cells=20)
+        models = ContactModels.of("fast", strips=24, cells=20)
         named = [SIDES[side] for side in sides]
         contact = solve_contact(wheelset, counterface, conditions, models, sides=named, fields=True)
         return contact_state(conditions, wheelset, counterface, contact, point=1), contact

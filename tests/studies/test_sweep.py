@@ -23,7 +23,14 @@ from wearsim.studies.ensemble import check_cases
 from wearsim.studies.sweep import chosen, outcomes_of, run_one, run_sweep, sweep_dataset, sweep_rows
 
 DATA = Path(__file__).parents[1] / "data"
-COARSE = '[contact]\nstrips = 8\ncells = 8\n[wear]\nlaw = "usfd"\ncoefficients = "lewis_dwyer_joyce_2004"\n'
+COARSE = """[contact]
+model = "fast"
+strips = 8
+cells = 8
+[wear]
+law = "usfd"
+coefficients = "lewis_dwyer_joyce_2004"
+"""
 VARY = ["wheelset.radius_mm=420,460", "operation.block.friction=0.2,0.35"]
 
 

@@ -133,8 +133,7 @@ def world_of(
     if not np.isfinite(values).all():
         raise NoSplitError("not all operating points were found in this state")
     below = setup.counterface
-    models = (setup.models, *setup.fallbacks)
-    parts = (below.curvature, below.curvature, below.profiles, wheelset, models, setup.wear)
+    parts = (below.curvature, below.curvature, below.profiles, wheelset, setup.models, setup.wear)
     rules = (conditions.rotation, conditions.free_roll)
     weight = points.weight[acting] / points.weight[acting].sum()
     return World(dict(zip(BODY_CAUSES, parts, strict=True)), rules, values, weight, threads)
@@ -296,11 +295,9 @@ def _area_rates(world: World, values: FloatArray) -> FloatArray:
     )
     one = np.ones(count)
     points = OperatingPoints(conditions, one, one, np.zeros(count), tuple(map(str, range(count))))
-    of_patch, of_creepage, (right, left), wheelset, (models, *fallbacks), wear = parts.values()
+    of_patch, of_creepage, (right, left), wheelset, models, wear = parts.values()
     counterface = Counterface(right, of_patch, left, of_creepage)
-    setup = Setup(
-        wheelset, counterface, models, wear, threads=world.threads, fallbacks=tuple(fallbacks)
-    )  # fmt: skip
+    setup = Setup(wheelset, counterface, models, wear, threads=world.threads)
     wheels = wheelset.right, wheelset.left
     y, z = np.stack([wheel.y for wheel in wheels]), np.stack([wheel.z for wheel in wheels])
     unworn, nothing = np.zeros_like(y), np.zeros(2)

@@ -93,19 +93,15 @@ def half_space_depth_limit(
         acts &= rate.full
     if not acts.any():
         return math.inf
-    return half_space_depth(float(solution.max_pressure[acts].min()), models, spacing, wavelength)
-
-
-def half_space_depth(pressure: float, models: ContactModels, spacing: float, wavelength: float) -> float:
-    """Largest stable depth of a step of first order under a maximum pressure [m]."""
+    pressure = float(solution.max_pressure[acts].min())
     return pressure / models.effective_modulus * max(spacing, 0.5 * wavelength)
 
 
 def remembered_limit(state: State, weight: FloatArray, settings: ControlSettings) -> tuple[float, str]:
     r"""Length to which the last steps of the acting points limit the next one [m], and the reason.
 
-    Each point was part of steps of its own length, share times distance, and error; a correction limits its
-    points, too. Infinite before anything is known.
+    Each point was part of steps of its own length, share times distance, and error. Infinite before anything
+    is known.
 
     Notes
     -----
@@ -121,12 +117,7 @@ def remembered_limit(state: State, weight: FloatArray, settings: ControlSettings
         for own, of_step, share in zip(length.tolist(), error.tolist(), weight[acting].tolist(), strict=True)
     ]
     by_error, by_growth = (min(values) for values in zip(*limits, strict=True))
-    by = {"error": by_error, "growth": by_growth}
-    if state.correction is not None:
-        length = np.where(state.correction.until > 0.0, math.inf, state.correction.length)
-        by["correction"] = float((length[acting] / weight[acting]).min())
-    reason = min(by, key=by.__getitem__)
-    return by[reason], reason
+    return (by_error, "error") if by_error <= by_growth else (by_growth, "growth")
 
 
 def error_limit(step_length: float, step_error: float, settings: ControlSettings) -> float:

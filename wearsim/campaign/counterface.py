@@ -10,7 +10,6 @@ import numpy as np
 
 from wearsim.campaign.state import CounterfaceRate, CounterfaceState, State, WearRate
 from wearsim.campaign.vertices import (
-    only_worn,
     sample,
     share_out,
     smooth_sides,
@@ -51,22 +50,20 @@ def worn_counterface(counterface: Counterface, state: CounterfaceState | None) -
     return replace(counterface, profile=right, left=left)
 
 
-def per_passage(
-    solution: ContactPatches, law: FloatArray, group: IntArray, count: int, state: CounterfaceState
-) -> FloatArray:
-    """Depth of the counterface (count, 2, k) by each group of patches in a passage, were it the wheel's [m].
+def per_passage(solution: ContactPatches, law: FloatArray, state: CounterfaceState) -> FloatArray:
+    """Depth of the counterface (2, k) by patches in a passage, were it the wheel's [m].
 
     Strips of the depth `law` (m, ny) of the wheel are carried to the vertices of the counterface as they are
     to those of the wheel, by overlap of arc lengths.
     """
-    depth = np.zeros((count, *state.y.shape))
+    depth = np.zeros_like(state.y)
     for side in (0, 1):
         at = np.flatnonzero(solution.side == side)
         arc = arc_length(state.y[side], state.z[side])
-        area = np.zeros((count, 1, arc.size))
+        area = np.zeros((1, arc.size))
         amount = (law[at] * solution.patch.width[at][:, None])[None]
-        share_out(_edges_below(solution, at, side, state), stretches(arc), amount, group[at], area)
-        depth[:, side] = area[:, 0] / vertex_lengths(state.y[side], state.z[side])
+        share_out(_edges_below(solution, at, side, state), stretches(arc), amount, area)
+        depth[side] = area[0] / vertex_lengths(state.y[side], state.z[side])
     return depth
 
 
@@ -84,7 +81,6 @@ def with_counterface(
     state: State,
     radius: float,
     settings: CounterfaceWear,
-    difference: FloatArray | None = None,
 ) -> WearRate:
     r"""Add the wear rate of the counterface by the same passages to that of the wheels.
 
@@ -103,8 +99,6 @@ def with_counterface(
         Of the wheels at the running circle [m].
     settings : CounterfaceWear
         How it wears.
-    difference : (2, k) array, optional
-        Added to the depth per passage at the vertices of the counterface [m].
 
     Returns
     -------
@@ -117,9 +111,7 @@ def with_counterface(
     """
     worn, solution = state.counterface, rate.solution
     assert worn is not None  # it wears
-    depth = per_passage(solution, law, np.zeros(solution.side.size, dtype=np.int64), 1, worn)[0]
-    if difference is not None:
-        depth = only_worn((depth + difference)[:, None], vertex_lengths(worn.y, worn.z))[0][:, 0]
+    depth = per_passage(solution, law, worn)
     result = CounterfaceRate(depth, np.zeros_like(worn.y))
     stability, height = rate.stability.copy(), strip_heights(solution, state.y, state.z)
     for side in (0, 1):

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
-from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,8 +14,8 @@ from wearsim.campaign.comparison import ComparisonLaws, ComparisonPassage, compa
 from wearsim.campaign.counterface import with_counterface, worn_counterface
 from wearsim.campaign.faint import faded, shared
 from wearsim.campaign.left_out import Failed, judged
-from wearsim.campaign.state import Correction, PatchWear, PointHistory, State, WearRate, worn_wheels
-from wearsim.campaign.vertices import only_worn, sample, share_out, stretches, strip_heights
+from wearsim.campaign.state import PatchWear, PointHistory, State, WearRate, worn_wheels
+from wearsim.campaign.vertices import sample, share_out, stretches, strip_heights
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import ContactPatches
 from wearsim.contact.solve import Begin, ContactModels, ContactSolution, Counterface, Wheelset, solve_each
@@ -48,8 +47,6 @@ class Setup:
     comparison: ComparisonLaws = field(default_factory=ComparisonLaws)
     counterface_wear: CounterfaceWear | None = None  # how the counterface wears, if it does
     threads: int = 1  # of the contact solver; their number does not change the bits of the result
-    fallbacks: tuple[ContactModels, ...] = ()  # in order, where `models` have no solution
-    reference: ContactModels | None = None  # by which the others are corrected
     brake: BrakeBlockSection | None = None
 
     @property
@@ -59,28 +56,22 @@ class Setup:
         whole = any(getattr(one, "needs_fields", True) for one in laws)
         return {"threads": self.threads, "fields": whole or "work"}
 
-    @property
-    def chain(self) -> tuple[ContactModels, ...]:
-        """All contact models, in the order in which they are tried."""
-        return (self.models, *self.fallbacks)
-
 
 def begins_nearby(setup: Setup) -> bool:
     """Whether contact is solved from that of the step before.
 
-    Not where it is corrected, nor by a model to which others are compared: it would hang on the steps, within
-    the tolerance of the balance. Profiles that do not wear are the same in every step.
+    Not by a model to which others are compared: it would hang on the steps, within the tolerance of the
+    balance. Profiles that do not wear are the same in every step.
     """
     warm = TANGENTIAL_MODELS[setup.models.tangential].warm
-    return setup.reference is None and not warm and WEAR_LAWS[setup.wear.law].wears
+    return not warm and WEAR_LAWS[setup.wear.law].wears
 
 
 def setup_of(campaign: CampaignSetup, threads: int = 1) -> Setup:
     """Return what the wear rate of a campaign depends on, with the contact models of its scene."""
-    reference = campaign.fallbacks[-1] if campaign.tolerance is not None else None
     return Setup(
         campaign.wheelset, campaign.counterface, campaign.models, campaign.wear, comparison_laws(campaign),
-        campaign.counterface_wear, threads, campaign.fallbacks, reference, campaign.brake,
+        campaign.counterface_wear, threads, campaign.brake,
     )  # fmt: skip
 
 
@@ -95,7 +86,6 @@ class Passage:
     comparison: ComparisonPassage
     weight: FloatArray  # (m,) with which each patch acts: below 1 where it is faint [-]
     lost: FloatArray  # (m, 3) share of load, power and wear that faint patches of its wheel lost [-]
-    model: IntArray  # (m,) in `Setup.chain` of each patch
     share: FloatArray  # (m,) of the distance of its point that each acts in; forces and wear are means [-]
     failed: Mapping[int, ContactError] = field(default_factory=dict)  # points without contact solution
     # what follows from the profiles, of `solve_passage` alone
@@ -115,7 +105,6 @@ def passage_of(solution: ContactSolution, setup: Setup) -> Passage:
         comparison_passage(solution, setup.comparison),
         weight=np.ones(solution.point.size),
         lost=np.zeros((solution.point.size, 3)),
-        model=np.zeros(solution.point.size, dtype=np.int64),
         share=np.ones(solution.point.size),
     )
     return faded(whole)
@@ -141,59 +130,45 @@ def solve_passage(
     order of point, side and falling normal force; with `among` (n,) only those points are solved, which keep
     their numbers. The laws run on the threads of the contact solver: no more cells exist at a time than those
     of the chunks being solved. With a history of the points those without contact solution are left out;
-    those that failed before are solved by themselves, so that the others are not solved twice. Each point
-    begins at the first model of the chain, or that of its correction, and goes on to the next where that has
-    no solution, on both sides of a jump alike. Where contact is known nearby it begins with the
-    wheels of an `earlier` passage.
+    those that failed before are solved by themselves, so that the others are not solved twice. Where contact
+    is known nearby it begins with the wheels of an `earlier` passage.
     """
     found: dict[bytes, Wheels] = {}
-    bodies, parts, last = worn_bodies(state, setup), [], len(setup.chain) - 1
+    bodies, every, groups = worn_bodies(state, setup), list[Passage](), 0
     failed: Failed = {}
     conditions, of, share = points.runs
-    nearby = conditions
     if state.nearby.size > 0:
         known = state.nearby[of]
         known[len(points.label) :] = np.nan  # past a jump
-        nearby = replace(conditions, nearby=known)
-    nowhere = np.zeros(len(points.label), dtype=np.int64)
-    before = nowhere > 0 if state.points is None else state.points.left_out
-    place = nowhere if state.correction is None else state.correction.model.copy()
-    if among is not None:
-        place[~among] = -1
-    place, before = place[of], before[of]
-    for number, one in enumerate(setup.chain):
-        for index in (np.flatnonzero((place == number) & (before == out)) for out in (False, True)):
-            if not index.size:
-                continue
-            own: Failed | None = None if state.points is None and number == last else {}
-            evaluated = partial(_passage_at, of[index], share[index], number, setup, state)
-            here = (conditions if number else nearby).at(index)
-            begin = None if number else Begin(of[index], earlier or {}, found)
-            try:
-                chunks = solve_each(here, *bodies, one, evaluated, failed=own, begin=begin, **setup.options)
-            except ContactError as error:
-                raise _numbered(error, of[index]) from None
-            parts.append(chunks)
-            errors = {int(of[index[row]]): _numbered(error, of[index]) for row, error in (own or {}).items()}
-            if number == last:
-                failed |= errors
-            else:
-                place[np.isin(of, of[index[list(own or {})]])] = number + 1
-    every = [chunk for chunks in parts for chunk in chunks]
+        conditions = replace(conditions, nearby=known)
+    asked = np.ones(len(points.label), dtype=bool) if among is None else among
+    before = np.zeros_like(asked) if state.points is None else state.points.left_out
+    for out in (False, True):
+        index = np.flatnonzero(asked[of] & (before[of] == out))
+        if not index.size:
+            continue
+        groups += 1
+        own: Failed | None = None if state.points is None else {}
+        evaluated = partial(_passage_at, of[index], share[index], setup, state)
+        begin = Begin(of[index], earlier or {}, found)
+        try:
+            every += solve_each(
+                conditions.at(index), *bodies, setup.models, evaluated, failed=own, begin=begin,
+                **setup.options,
+            )  # fmt: skip
+        except ContactError as error:
+            raise _numbered(error, of[index]) from None
+        failed |= {int(of[index[row]]): _numbered(error, of[index]) for row, error in (own or {}).items()}
     wheel = np.concatenate([2 * part.contact.point + part.contact.side for part in every])
     order = np.argsort(wheel, kind="stable")
-    # one side of a jump that a model solved is solved again by the next one if the other side is
-    kept = np.concatenate([part.model for part in every]) == place[wheel // 2]
-    whole: Passage = joined(
-        every, order[kept[order]] if len(parts) > 1 or points.beyond is not None else None
-    )
+    whole: Passage = joined(every, order if groups > 1 or points.beyond is not None else None)
     return replace(whole, failed=failed, wheels=found)
 
 
 def _passage_at(
-    index: IntArray, share: FloatArray, model: int, setup: Setup, state: State, solution: ContactSolution,
+    index: IntArray, share: FloatArray, setup: Setup, state: State, solution: ContactSolution,
 ) -> Passage:  # fmt: skip
-    """Passage of the points at `index` by a model of the chain, with their numbers in the batch."""
+    """Passage of the points at `index`, with their numbers in the batch."""
     passage = shared(passage_of(solution, setup), share)
     contact = passage.contact
     point = index[contact.point]
@@ -205,7 +180,6 @@ def _passage_at(
     return replace(
         passage,
         contact=placed,
-        model=np.full_like(passage.model, model),
         wear=patch_wear(passage, state, setup.wheelset),
         strip_edges_arc=edges,
     )
@@ -259,11 +233,8 @@ def accumulate(
     solution, point = passage.contact, passage.contact.point
     every = weight * points.environment
     scale = np.stack([every[point], weight[point]])
-    total = carried(passage, scale, np.zeros(point.size, dtype=np.int64), 1, state, setup)[0]
+    total = carried(passage, scale, state, setup)
     laws = [len(passage.depth), *(len(by_law) for by_law in passage.comparison.depth)]
-    below = None
-    if state.correction is not None:
-        total, below = _corrected(total, passage, (every, weight), state, laws)
     depth, *comparison = np.split(total, np.cumsum(laws), axis=1)
     work_and_damage = comparison.pop()
     if setup.brake is not None:
@@ -288,12 +259,10 @@ def accumulate(
     if setup.counterface_wear is None:
         return result
     radius = setup.wheelset.radius
-    return with_counterface(result, law, over_gap, state, radius, setup.counterface_wear, below)
+    return with_counterface(result, law, over_gap, state, radius, setup.counterface_wear)
 
 
-def carried(
-    passage: Passage, scale: FloatArray, group: IntArray, count: int, state: State, setup: Setup
-) -> FloatArray:
+def carried(passage: Passage, scale: FloatArray, state: State, setup: Setup) -> FloatArray:
     """Carry what the patches bring to the vertices of the wheels, per metre run.
 
     Parameters
@@ -302,8 +271,6 @@ def carried(
         Of `m` patches.
     scale : (2, m) array
         Factors of each patch on wear depths, and on work and damage; patches without the latter are left out.
-    group : (m,) int array
-        Group below `count` to which each patch belongs.
     state : State
         The profiles the contact was solved with.
     setup : Setup
@@ -311,24 +278,24 @@ def carried(
 
     Returns
     -------
-    (count, 2, q, n) array
-        Of each group and wheel: depth by the regimes of the active law and of the comparison laws [m/m],
+    (2, q, n) array
+        Of each wheel: depth by the regimes of the active law and of the comparison laws [m/m],
         work [J/m3], fatigue damage by law [1/m].
     """
     laws = [*passage.depth, *(regime for by_law in passage.comparison.depth for regime in by_law)]
     rows = [*laws, passage.strip_work, *passage.comparison.damage]
     solution = passage.contact
-    result = np.zeros((count, 2, len(rows), state.y.shape[1]))
+    result = np.zeros((2, len(rows), state.y.shape[1]))
     arc, length = arc_length(state.y, state.z), vertex_lengths(state.y, state.z)
     for wheel in (0, 1):
         at = np.flatnonzero((scale[1] > 0.0) & (solution.side == wheel))
         of_rows = [scale[0, at, None]] * len(laws) + [scale[1, at, None]] * (len(rows) - len(laws))
         amount = np.stack([row[at] * factor for row, factor in zip(rows, of_rows, strict=True)])
         amount *= solution.patch.width[at][:, None]
-        area, edges = np.zeros((count, *result.shape[2:])), _edges(passage, at, wheel, state, arc)
-        share_out(edges, stretches(arc[wheel]), amount, group[at], area)
+        area, edges = np.zeros(result.shape[1:]), _edges(passage, at, wheel, state, arc)
+        share_out(edges, stretches(arc[wheel]), amount, area)
         per_metre = 1.0 / (2.0 * np.pi * (setup.wheelset.radius + state.z[wheel]))
-        result[:, wheel] = area * (per_metre / length[wheel])
+        result[wheel] = area * (per_metre / length[wheel])
     return result
 
 
@@ -341,50 +308,9 @@ def _edges(passage: Passage, at: IntArray, wheel: int, state: State, arc: FloatA
     return np.interp(passage.contact.strip_edges_wheel_y[at], rising_y, arc[wheel])
 
 
-def _corrected(
-    total: FloatArray,
-    passage: Passage,
-    scale: tuple[FloatArray, FloatArray],
-    state: State,
-    laws: list[int],
-) -> tuple[FloatArray, FloatArray]:
-    """Add the differences of the correction to a rate (2, q, n); also those of the counterface (2, k).
-
-    The first rows are those of `laws`, as many of each; the others are on their own.
-    Points that other models solved than those their difference is from have none. No depth becomes
-    negative, and areas are those of the sum.
-    """
-    correction = state.correction
-    assert correction is not None
-    known = np.flatnonzero((scale[1] > 0.0) & (correction.step >= 0) & ~mismatched(passage, correction))
-    rows, of_laws = total.shape[1], sum(laws)
-    factor = np.where(np.arange(rows)[:, None] < of_laws, scale[0][known], scale[1][known])
-    total = total + np.einsum("qj,jwqn->wqn", factor, correction.wheel[known])
-    below = np.einsum("j,jwk->wk", scale[0][known], correction.below[known, :, 0])
-    length = vertex_lengths(state.y, state.z)
-    edges = np.cumsum([0, *laws, *[1] * (rows - of_laws)])
-    for first, end in pairwise(edges):
-        total[:, first:end] = only_worn(total[:, first:end], length)[0]
-    return total, below
-
-
-def forces_of(passage: Passage, points: OperatingPoints, state: State | None = None) -> Resultants:
-    """Resultants of the points of a passage; in a state, with the differences of its correction."""
-    forces = resultants(passage.contact, points.conditions.shift.size)
-    if state is None or state.correction is None:
-        return forces
-    known = (state.correction.step >= 0) & ~mismatched(passage, state.correction)
-    known &= forces.vertical.min(axis=1) > 0.0
-    where = points.conditions
-    return forces.plus(state.correction.forces.of(known).at(np.arange(known.size), where.shift, where.yaw))
-
-
-def mismatched(passage: Passage, correction: Correction) -> NDArray[np.bool_]:
-    """Points (n,) of a passage that other models solved than those their difference is from."""
-    other = np.zeros(correction.model.size, dtype=bool)
-    point = passage.contact.point
-    other[point] = passage.model != correction.model[point]
-    return other
+def forces_of(passage: Passage, points: OperatingPoints) -> Resultants:
+    """Resultants of the points of a passage."""
+    return resultants(passage.contact, points.conditions.shift.size)
 
 
 def patch_wear(passage: Passage, state: State, wheelset: Wheelset) -> PatchWear:

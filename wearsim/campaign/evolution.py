@@ -11,12 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wearsim.campaign import control, correction, handover, nearby, step
+from wearsim.campaign import control, nearby, step
 from wearsim.campaign.comparison import comparison_laws, start_comparison
 from wearsim.campaign.counterface import new_counterface, redressed
 from wearsim.campaign.evaluate import (
     Evaluation,
-    Passage,
     Setup,
     accumulate,
     begins_nearby,
@@ -27,7 +26,7 @@ from wearsim.campaign.evaluate import (
 from wearsim.campaign.left_out import Failed, new_history, with_failed
 from wearsim.campaign.reprofiling import reprofile, reprofiling_due, to_next_reprofiling
 from wearsim.campaign.row import NO_STEP, StepTaken, build_row, header_of, recorded_measures
-from wearsim.campaign.running import new_running, refreshed_where_it_runs, settled_state, with_help
+from wearsim.campaign.running import new_running, settled_state, with_help
 from wearsim.campaign.state import State, WearRate, worn_wheels
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.problem import NEARBY
@@ -51,8 +50,6 @@ _ATTEMPTS = 30  # at one step
 _CLIPPED = 0.01
 
 _SHORTER = 0.3  # of a step that was clipped, or whose stages have no contact solution
-
-_REPEATED = 3  # times at most that a step is repeated because the correction asks for a shorter one
 
 # depth of a step from which both are no matter of its length: a patch vanishes, a point has no solution [m]
 _SHALLOW = 1e-7
@@ -123,7 +120,7 @@ class WheelsetEvolution:
         if wear is None or not self.ended(state):
             return state
         changed = redressed(state, self.setup.counterface, wear)
-        return state if changed is state else self._on_new_profiles(changed, state.active_weight)
+        return state if changed is state else self._on_new_profiles(changed)
 
     def start(self) -> tuple[State, StepTaken]:
         """Return the new wheelset."""
@@ -136,11 +133,7 @@ class WheelsetEvolution:
             counterface=None if setup.counterface_wear is None else new_counterface(setup.counterface),
             points=new_history(setup.points), running=new_running(setup),
         )  # fmt: skip
-        state = start_comparison(state, comparison_laws(setup))
-        if setup.tolerance is not None:
-            state = replace(state, correction=correction.new_correction(state, setup.points))
-        state = self._solved_with_reference(state, setup.points.weight)
-        return handover.few_handed_over(state, setup), NO_STEP
+        return start_comparison(state, comparison_laws(setup)), NO_STEP
 
     def _where(self, state: State) -> CampaignSetup:
         """Return the setup in force with the operating points where the wheelset runs in a state."""
@@ -151,18 +144,9 @@ class WheelsetEvolution:
         """Return the state with the shifts and loads that balance what is controlled."""
         return settled_state(state, self.setup.points, self._contact)
 
-    def _solved_with_reference(self, state: State, weight: FloatArray) -> State:
-        """Return the state with what the reference says of the points that act and need it."""
-        stale = correction.stale(state, weight)
-        return refreshed_where_it_runs(state, self.setup.points, self._contact, stale)
-
-    def _on_new_profiles(self, state: State, weight: FloatArray, *, wheels: bool = False) -> State:
-        """Return the state where it runs on profiles that were cut, with what the reference says there.
-
-        Of the points that act with a weight (n,); of reprofiled `wheels`, or of rollers.
-        """
-        fresh = correction.forgotten(replace(state, nearby=_NOWHERE), wheels=wheels)
-        return self._solved_with_reference(self._settled(fresh), weight)
+    def _on_new_profiles(self, state: State) -> State:
+        """Return the state where it runs on profiles that were cut."""
+        return self._settled(replace(state, nearby=_NOWHERE))
 
     def evaluate(self, state: State, taken: StepTaken | None = None) -> Evaluation:
         """Solve the contact of a state, if the step that led to it has not left it.
@@ -220,28 +204,19 @@ class WheelsetEvolution:
         points, wave = setup.points, setup.control.smoothing_wavelength
         state = replace(state, points=evaluation.points)
         if reprofiling_due(state, setup, evaluation.measures):
-            fresh = self._on_new_profiles(reprofile(state, setup), points.weight, wheels=True)
-            return handover.few_handed_over(fresh, setup), NO_STEP
+            return self._on_new_profiles(reprofile(state, setup)), NO_STEP
         if begins_nearby(here):
             state = nearby.remembered(state, evaluation.passage.contact, len(points.label))
-        ahead_of = to_next_reprofiling(state, setup.control)
-        known = {evaluation.weight.tobytes(): evaluation.collective}
-        passage: Passage | None = evaluation.passage
+        settings = to_next_reprofiling(state, setup.control)
+        known, passage = {evaluation.weight.tobytes(): evaluation.collective}, evaluation.passage
 
         def rate_for(weight: FloatArray) -> WearRate:
-            nonlocal state, points, passage
-            fresh = self._solved_with_reference(state, weight)
-            if fresh is not state:
-                points = self._where(fresh).points
-                passage = passage if fresh.running is state.running else None
-                state = fresh
-                known.clear()
             key = weight.tobytes()
             if key not in known:
-                there = [] if passage is None else [*passage.contact.point, *passage.failed]
+                there = [*passage.contact.point, *passage.failed]
                 known[key] = (
                     accumulate(passage, points, weight, state, here)
-                    if passage is not None and np.isin(np.flatnonzero(weight), there).all()
+                    if np.isin(np.flatnonzero(weight), there).all()
                     else rate(state, points, weight, here)
                 )
             return known[key]
@@ -254,47 +229,21 @@ class WheelsetEvolution:
         def depth_limit(now: WearRate, weight: FloatArray) -> float:
             return control.half_space_depth_limit(now, weight, setup.models, spacing(), wave)
 
-        def handed_over(
-            there: State, tried: step.Step, choice: control.StepChoice, corrected: float
-        ) -> State:
-            """Let the reference take points over whose corrected steps would be too short, where they are."""
-            known_of, weight = there.correction, choice.weight
-            assert known_of is not None
-            if points.controlled is not None:  # the reference would look for where it runs, too
-                return there
-            pressure = known_of.max_pressure[weight > 0.0]
-            lowest = float(pressure[pressure > 0.0].min(initial=math.inf))
-            depth = control.half_space_depth(lowest, setup.models, spacing(), wave)
-            depth, reached = min(depth, setup.control.depth_cap), float(tried.state.wear_depth.max())
-            now = rate_for(weight)
-            below = 0.0 if now.counterface is None else float(now.counterface.depth.max())
-            length = min(depth / max(float(now.depth.max()) + below, 1e-300), setup.control.max_step)
-            own = handover.ReferenceStep(length, depth, len(here.chain) - 1)
-            # deeper by such a step, where the same error counts less
-            later = corrected * math.sqrt(1.0 + depth / max(reached, 1e-300))
-            by_error = choice.limit.reason in ("error", "clipping", "no contact")
-            short = by_error & (weight * choice.limit.step_length < tried.stages * known_of.length)
-            return handover.handed_over(there, weight, later, own, short & (weight > 0.0))
-
         rule = step.StepRule(
             setup.wheelset.radius, setup.wear.density, wave, setup.control.integrator,
             crack_depth=here.comparison.crack_depth,
         )  # fmt: skip
         limit, error, length, stiffness = (math.inf, "error"), 0.0, 0.0, 0.0
         for rejected in range(_ATTEMPTS):
-            weight = control.present_weight(state.distance, points)
-            settings = correction.control_at(state, setup, ahead_of, weight)
             choice = control.choose(
                 state, points, rate_for, settings, depth_limit=depth_limit, length_limit=limit,
                 stiffness=stiffness, counterface_wear=setup.counterface_wear,
             )  # fmt: skip
             weight, length = choice.weight, choice.limit.step_length
-            settings = correction.control_at(state, setup, ahead_of, weight)
             now = rate_for(weight)
             shallow = float(now.depth.max()) * length < _SHALLOW
             try:
-                earlier = None if passage is None else passage.wheels
-                tried, error, stiffness, end = self._try(state, now, choice, rule, earlier)
+                tried, error, stiffness, end = self._try(state, now, choice, rule, passage.wheels)
             except ContactError:
                 if shallow:
                     raise
@@ -315,35 +264,12 @@ class WheelsetEvolution:
                 choice.limit.reason,
                 end,
             )
-            worn, factor = tried.state, math.inf
-            if state.correction is not None and setup.tolerance is not None:
-                ahead = self._where(worn).points
-                worn, factor, drifts_known = correction.corrected_step(
-                    state, tried, choice, ahead, here, end.passage, rule, setup.tolerance
-                )
-                # while drifts are unknown, fewer points than all may be enough after the next step
-                if drifts_known and not self.ended(worn):
-                    worn = handed_over(worn, tried, choice, factor * length)
-                if not correction.unchanged(state, tried.state, worn):
-                    worn, taken = self._settled(worn), replace(taken, end=None)
-                    moved = correction.moved(worn, here)
-                    worn = refreshed_where_it_runs(worn, setup.points, here, moved, 0.0)
-            if factor > correction.MUCH_SHORTER or shallow or rejected >= _REPEATED:
-                break
-            other = handed_over(state, tried, choice, factor * length)
-            new = other.correction
-            if other is not state and new is not None and (new.until[weight > 0.0] > 0.0).all():
-                state, passage = other, None
-                known.clear()
-            else:
-                limit = max(_SHORTER, factor) * length, "correction"
+            break
         else:
-            own = settings.error_tolerance < setup.control.error_tolerance
-            key = "tolerance in [contact]" if own else "error_tolerance_um in [campaign]"
             raise NumericalError(
                 f"after {state.distance / 1e3:.6g} km no wear step keeps the tolerance of "
                 f"{1e6 * settings.error_tolerance:.4g} um: a step of {length:.4g} m, limited by "
-                f"{limit[1]}, has an error of {1e6 * error:.4g} um; raise {key}"
+                f"{limit[1]}, has an error of {1e6 * error:.4g} um; raise error_tolerance_um in [campaign]"
             )
         stiffest = np.maximum(stiffness, _REMEMBERED * state.point_stiffness)
         acted: dict[str, Any] = {"length": weight * length, "error": error, "stiffness": stiffest}
@@ -351,15 +277,13 @@ class WheelsetEvolution:
             f"point_{name}": np.where(weight > 0.0, value, getattr(state, f"point_{name}"))
             for name, value in acted.items()
         }
-        after = replace(worn, active_weight=weight, **kept)
-        if correction.stale(after, weight).any():  # given back by the reference: their row is corrected
-            after, taken = self._solved_with_reference(after, weight), replace(taken, end=None)
+        after = replace(tried.state, active_weight=weight, **kept)
         if setup.counterface_wear is None or self.ended(after):
             return after, taken
         changed = redressed(after, setup.counterface, setup.counterface_wear)
         if changed is after:
             return after, taken
-        return self._on_new_profiles(changed, weight), replace(taken, end=None)
+        return self._on_new_profiles(changed), replace(taken, end=None)
 
     def _try(
         self,

@@ -17,7 +17,6 @@ from wearsim.campaign.comparison import (
     comparison_row,
     static_comparison,
 )
-from wearsim.campaign.correction import row_correction, static_correction
 from wearsim.campaign.counterface import (
     counterface_attributes,
     counterface_row,
@@ -100,7 +99,6 @@ def build_row(
         **{name: measures[name] for name in _MEASURES},
         **summarise(evaluation.passage, evaluation.wear, len(setup.points.label)),
         **lost_row(evaluation.passage, setup.points, evaluation.weight),
-        **row_correction(state),
         **comparison_row(state, collective, laws),
         **counterface_row(state.counterface),
         **row_left_out(state.points),
@@ -221,14 +219,13 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         "arc_length": arc_length(setup.wheelset.right.y, setup.wheelset.right.z),
         "counterface_y": setup.counterface.profile.y,
         "counterface_z": setup.counterface.profile.z,
-        **static_correction(setup),
         **static_comparison(comparison_laws(setup)),
         **static_counterface(setup),
         **({} if setup.templates is None else {"wheel_template": [one.name for one in setup.templates]}),
         **_static_binning(setup),
     }
     wear, models, limits, rules = setup.wear, setup.models, setup.control, setup.control.reprofiling
-    auto, rotation = setup.tolerance is not None, conditions.rotation
+    rotation = conditions.rotation
     given: dict[str, str | int | float] = {}
     if setup.reduction is not None:
         given = {"recorded_samples": float(setup.reduction.samples), "binning_error": setup.reduction.error}
@@ -255,9 +252,8 @@ def header_of(setup: CampaignSetup, command: str) -> Header:
         "wear_law": wear.law,
         **_wear_attributes(wear),
         "wheel_density": wear.density,
-        "contact_normal": "auto" if auto else models.normal,
-        "contact_tangential": "auto" if auto else models.tangential,
-        "contact_tolerance": setup.tolerance if setup.tolerance is not None else "",
+        "contact_normal": models.normal,
+        "contact_tangential": models.tangential,
         "contact_parameters": ", ".join(f"{name} = {value:g}" for name, value in models.parameters),
         **{name: getattr(models, name) for name in _OF_MODELS},
         "rotation_rule": rotation if isinstance(rotation, str) else "given",

@@ -8,37 +8,28 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.campaign.correction import moved
-from wearsim.campaign.differences import refreshed
 from wearsim.campaign.evaluate import Passage, Setup, forces_of, worn_bodies
 from wearsim.campaign.state import PatchWear, State
 from wearsim.contact.patch import FloatArray
 from wearsim.errors import ContactError, NumericalError
-from wearsim.operation.points import OperatingPoints, where_it_runs
+from wearsim.operation.points import OperatingPoints
 from wearsim.operation.refusal import bogie_of, what_helps
-from wearsim.operation.resultants import Differences
-from wearsim.operation.states import Corrected, Running, StateError, settle
+from wearsim.operation.states import Running, StateError, settle
 from wearsim.results import FILL_FLOAT
 
 if TYPE_CHECKING:
     from wearsim.scene import CampaignSetup
 
 
-_ROUNDS = 3
-"""After which the reference itself finds where points run whose corrected forces do not settle."""
-
-
 def settled_state(
     state: State,
     points: OperatingPoints,
     setup: Setup,
-    by_reference: NDArray[np.bool_] | None = None,
     stage: NDArray[np.bool_] | None = None,
 ) -> State:
     """Return the state with the shifts and loads at which its profiles balance what is controlled.
 
-    The forces are those of each point's fast model and what the correction adds to them; of the reference at
-    points (n,) that are to be, and where fast models find no balance.
+    In a `stage` of a wear step those of points (n,) that act in it.
 
     Raises
     ------
@@ -47,32 +38,18 @@ def settled_state(
     """
     if state.running is None or points.controlled is None:
         return state
-    known, bodies, last = state.correction, worn_bodies(state, setup), len(setup.chain) - 1
-    before = state.running
-    count, bogies = len(points.label), points.controlled.bogies
-    fast = Corrected(setup.chain, np.zeros(count, dtype=np.int64), Differences.none(count))
-    if known is not None:
-        fast = Corrected(setup.chain, known.model, known.forces.of(known.step >= 0))
-    true = np.zeros(count, dtype=bool) if by_reference is None else by_reference.copy()
-    while True:
-        if bogies is not None:
-            true[bogies.points] |= np.roll(true[bogies.points], bogies.leading.size)
-        models = Corrected(setup.chain, np.where(true, last, fast.model), fast.differences.of(~true))
-        nearby = state.nearby.copy() if state.nearby.size else None
-        try:
-            after = settle(
-                points.conditions, points.controlled, *bodies, models, before.at(state.distance), stage=stage,
-                nearby=nearby, threads=setup.threads,
-            )  # fmt: skip
-            break
-        except StateError as error:
-            text = "; ".join(f"{points.label[k]}: {text}" for k, text in error.messages.items())
-            failed = np.isin(np.arange(count), list(error.messages))
-            if (models.model[failed] == last).all():
-                fix = "lower the force" if bogies is None else "reprofile earlier, or end there"
-                error.bodies = bodies
-                raise NumericalError(f"after {state.distance / 1e3:.6g} km {text}; {fix}") from error
-        true |= failed
+    bodies, before = worn_bodies(state, setup), state.running
+    nearby = state.nearby.copy() if state.nearby.size else None
+    try:
+        after = settle(
+            points.conditions, points.controlled, *bodies, setup.models, before.at(state.distance),
+            stage=stage, nearby=nearby, threads=setup.threads,
+        )  # fmt: skip
+    except StateError as error:
+        text = "; ".join(f"{points.label[k]}: {text}" for k, text in error.messages.items())
+        fix = "lower the force" if points.controlled.bogies is None else "reprofile earlier, or end there"
+        error.bodies = bodies
+        raise NumericalError(f"after {state.distance / 1e3:.6g} km {text}; {fix}") from error
     gone, rate = state.distance - before.distance, before.rate
     if gone > 0.0:
         rate = np.where(np.isfinite(points.controlled.lateral_force), after.shift - before.shift, 0.0) / gone
@@ -88,32 +65,8 @@ def with_help(error: ContactError, points: OperatingPoints, setup: Setup) -> Con
     bogie = bogie_of(points.controlled, min(lost.messages))
     if bogie is None:
         return error
-    helps = what_helps(points.conditions, points.controlled, bogie, lost.bodies, setup.chain[-1])
+    helps = what_helps(points.conditions, points.controlled, bogie, lost.bodies, setup.models)
     return NumericalError(f"{error}; {helps}")
-
-
-def refreshed_where_it_runs(
-    state: State, points: OperatingPoints, setup: Setup, among: NDArray[np.bool_], share_short: float = 1.0
-) -> State:
-    """Return the state with what the reference says of some points (n,) where its forces let them run.
-
-    Fast models whose forces are corrected find that place nearly: the reference looks there again.
-    `share_short` is that of `differences.refreshed`.
-    """
-    for number in range(_ROUNDS + 1):
-        if not among.any():
-            break
-        here = where_it_runs(points, state.running)
-        new = refreshed(state, here, among, setup, share_short=share_short).correction
-        state = replace(state, correction=new)
-        if number < _ROUNDS:
-            after = settled_state(state, points, setup)
-            among = among & moved(after, setup)
-            not_yet = among.any() and number == _ROUNDS - 1
-            if not_yet and (bogies := points.controlled and points.controlled.bogies):
-                among[bogies.points] |= np.roll(among[bogies.points], bogies.leading.size)  # both axles
-            state = settled_state(state, points, setup, among) if not_yet else after
-    return state
 
 
 def new_running(setup: CampaignSetup) -> Running:
@@ -139,7 +92,7 @@ def row_running(
     """
     points, contact = setup.points, passage.contact
     conditions = points.conditions
-    forces = forces_of(passage, points, state)
+    forces = forces_of(passage, points)
     known = forces.vertical.min(axis=1) > 0.0
     known[list(passage.failed)] = False  # of two sides of a jump one alone says nothing
     count = weight.size

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import NEARBY, ContactPatches, Wheelset
-from wearsim.operation.resultants import Differences
 from wearsim.operation.states import Running
 from wearsim.profile.shape import Profile
 
@@ -41,38 +40,6 @@ class CounterfaceRate:
 
     depth: FloatArray  # (2, k) before smoothing [m/m]
     stability: FloatArray  # (2, k) as in `WearRate`, for the depth of wheel and counterface together [1/m]
-
-
-@dataclass(frozen=True)
-class Correction:
-    """What the reference last said of each of the `n` operating points, see `campaign.correction`.
-
-    Differences are the rate by the reference less that by the fast model, of the point alone, without its
-    environment factor.
-    """
-
-    # (n, 2, q, vertices): by regime of the active law and of the comparison laws [m/m], work [J/m3], fatigue
-    wheel: FloatArray
-    below: FloatArray  # (n, 2, 1, k) depth of the counterface in one passage, were it the wheel's [m]
-    forces: Differences  # of the resultants, near where it ran then
-    step: IntArray  # (n,) at whose end it was solved, -1 if never
-    model: IntArray  # (n,) the difference is from, in `Setup.chain`
-    run: FloatArray  # (n,) distance since then times share [m]
-    drift: FloatArray  # (n,) largest change of the depth rate over `run`, infinite if unknown [1/m]
-    # (n,) its next step is limited to by what the last one left out, or was when the reference took over [m]
-    length: FloatArray
-    power: FloatArray  # (n, 2) of each wheel by the reference [W]
-    max_pressure: FloatArray  # (n, 2) [Pa]
-    until: FloatArray  # (n,) depth up to which the reference solves it in all stages, or must not if < 0 [m]
-    beyond: FloatArray  # (n,) share of the distance past a jump of the lateral force when it was solved [-]
-    turn: IntArray  # (n,) how often it was solved, or points on both sides of it
-    unsolved: NDArray[np.bool_]  # (n,) without a solution by the reference when it was asked, nor before
-    strictness: float = 1.0  # factor on what points may leave out by waiting [-]
-    overlap: float = 1.0  # largest depth left out over the sum of the largest ones of the points alone [-]
-    solved: int = 0  # points solved with the reference so far
-    left: FloatArray = field(default_factory=lambda: np.zeros(0))  # (2, vertices) of depth, not added [m]
-    added: float = 0.0  # sum of the largest depths added for waiting [m]
-    unsolved_depth: float = 0.0  # sum of the largest depths worn by points without a solution [m]
 
 
 @dataclass(frozen=True)
@@ -103,7 +70,6 @@ class State:
     point_length: FloatArray = field(default_factory=lambda: np.zeros(0))
     point_error: FloatArray = field(default_factory=lambda: np.zeros(0))
     point_stiffness: FloatArray = field(default_factory=lambda: np.zeros(0))
-    correction: Correction | None = None  # of `model = "auto"`; None where the models are given
     comparison_depth: tuple[FloatArray, ...] = ()  # (2, n) [m]
     # (2, regimes of all comparison laws), law after law [m2]
     comparison_area: FloatArray = field(default_factory=lambda: np.zeros((2, 0)))

@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 
 from wearsim.contact.kernel import kernel
-from wearsim.contact.patch import FloatArray, IntArray
+from wearsim.contact.patch import FloatArray
 from wearsim.contact.problem import ContactPatches
 from wearsim.errors import NumericalError
 from wearsim.profile.shape import arc_length, offset_distance, vertex_lengths, vertex_normals
@@ -20,10 +20,8 @@ def stretches(arc: FloatArray) -> FloatArray:
 
 
 @kernel
-def share_out(
-    strip_edges: FloatArray, cell_edges: FloatArray, amount: FloatArray, group: IntArray, out: FloatArray
-) -> None:
-    """Add amount (q, m, ny) of strips between strip_edges (m, ny + 1) to the cells out (groups, q, n)."""
+def share_out(strip_edges: FloatArray, cell_edges: FloatArray, amount: FloatArray, out: FloatArray) -> None:
+    """Add amount (q, m, ny) of strips between strip_edges (m, ny + 1) to the cells out (q, n)."""
     n = cell_edges.size - 1
     for patch in range(strip_edges.shape[0]):
         cell = np.searchsorted(cell_edges, strip_edges[patch, 0], side="right") - 1
@@ -37,7 +35,7 @@ def share_out(
                 end = high if cell == n - 1 else min(high, cell_edges[cell + 1])
                 share = (end - low) / (high - strip_edges[patch, strip]) if high > low else 1.0
                 for q in range(amount.shape[0]):
-                    out[group[patch], q, cell] += amount[q, patch, strip] * share
+                    out[q, cell] += amount[q, patch, strip] * share
                 if end >= high:
                     break
                 low = end
@@ -91,19 +89,6 @@ def strip_heights(contact: ContactPatches, y: FloatArray, z: FloatArray) -> Floa
     return height
 
 
-def spline_sides(y: FloatArray, z: FloatArray, rows: FloatArray, wavelength: float) -> FloatArray:
-    """Smoothing spline of rows (..., 2, q, n) of any sign along the profiles (2, n) of both sides [m].
-
-    Neither clipped nor scaled to its area, which `smooth_sides` are; no smoothing with a wavelength of 0.
-    """
-    if wavelength == 0.0 or not rows.any():
-        return rows.copy()
-    by_side = np.moveaxis(rows, -3, 0)
-    flat = by_side.reshape(2, -1, rows.shape[-1])
-    smoothed = smoothing_spline(arc_length(y, z), flat, vertex_lengths(y, z), wavelength)
-    return np.ascontiguousarray(np.moveaxis(smoothed.reshape(by_side.shape), 0, -3))
-
-
 def smooth_sides(y: FloatArray, z: FloatArray, depth: FloatArray, wavelength: float) -> FloatArray:
     r"""Smooth a wear increment (2, ..., n) along the profiles (2, n) of both sides, its areas kept.
 
@@ -138,7 +123,10 @@ def _smooth_sides(
 ) -> FloatArray:
     y, z = (np.frombuffer(of).reshape(2, -1) for of in (of_y, of_z))
     rows, length = np.frombuffer(of_depth).reshape(2, -1, shape[-1]), vertex_lengths(y, z)[:, None]
-    smoothed = np.maximum(spline_sides(y, z, rows, wavelength), 0.0)
+    smoothed = rows
+    if rows.any():
+        spline = smoothing_spline(arc_length(y, z), rows, vertex_lengths(y, z), wavelength)
+        smoothed = np.maximum(spline, 0.0)
     area, kept = (rows * length).sum(axis=-1), (smoothed * length).sum(axis=-1)
     scale = np.where(kept > 0.0, area / np.where(kept > 0.0, kept, 1.0), 0.0)
     result: FloatArray = (smoothed * scale[:, :, None]).reshape(shape)

@@ -19,9 +19,10 @@ def execute(arguments: argparse.Namespace) -> int:
     """Measure and print."""
     scene = load_campaign(arguments.scene)
     table = chart.speed_and_accuracy(
-        [build(part) for part in scene.parts], 1e-6 * arguments.depth_um,
-        [0.01 * one for one in arguments.tolerances], report=lambda line: print(line, file=sys.stderr),
-    )  # fmt: skip
+        [build(part) for part in scene.parts],
+        1e-6 * arguments.depth_um,
+        report=lambda line: print(line, file=sys.stderr),
+    )
     columns: dict[str, Any] = {
             "one solution [ms]": 1e3 * table["time_per_solution"], "campaign [s]": table["time"],
             "of half-space": table["time_ratio"], "steps": table["steps"],

@@ -87,9 +87,8 @@ def _add_flags(parser: argparse._ActionsContainer, flags: dict[str, dict[str, An
             options |= {"action": "append", "default": []}
         if options.pop("whole", False):
             options["type"] = int
-        for key, read in (("range", number), ("each", numbers)):
-            if key in options:
-                options["type"] = partial(read, *options.pop(key))
+        if "range" in options:
+            options["type"] = partial(number, *options.pop("range"))
         place.add_argument(name, **options)
 
 
@@ -104,8 +103,3 @@ def number(low: float, high: float, text: str) -> float:
         what = "a whole number" if whole else "a number"
         raise argparse.ArgumentTypeError(f"{text} must be {what}, at least {low:g} and at most {high:g}")
     return value
-
-
-def numbers(low: float, high: float, text: str) -> list[float]:
-    """Return the numbers of a flag with commas between them."""
-    return [number(low, high, part.strip()) for part in text.split(",")]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any
@@ -11,9 +12,17 @@ import numpy as np
 from wearsim.contact.equilibrium import RULES
 from wearsim.contact.geometry import CounterfaceProfile, WheelSurface, counterface_profile, wheel_surface
 from wearsim.contact.patch import FloatArray, IntArray, Patch, Resolution, SurfaceFields
-from wearsim.errors import ContactError, say
+from wearsim.contact.registry import unknown
+from wearsim.errors import ContactError, Fault, SceneError, say
 from wearsim.profile.shape import Profile
 from wearsim.quantities import QUANTITIES
+
+PAIRS: Mapping[str, tuple[str, str]] = {
+    "fast": ("kik_piotrowski", "fastsim"),
+    "standard": ("coupled_strips", "coupled_strips"),
+    "accurate": ("half_space", "half_space"),
+}
+"""Normal and tangential model of each name of a pair, as [contact] and commands take it."""
 
 NEARBY = 14
 """Numbers of a point that say where it begins nearby, see `ContactPatches.nearby`."""
@@ -222,8 +231,8 @@ class ContactModels:
         defaults stand in `wearsim.NORMAL_MODELS[name].parameters`.
     """
 
-    normal: str = "kik_piotrowski"
-    tangential: str = "fastsim"
+    normal: str = PAIRS["standard"][0]
+    tangential: str = PAIRS["standard"][1]
     strips: int = 30
     cells: int = 30
     cell_size: float = 0.5e-3
@@ -231,6 +240,33 @@ class ContactModels:
     youngs_modulus: float = 210e9
     poisson_ratio: float = 0.3
     parameters: tuple[tuple[str, float], ...] = ()
+
+    @classmethod
+    def of(cls, model: str, **others: Any) -> ContactModels:
+        """Contact models by the name of their pair.
+
+        Parameters
+        ----------
+        model : str
+            "fast", "standard" or "accurate".
+        **others
+            Grid, material and parameters, see the class.
+
+        Raises
+        ------
+        SceneError
+            If the pair is not known, or was removed.
+
+        Examples
+        --------
+        >>> ContactModels.of("accurate", strips=50).normal
+        'half_space'
+        """
+        if model not in PAIRS:
+            removed = Fault(say("removed.auto")) if model == "auto" else None
+            raise SceneError([removed or unknown("pair of contact models", model, PAIRS)])
+        normal, tangential = PAIRS[model]
+        return cls(normal, tangential, **others)
 
     @property
     def resolution(self) -> Resolution:

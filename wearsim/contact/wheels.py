@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,8 +16,8 @@ from wearsim.contact.creepage import ContactPoint, Kinematics, kinematics, moved
 from wearsim.contact.gap import between_points
 from wearsim.contact.geometry import CounterfaceProfile, Gap, WheelsetPose, WheelSurface, gap
 from wearsim.contact.kernel import kernel, plain
-from wearsim.contact.normal import NORMAL_MODELS, NormalSolution
-from wearsim.contact.patch import FloatArray, IntArray, PatchGrid, Resolution, mean_over_planes
+from wearsim.contact.normal import NORMAL_MODELS, NormalModel, NormalSolution
+from wearsim.contact.patch import FloatArray, IntArray, PatchGrid, Resolution, StripPlanes, mean_over_planes
 from wearsim.contact.problem import ContactConditions, ContactModels, Wheelset
 from wearsim.contact.tangential import (
     TANGENTIAL_MODELS,
@@ -27,7 +26,7 @@ from wearsim.contact.tangential import (
     TangentialSolution,
     Wanted,
 )
-from wearsim.errors import ContactError
+from wearsim.errors import ContactError, NumericalError
 
 COARSE = Resolution(cell=1.0, strips=12, cells=12, most=12)
 """Of rough solutions."""
@@ -162,33 +161,69 @@ def normal_of(
 ) -> NormalSolution:
     """Solve the normal contact of rows of a side under loads (k,) [N].
 
-    A row whose rough solution, or solution from a start, fails is solved in full; the others stay as is.
+    A row whose rough solution, or solution from a start, fails is solved in full; one that has no solution in
+    full, by the model that stands in for its own. The others stay as is.
     """
     models = task.models
-    solved = partial(
-        NORMAL_MODELS[models.normal],
-        side.gap,
-        vertical=task.vertical,
-        effective_modulus=models.effective_modulus,
-        parameters=dict(models.parameters),
-    )
+    model = NORMAL_MODELS[models.normal]
+    options: dict[str, Any] = {
+        "vertical": task.vertical,
+        "effective_modulus": models.effective_modulus,
+        "parameters": dict(models.parameters),
+    }
+    in_full = not rough and start is None
     try:
         resolution = COARSE if rough else models.resolution
-        return solved(row, load, resolution=resolution, start=start, rough=rough)
+        return model(side.gap, row, load, resolution=resolution, start=start, rough=rough, **options)
     except ContactError as error:
-        if error.row is None or not (rough or start is not None):
+        if error.row is None:
+            raise
+        if in_full and not (model.instead and isinstance(error, NumericalError)):
             raise
         failed = np.isin(row, error.rows)
-    full = solved(row[failed], load[failed], resolution=models.resolution, start=None, rough=False)
-    if rough:  # as rough solutions are
-        patch = replace(full.patch, planes=None)
-        full = replace(full, patch=patch, reference_point=None, layout=None)
-    parts = [full]
+    if in_full:
+        parts = [
+            _stood_in(NORMAL_MODELS[model.instead], side.gap, row[failed], load[failed], models, options)
+        ]
+    else:
+        full = normal_of(task, side, row[failed], load[failed])
+        if rough:  # as rough solutions are
+            patch = replace(full.patch, planes=None)
+            full = replace(full, patch=patch, reference_point=None, layout=None)
+        parts = [full]
     if not failed.all():
         rest = row[~failed]
         near = None if start is None else patches_where(start, np.isin(start.patch.row, rest))
         parts.append(normal_of(task, side, rest, load[~failed], start=near, rough=rough))
     return by_row(parts)
+
+
+def _stood_in(
+    model: NormalModel,
+    gap: Gap,
+    row: IntArray,
+    load: FloatArray,
+    models: ContactModels,
+    options: dict[str, Any],
+) -> NormalSolution:
+    """Solution by a model that stands in for one on strips: its pressures on strips of the same loads."""
+    fine = models.resolution
+    resolution = replace(fine, strips=max(fine.strips, model.fewest), cells=max(fine.cells, model.fewest))
+    found = model(gap, row, load, resolution=resolution, start=None, rough=False, **options)
+    patch, face = found.patch, gap.counterface
+    half = 0.5 * (patch.x_lead - patch.x_trail)
+    y = 0.5 * (found.edge_y[:, 1:] + found.edge_y[:, :-1])
+    arc = np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(face.y), np.diff(face.z)))))
+    planes = StripPlanes(
+        y=y,
+        station=np.interp(y, face.y, arc),
+        width=np.where(half > 0.0, patch.width[:, None], 0.0),
+        half=half,
+        middle=0.5 * (patch.x_lead + patch.x_trail),
+        peak=patch.pressure_slope * half,
+        angle=np.repeat(found.contact_angle[:, None], y.shape[1], axis=1),
+    )
+    return replace(found, patch=replace(patch, grid=None, planes=planes), reference_point=None, layout=None)
 
 
 def by_row(parts: list[NormalSolution]) -> NormalSolution:

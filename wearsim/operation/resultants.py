@@ -7,11 +7,9 @@ middle of the axle.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import ContactPatches
@@ -30,17 +28,6 @@ class Resultants(NamedTuple):
     roll: FloatArray  # (n,) of the wheelset, mean weighted with the vertical force [rad]
     angle: FloatArray  # (n, 2) steepest contact angle of each wheel, magnitude [rad]
 
-    @property
-    def columns(self) -> FloatArray:
-        """All of them (n, `_COLUMNS`), as `Differences` are of."""
-        return np.column_stack(self)
-
-    def plus(self, columns: FloatArray) -> Resultants:
-        """Resultants and a difference (n, `_COLUMNS`)."""
-        ends = np.cumsum([one.ndim for one in self])[:-1]  # (n,) or (n, 2)
-        parts = np.split(self.columns + columns, ends, axis=1)
-        return Resultants(*(part.reshape(one.shape) for part, one in zip(parts, self, strict=True)))
-
     def mean(self, of: IntArray, share: FloatArray) -> Resultants:
         """Those of operating points, each where it runs in shares (n,) of its distance; steepest angles."""
         whole = [np.zeros((int(of.max()) + 1, *one.shape[1:])) for one in self]
@@ -58,60 +45,6 @@ class Resultants(NamedTuple):
     def derailment_quotient(self) -> FloatArray:
         """Y/Q (n, 2) of each wheel, positive where the force pushes its flange off the rail [-]."""
         return np.array([-1.0, 1.0]) * self.lateral / self.vertical
-
-
-_COLUMNS = 14
-_NEAR = 1e-6  # between places too near for a slope [m, rad]
-
-
-@dataclass(frozen=True)
-class Differences:
-    """How the resultants of a reference differ from those of the models of `n` points, near some place."""
-
-    value: FloatArray  # (n, _COLUMNS) there
-    slope: FloatArray  # (n, _COLUMNS, 2) by shift and yaw [1/m, 1/rad]
-    place: FloatArray  # (n, 2) shift and yaw [m, rad]
-    reach: FloatArray  # (n, 2) up to which the slope holds [m, rad]
-
-    @classmethod
-    def none(cls, count: int) -> Differences:
-        """Of points without reference."""
-        nothing = np.zeros((count, 2))
-        return cls(np.zeros((count, _COLUMNS)), np.zeros((count, _COLUMNS, 2)), nothing, nothing)
-
-    def at(self, rows: IntArray, shift: FloatArray, yaw: FloatArray) -> FloatArray:
-        """Differences (k, _COLUMNS) of points `rows` at shifts and yaw angles (k,)."""
-        away = np.stack([shift, yaw], axis=1) - self.place[rows]
-        away = np.clip(away, -self.reach[rows], self.reach[rows])
-        return self.value[rows] + np.einsum("kcx,kx->kc", self.slope[rows], away)
-
-    def of(self, points: NDArray[np.bool_]) -> Differences:
-        """Those of some points (n,); the others have none."""
-        return self.renewed(~points, Differences.none(points.size))
-
-    def renewed(self, points: NDArray[np.bool_], new: Differences) -> Differences:
-        """With those of some points (n,) from others (n,)."""
-        at = {k: points.reshape(-1, *[1] * (k - 1)) for k in (2, 3)}
-        both = ((old, getattr(new, name)) for name, old in vars(self).items())
-        return Differences(*(np.where(at[old.ndim], other, old) for old, other in both))
-
-    def seen(self, value: FloatArray, place: FloatArray, same: NDArray[np.bool_]) -> Differences:
-        """Differences (n, _COLUMNS) at another place (n, 2), with the slope from here to there.
-
-        Those of points (n,) that are not of the `same` bodies and models have no slope yet.
-        """
-        away = place - self.place
-        way = np.einsum("kx,kx->k", away, away)
-        same = same & (way > _NEAR**2)
-        # Broyden's update: the least change of a slope that explains what is seen
-        change = value - self.value
-        more = change - np.einsum("kcx,kx->kc", self.slope, away)
-        update = more[:, :, None] * (away / np.where(same, way, 1.0)[:, None])[:, None]
-        # a slope that no longer explains anything goes
-        kept = np.where((np.abs(more) <= np.abs(change))[:, :, None], self.slope, 0.0)
-        slope = np.where(same[:, None, None], self.slope + update, kept)
-        reach = np.where(same[:, None], np.maximum(self.reach, 2.0 * np.abs(away)), self.reach)
-        return Differences(value, slope, place, reach)
 
 
 def resultants(patches: ContactPatches, count: int) -> Resultants:

@@ -49,7 +49,7 @@ from wearsim.errors import ContactError, say
 from wearsim.operation import curving
 from wearsim.operation.bogie import Bogies
 from wearsim.operation.curving import ACCEPTED, TOLERANCE
-from wearsim.operation.resultants import Differences, Resultants, resultants
+from wearsim.operation.resultants import Resultants, resultants
 
 _STRIDE, _STRIDES, _FURTHEST = 0.25e-3, 8, 16e-3  # of the walk [m]; strides solved together
 _COARSE, _COARSE_CELL = 12, 2e-3  # strips, cells and their size of the walk: its end is solved as asked for
@@ -87,14 +87,6 @@ class Controlled:
     def at(self, index: IntArray) -> Controlled:
         """Return forces and loads of the points at `index`; bogies are those of all points."""
         return Controlled(self.lateral_force[index], self.axle_load[index], self.box_moment[index])
-
-
-class Corrected(NamedTuple):
-    """Contact models of `n` points, and how the resultants of a reference differ from theirs."""
-
-    chain: tuple[ContactModels, ...]
-    model: IntArray  # (n,) number of that of each point
-    differences: Differences
 
 
 @dataclass(frozen=True)
@@ -159,7 +151,7 @@ class Search:
     controlled: Controlled
     wheelset: Wheelset
     counterface: Counterface
-    corrected: Corrected
+    models: ContactModels
     threads: int
     shift: FloatArray
     yaw: FloatArray
@@ -186,25 +178,19 @@ class Search:
         here = replace(
             self.conditions.at(rows), shift=shift, wheel_load=load, yaw=self.yaw[rows] if yaw is None else yaw
         )
-        number, solved, parts = self.corrected.model[rows], np.ones(rows.size, dtype=bool), []
-        for one in np.unique(number).tolist():
-            models, index = self.corrected.chain[one], np.flatnonzero(number == one)
-            if coarse:
-                models = replace(models, strips=_COARSE, cells=_COARSE, cell_size=_COARSE_CELL)
-            part_of = here.at(index)
-            failed: dict[int, ContactError] = {}
-            found: list[ContactPatches] = solve_each(
-                part_of, self.wheelset, self.counterface, models, ContactSolution.patches,
-                threads=self.threads, failed=failed, fields="work",
-            )  # fmt: skip
-            parts += [replace(part, point=index[part.point]) for part in found]
-            if keep and not coarse and not TANGENTIAL_MODELS[models.tangential].warm:
-                for part in found:
-                    self.nearby[rows[index[part.point]]] = part.nearby
-            solved[index[list(failed)]] = False
-        forces = resultants(joined(parts), rows.size)
-        difference = self.corrected.differences.at(rows, shift, here.yaw)
-        return forces.plus(np.where(solved[:, None], difference, 0.0)), solved
+        models, failed = self.models, dict[int, ContactError]()
+        if coarse:
+            models = replace(models, strips=_COARSE, cells=_COARSE, cell_size=_COARSE_CELL)
+        found: list[ContactPatches] = solve_each(
+            here, self.wheelset, self.counterface, models, ContactSolution.patches, threads=self.threads,
+            failed=failed, fields="work",
+        )  # fmt: skip
+        if keep and not coarse and not TANGENTIAL_MODELS[models.tangential].warm:
+            for part in found:
+                self.nearby[rows[part.point]] = part.nearby
+        solved = np.ones(rows.size, dtype=bool)
+        solved[list(failed)] = False
+        return resultants(joined(found), rows.size), solved
 
     def loads(self, rows: IntArray, forces: Resultants, load: FloatArray, share: float = 1.0) -> FloatArray:
         """Wheel loads (k, 2) that balance the roll with the levers of `forces`, under the forces wanted.
@@ -230,7 +216,7 @@ def settle(
     controlled: Controlled,
     wheelset: Wheelset,
     counterface: Counterface,
-    models: ContactModels | Corrected,
+    models: ContactModels,
     start: Running | None = None,
     *,
     stage: NDArray[np.bool_] | None = None,
@@ -247,7 +233,7 @@ def settle(
     controlled : Controlled
         Forces and what they replace.
     wheelset, counterface, models
-        As in `wearsim.contact.solve.solve`; models may be those of each point, with differences.
+        As in `wearsim.contact.solve.solve`.
     start : Running, optional
         Where the wheelset ran before; by default in the middle of the track.
     stage : (n,) bool array, optional
@@ -275,8 +261,6 @@ def settle(
         half = 0.5 * controlled.axle_load[:, None]
         half = np.where(np.isfinite(controlled.axle_load)[:, None], half, load)
         start = Running(np.zeros(count), half, np.zeros(count), conditions.yaw)
-    if not isinstance(models, Corrected):
-        models = Corrected((models,), np.zeros(count, dtype=np.int64), Differences.none(count))
     forced, loaded = np.isfinite(controlled.lateral_force), np.isfinite(controlled.axle_load)
     depth = conditions.shift_depth
     if controlled.bogies is not None:

@@ -14,7 +14,7 @@ from wearsim.report import tables_damage
 from wearsim.report.html import Campaigns, all_figures
 from wearsim.report.plates import COUNTERFACE_MEASURES
 from wearsim.report.style import plain, role_of, save_svg, with_unit
-from wearsim.report.tables import MEASURES, UNDEFINED, limit_text, models_in_use
+from wearsim.report.tables import MEASURES, UNDEFINED, limit_text
 from wearsim.report.texts import environment, stated_warnings, wears, words
 from wearsim.results import checks, load_results, result_warnings
 from wearsim.results.fatigue import largest_index, quantity_of
@@ -79,13 +79,6 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
     }
     if "comparison_name" in dataset or "fatigue_name" in dataset:
         content["damage"] = _damage(dataset)
-    if "contact_model_name" in dataset:
-        content["contact_models"] = {
-            "points": models_in_use(dataset),
-            "reference": str(dataset["contact_model_name"].values[-1]),
-            "reference_solved": int(dataset["reference_solved"].values[-1]),
-            "correction_error": dataset["correction_error"].values[-1],
-        }
     if wears(dataset):
         count = int(dataset["counterface_redressed_count"].values[-1])
         ends = {name: dataset[name].values[-1] for name in COUNTERFACE_MEASURES}

@@ -288,8 +288,6 @@ def _checks(dataset: xr.Dataset) -> dict[str, Any]:
     most = f"{checks.LOAD_TOLERANCE:.0%}"
     text = f"Distance run with normal forces scaled to the wheel load by more than {most} [%]"
     rows[text] = 100.0 * scaling.distance_share if scaling else "none"
-    if "contact_model_name" in dataset:
-        rows |= _correction(dataset)
     for name in ("load", "power", "wear"):
         shares = [100.0 * float(dataset[f"faint_{name}{of}"].values.max()) for of in ("", "_max")]
         text = f"Largest share of the {name} that faint patches lost, in all and of a wheel [%]"
@@ -302,24 +300,3 @@ def _checks(dataset: xr.Dataset) -> dict[str, Any]:
     if balance.size:
         rows["Local over resultant frictional power before scaling"] = span(balance, 3)
     return rows
-
-
-def models_in_use(dataset: xr.Dataset) -> dict[str, int]:
-    """Count the acting operating points that each pair of models solves in every stage."""
-    acts = dataset["weight"].values > 0.0
-    model = dataset["contact_model"].values[-1][acts].astype(int)
-    names = dataset["contact_model_name"].values
-    return {str(name): int((model == k).sum()) for k, name in enumerate(names) if (model == k).any()}
-
-
-def _correction(dataset: xr.Dataset) -> dict[str, Any]:
-    points = ", ".join(f"{name} at {count} points" for name, count in models_in_use(dataset).items())
-    reference = str(dataset["contact_model_name"].values[-1])
-    error, tolerance = dataset["correction_error"].values[-1], float(dataset.attrs["contact_tolerance"])
-    solved = "Operating points solved by the reference, each as often as it was"
-    estimate = f"Estimated error of the wear depth by the correction [%], tolerance {100.0 * tolerance:g} %"
-    return {
-        "Contact models": f"{points}; corrected by {reference}",
-        solved: int(dataset["reference_solved"].values[-1]),
-        estimate: 100.0 * float(error),
-    }

@@ -341,29 +341,11 @@ def cracks_warning(dataset: xr.Dataset) -> str | None:
     return say("result.cracks_left", parts="; ".join(parts)) if parts else None
 
 
-def correction_warning(dataset: xr.Dataset) -> str | None:
-    """Warn of fast models that the reference has not corrected to the tolerance."""
-    if "correction_error" not in dataset:
-        return None
-    error, tolerance = (
-        float(dataset["correction_error"].values[-1]),
-        float(dataset.attrs["contact_tolerance"]),
-    )
-    if error <= tolerance:
-        return None
-    acts = dataset["active_weight"].values > 0.0
-    never = (acts & (dataset["reference_step"].values < 0)).any(axis=0)
-    names = ", ".join(dataset["operating_point_name"].values[never][:3].astype(str))
-    why = f"; the reference had no solution at {int(never.sum())} operating points ({names})"
-    given = {"error": percent(float(error)), "tolerance": percent(tolerance)}
-    return say("result.correction", **given, why=why if never.any() else "")
-
-
 def result_warnings(dataset: xr.Dataset) -> list[str]:
     """Return all warnings of this module for one result, one line each."""
     checks = (
         tread_wear_warning, left_out_warning, load_scale_warning, seizure_warning, low_friction_warning,
-        outside_warning, cracks_warning, correction_warning,
+        outside_warning, cracks_warning,
     )  # fmt: skip
     return [line for check in checks if (line := check(dataset)) is not None]
 

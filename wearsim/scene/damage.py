@@ -15,6 +15,7 @@ from pydantic import (
 from pydantic_core import CoreSchema
 
 from wearsim.contact.patch import FloatArray
+from wearsim.contact.problem import PAIRS
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.damage import fatigue, wear
 from wearsim.damage.coefficients import COEFFICIENT_SETS, CoefficientSet, coefficient_set
@@ -202,6 +203,12 @@ def slip_warnings(
             if k > 0:
                 key, fix = "also_evaluate", f'{{law = "{one.law}", form = "patch_mean"}}'
             yield ("wear", key), say("wear.slip_of_cells", key=key, law=one.law, model=tangential, fix=fix)
+
+
+def pressure_warnings(section: FatigueSection | None, normal: str) -> Iterator[tuple[KeyPath, str]]:
+    """Path and text of fatigue under pressures of a normal model that finds them too low."""
+    if section is not None and normal == PAIRS["fast"][0]:
+        yield ("fatigue",), say("wear.low_pressure", model=normal)
 
 
 def fatigue_settings(section: FatigueSection | None) -> tuple[FatigueSettings, ...]:

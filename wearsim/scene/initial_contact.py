@@ -85,18 +85,10 @@ def _failed(setup: CampaignSetup, threads: int) -> tuple[dict[int, ContactError]
         depth = np.sum(passage_depth(solution.fields, solution.area, wear), axis=(0, 2))
         return solution.point, depth * solution.patch.width
 
-    parts, rest = list[tuple[IntArray, FloatArray]](), np.arange(len(points.label))
-    for one in (setup.models, *setup.fallbacks):
-        failed, conditions = {}, points.conditions.at(rest)
-        problem = (setup.wheelset, setup.counterface, replace(one, tangential="fastsim"))
-        found = solve_each(
-            conditions, *problem, worn, threads=threads, failed=failed, fields=wear.needs_fields or "work"
-        )
-        parts += [(rest[point], area) for point, area in found]
-        failed = {int(rest[row]): error for row, error in failed.items()}
-        rest = np.array(sorted(failed), dtype=np.int64)
-        if not failed:
-            break
+    problem = (setup.wheelset, setup.counterface, replace(setup.models, tangential="fastsim"))
+    parts = solve_each(
+        points.conditions, *problem, worn, threads=threads, failed=failed, fields=wear.needs_fields or "work"
+    )
     if not failed:
         return failed, 0.0
     point, area = (np.concatenate(values) for values in zip(*parts, strict=True))

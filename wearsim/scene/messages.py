@@ -146,20 +146,19 @@ def _share_faults(scene: Campaign) -> _Messages:
 
 
 def _contact_faults(scene: Campaign) -> _Messages:
-    contact, runs, model = scene.contact, scene.operation.runs, NORMAL_MODELS[scene.contact.normal]
-    if contact.model is not None:
+    contact, runs = scene.contact, scene.operation.runs
+    model, tangential = NORMAL_MODELS[contact.pair[0]], TANGENTIAL_MODELS[contact.pair[1]]
+    if "model" in contact.model_fields_set:
         for key in sorted(contact.model_fields_set & {"normal", "tangential"}):
             yield ("contact", key), say("scene.model_given", key=key, contact=contact)
     forced = {path: shown(run.name) for path, run in runs.items() if run.balanced}
     if scene.vehicle is not None:
         forced[("vehicle",)] = "the vehicle"
-    if contact.model is None and "tolerance" in contact.model_fields_set:
-        yield ("contact", "tolerance"), say("scene.tolerance_alone", contact=contact)
-    limits = [(NORMAL_MODELS[one], TANGENTIAL_MODELS[other]) for one, other in contact.pairs]
-    coarse = max((one for pair in limits for one in pair), key=lambda one: one.fewest)
+    fewest = max(model.fewest, tangential.fewest)
+    name = model.name if fewest == model.fewest else tangential.name
     for key in ("strips", "cells"):
-        if (count := getattr(contact, key)) < coarse.fewest:
-            yield ("contact", key), say("scene.too_coarse", key=key, count=count, model=coarse)
+        if (count := getattr(contact, key)) < fewest:
+            yield ("contact", key), say("scene.too_coarse", key=key, count=count, fewest=fewest, name=name)
     if not model.can_update_profile:
         fit = [f"normal = {shown(name)}" for name, one in NORMAL_MODELS.items() if one.can_update_profile]
         yield ("contact", "normal"), say("scene.no_update", contact=contact, model=model, fit=fit)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
@@ -11,8 +10,9 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import ConfigDict, Field, PrivateAttr
 
 from wearsim.contact.normal import NORMAL_MODELS
+from wearsim.contact.problem import PAIRS
 from wearsim.contact.tangential import TANGENTIAL_MODELS
-from wearsim.errors import Fault
+from wearsim.errors import Fault, say
 from wearsim.operation.recorded import Reduction, Samples
 from wearsim.operation.route import Curve, Tangent
 from wearsim.operation.states import Running as Settled
@@ -118,14 +118,6 @@ class RollerSection(CounterfaceSection):
         return 1e3 / self.roller_radius_left_mm if self.roller_radius_left_mm else None
 
 
-CHAINS: Mapping[str, tuple[tuple[str, str], ...]] = {
-    "auto": (("kik_piotrowski", "fastsim"), ("knothe_le_the", "fastsim"), ("half_space", "half_space")),
-    "accurate": (("half_space", "half_space"),),
-    "fast": (("kik_piotrowski", "fastsim"),),
-}
-"""Normal and tangential models of each `model` of [contact], in the order in which they are tried; all but
-the last are corrected by the last."""
-
 NormalName = Annotated[str, Registered(lambda: NORMAL_MODELS)]
 TangentialName = Annotated[str, Registered(lambda: TANGENTIAL_MODELS)]
 
@@ -133,10 +125,13 @@ TangentialName = Annotated[str, Registered(lambda: TANGENTIAL_MODELS)]
 class ContactSection(Section):
     """[contact]: the models of the contact and how finely they are solved."""
 
-    model: Literal["auto", "accurate", "fast"] | None = None
-    tolerance: float = 0.03
-    normal: NormalName = "kik_piotrowski"
-    tangential: TangentialName = "fastsim"
+    removed: ClassVar[dict[str, str]] = {
+        "tolerance": say("removed.tolerance"),
+        'model = "auto"': say("removed.auto"),
+    }
+    model: Literal["fast", "standard", "accurate"] = "standard"
+    normal: NormalName | None = None
+    tangential: TangentialName | None = None
     strips: int = 30
     cells: int = 30
     cell_mm: float = 0.5
@@ -149,9 +144,10 @@ class ContactSection(Section):
     virtual_penetration_factor: float = 0.55
 
     @property
-    def pairs(self) -> tuple[tuple[str, str], ...]:
-        """Normal and tangential models, in the order in which they are tried."""
-        return CHAINS[self.model] if self.model else ((self.normal, self.tangential),)
+    def pair(self) -> tuple[str, str]:
+        """Normal and tangential model."""
+        normal, tangential = PAIRS[self.model]
+        return self.normal or normal, self.tangential or tangential
 
 
 class Running(SetPoints):

@@ -85,8 +85,8 @@ def load_scene(
     --------
     >>> import wearsim
     >>> comparison = wearsim.load_scene("workflows/rig_vs_field.toml")
-    >>> comparison.rig.contact.normal
-    'kik_piotrowski'
+    >>> comparison.rig.contact.pair
+    ('coupled_strips', 'coupled_strips')
     """
     content = toml_text(path).encode() if isinstance(path, Mapping) else None
     file = _DICT if isinstance(path, Mapping) else _scene_file(path)

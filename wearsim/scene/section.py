@@ -92,9 +92,14 @@ class Registered:
 
 
 class Section(Table):
-    """A table of the scene file; `not_here` holds hints on keys that people look for in it."""
+    """A table of the scene file.
+
+    `not_here` holds hints on keys that people look for in it, `removed` messages on keys and values of
+    earlier versions.
+    """
 
     not_here: ClassVar[dict[str, str]] = {}
+    removed: ClassVar[dict[str, str]] = {}
     others: ClassVar[str] = "float"  # type of keys that stand in `keys.toml` alone and may be missing
     # file and lines of a table that is a row of a CSV file
     _place: tuple[str, Lines] | None = PrivateAttr(None)

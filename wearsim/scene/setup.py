@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from wearsim.contact.problem import PAIRS
 from wearsim.contact.solve import ContactModels, Counterface, Wheelset, available_cores
 from wearsim.damage.fatigue import FatigueSettings
 from wearsim.damage.wear import WearSettings
@@ -48,10 +49,16 @@ from wearsim.scene.campaign import (
     RailWearSection,
     ReprofilingRules,
 )
-from wearsim.scene.damage import BrakeBlockSection, fatigue_settings, slip_warnings, wear_settings
+from wearsim.scene.damage import (
+    BrakeBlockSection,
+    fatigue_settings,
+    pressure_warnings,
+    slip_warnings,
+    wear_settings,
+)
 from wearsim.scene.inputs import inputs_of
 from wearsim.scene.messages import by_line, scene_warnings, shift_ranges
-from wearsim.scene.models import CHAINS, ContactSection, FieldScene, RecordedSection, RigScene, RollerSection
+from wearsim.scene.models import ContactSection, FieldScene, RecordedSection, RigScene, RollerSection
 from wearsim.scene.section import Section
 from wearsim.scene.vehicle import VehicleSection
 
@@ -75,9 +82,6 @@ class CampaignSetup:
     warnings: tuple[str, ...]  # what deserves a second look, one line each
     also_evaluate: tuple[WearSettings, ...] = ()  # comparison laws, evaluated on the same contacts
     fatigue: tuple[FatigueSettings, ...] = ()
-    fallbacks: tuple[ContactModels, ...] = ()  # in order, where `models` have no solution
-    # error of the wear depth over the largest one at which the correction by the last fallback aims [-]
-    tolerance: float | None = None
     counterface_wear: CounterfaceWear | None = None  # None: rails or rollers stay as they are
     templates: tuple[Profile, Profile] | None = None  # that right and left wheel are reprofiled to
     brake: BrakeBlockSection | None = None
@@ -93,7 +97,7 @@ def build(scene: RigScene | FieldScene) -> CampaignSetup:
     """
     inputs, contact, section = inputs_of(scene), scene.contact, scene.vehicle
     wear, *comparison = wear_settings(scene.wear, inputs.wear_table)
-    models, *fallbacks = contact_models(contact)
+    models = contact_models(contact)
     wheelset = Wheelset(
         inputs.right, inputs.left, 1e-3 * scene.wheelset.radius_mm, inputs.half_span,
         1e-3 * scene.wheelset.wheel_diameter_difference_mm,
@@ -112,8 +116,6 @@ def build(scene: RigScene | FieldScene) -> CampaignSetup:
         points, running = replace(points, controlled=None), None
     return CampaignSetup(
         vehicle="" if section is None else f"{scene._route.about}; on straight track {section.tangent}",
-        tolerance=contact.tolerance if fallbacks else None,
-        fallbacks=tuple(fallbacks),
         kind=scene.scene.kind,
         wheelset=wheelset,
         counterface=bodies[1],
@@ -151,8 +153,9 @@ def warnings_of(scene: RigScene | FieldScene) -> tuple[Fault, ...]:
         if error > section.binning_tolerance:
             text = say("scene.binning", section=section, count=count, error=error)
             own.append(scene.fault((table, "binning_tolerance"), text))
-    _, tangential = scene.contact.pairs[-1]  # which corrects those before it
+    normal, tangential = scene.contact.pair
     own += [scene.fault(*one) for one in slip_warnings(scene.wear, inputs.wear_table, tangential)]
+    own += [scene.fault(*one) for one in pressure_warnings(scene.fatigue, normal)]
     if isinstance(scene, RigScene) and (text := _cut_loop(scene)):
         own.append(scene.fault(("campaign", "distance_km"), text))
     return tuple(by_line([*inputs.warnings, *own]))
@@ -174,17 +177,17 @@ def _cut_loop(scene: RigScene) -> str:
     return say("scene.cut_loop", distance=1e-3 * distance, loop=loop, rows=", ".join(rows[:4]) + more)
 
 
-def contact_models(contact: ContactSection) -> list[ContactModels]:
-    """Contact models in the order in which they are tried, grid and material of [contact], in SI units."""
+def contact_models(contact: ContactSection) -> ContactModels:
+    """Contact models, grid and material of [contact], in SI units."""
     values = contact.si()
-    given = ContactModels(
+    return ContactModels(
+        *contact.pair,
         **{key: values[key] for key in ("strips", "cells", "most_cells")},
         cell_size=values["cell"],
         youngs_modulus=values["youngs"],
         poisson_ratio=values["poisson"],
         parameters=(("virtual_penetration_factor", contact.virtual_penetration_factor),),
     )
-    return [replace(given, normal=normal, tangential=tangential) for normal, tangential in contact.pairs]
 
 
 def _control_settings(campaign: CampaignSection) -> ControlSettings:
@@ -222,8 +225,8 @@ def _counterface_wear(scene: RigScene | FieldScene) -> CounterfaceWear | None:
 
 def _reducer(scene: RigScene | FieldScene, bodies: _Bodies, wear: WearSettings) -> Reducer:
     """Make what weighs samples and segments: coarse models, alike for all of them and for the points."""
-    models = ContactModels(
-        strips=12, cells=12, cell_size=1e-3, youngs_modulus=1e9 * scene.contact.youngs_GPa,
+    models = ContactModels.of(
+        "fast", strips=12, cells=12, cell_size=1e-3, youngs_modulus=1e9 * scene.contact.youngs_GPa,
         poisson_ratio=scene.contact.poisson,
     )  # fmt: skip
     wavelength = 1e-3 * scene.campaign.smoothing_wavelength_mm
@@ -257,7 +260,7 @@ def _on_route(
     """Operating points of a vehicle on its route; on straight track it moves as with new wheels."""
     given, inputs, (wheelset, counterface) = scene._route, inputs_of(scene), bodies
     spread = max((one.std for one in given.track if isinstance(one, Tangent)), default=0.0)
-    *_, models = contact_models(scene.contact)  # those by which others are corrected
+    models = contact_models(scene.contact)
     motions = []
     for rails, clearances in zip((counterface, *counterface.further), inputs.clearances, strict=True):
         clearance = min((one for one in clearances if one is not None), default=math.inf)
@@ -354,10 +357,8 @@ def _settled(scene: RigScene | FieldScene, points: OperatingPoints, bodies: _Bod
         With one fault for each block or class whose forces no state carries.
     """
     if points.controlled is not None and scene._running is None:
-        # the first place of campaigns that look for it again; of frozen positions there is no other
-        frozen = scene.vehicle is not None and scene.vehicle.positions == "frozen"
-        models = contact_models(scene.contact)[-1 if frozen else 0]
-        normal, tangential = CHAINS["fast"][0]
+        models = contact_models(scene.contact)
+        normal, tangential = PAIRS["fast"]
         quick, start = replace(models, normal=normal, tangential=tangential), None
         if quick != models:  # a start near the end: the walk through the track is the dearest part
             with suppress(StateError):

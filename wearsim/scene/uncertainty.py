@@ -15,7 +15,7 @@ from scipy.special import ndtri
 from wearsim.errors import SceneError, raise_any, say, shown
 from wearsim.scene.overrides import Override, paths_of
 from wearsim.scene.section import Section, Text
-from wearsim.toml_faults import KeyPath, is_key, unknown_key
+from wearsim.toml_faults import KeyPath, is_key, removed_key, unknown_key
 
 if TYPE_CHECKING:
     from wearsim.scene.models import CompareScene, FieldScene, RigScene
@@ -158,7 +158,8 @@ def dimensions_of(scene: RigScene | FieldScene | CompareScene) -> tuple[Dimensio
         if one.acts != "value" and lacking:
             own.append(("acts", say("uncertainty.no_numbers", one=one, keys=lacking[:3])))
         if not keys:
-            own.append(("key", say("uncertainty.no_key", one=one)))
+            removed = removed_key(one.key.split("."), type(scene.parts[0]))
+            own.append(("key", removed or say("uncertainty.no_key", one=one)))
         elif one.shared and len(keys) < len(parts):
             own.append(("shared", say("uncertainty.not_shared", one=one, kind=next(iter(keys)))))
         elif one.shared or len(keys) == 1:

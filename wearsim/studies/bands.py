@@ -35,8 +35,6 @@ from wearsim.whole_files import NO_FILL, utf8, write_netcdf
 FOLDER = "bands"
 """Folder of the draws in a run directory."""
 
-_CORRECTED = ("contact.model", "contact.tolerance")
-"""Keys without which a scene has a fast contact model, the default."""
 _NOMINAL = 0
 """Number of the case with nominal inputs and the contact models of the draws, where the scene has others."""
 
@@ -50,7 +48,7 @@ class Plan:
     dimensions: tuple[Dimension, ...]
     overrides: tuple[Override, ...]  # of all draws
     steels: tuple[tuple[str, tuple[Override, ...]], ...]  # that of the scene first
-    fast: bool  # whether the draws have other contact models than the scene
+    standard: bool  # whether the draws have the standard contact models, and the scene others
 
     def shares(self, count: int) -> np.ndarray:
         """Shares of the distributions of the first draws (count, dimensions)."""
@@ -75,12 +73,12 @@ def plan_of(base: Path, overrides: Sequence[Override] = ()) -> Plan:
     dimensions = dimensions_of(scene)
     assert scene.uncertainty is not None
     steels = [(one.name, material_overrides(one)) for one in scene.uncertainty.material]
-    fast = any(part.contact.model in ("auto", "accurate") for part in scene.parts)
-    own = [*overrides, *(Override(key, None) for key in _CORRECTED if fast)]
+    standard = any(part.contact.model == "accurate" for part in scene.parts)
+    own = [*overrides, *([Override("contact.model", "standard")] if standard else [])]
     if hasattr(scene, "compare"):
         own.append(Override("compare.causes", False))
     own.append(Override("uncertainty", None))
-    return Plan(scene, base, dimensions, tuple(own), (("", ()), *steels), fast)
+    return Plan(scene, base, dimensions, tuple(own), (("", ()), *steels), standard)
 
 
 def run_bands(
@@ -146,7 +144,7 @@ def _run_draws(
     done, count = 0, section.draws
     while True:
         cases = plan.cases(done, count)
-        if plan.fast and not done:
+        if plan.standard and not done:
             cases.insert(0, Case(_NOMINAL, plan.base, plan.overrides))
         check_cases(cases, folder)
         left = [case for case in cases if not _finished(folder, case, plan.scene)]
@@ -174,7 +172,7 @@ def _run_draws(
     rows = [[str(one.drawn(float(share))) for one, share in zip(plan.dimensions, row, strict=True)]
             for row in plan.shares(count)]  # fmt: skip
     about = {"long_name": "drawn values of the inputs, texts for choices"}
-    models = "those of the draws are kik_piotrowski + fastsim" if plan.fast else "those of the scene"
+    models = "those of the draws are standard" if plan.standard else "those of the scene"
     made = made.assign(drawn=(("draw", "input"), np.array(rows), about)).assign_attrs(
         Conventions="CF-1.11",
         title=utf8(f"bands of {plan.scene.scene.title or plan.base.stem}"),

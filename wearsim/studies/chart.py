@@ -18,16 +18,13 @@ from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.state import State
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.patch import FloatArray
+from wearsim.contact.problem import PAIRS
 from wearsim.contact.solve import CHUNK
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.errors import WearsimError
 from wearsim.operation.points import select
 from wearsim.results.checks import percent
 from wearsim.scene import CampaignSetup
-from wearsim.scene.models import CHAINS
-
-TOLERANCES = (0.1, 0.05, 0.03, 0.02)
-"""Tolerances of `auto` [-]."""
 
 DEPTH = 60e-6
 """Largest wear depth at the end of the campaigns [m]."""
@@ -91,23 +88,17 @@ def run_short(setup: CampaignSetup, depth: float = np.inf) -> Run:
     )  # fmt: skip
 
 
-def combinations(setup: CampaignSetup, tolerances: Sequence[float]) -> Iterator[tuple[str, CampaignSetup]]:
-    """Name and setup of every registered combination of models that wears a profile, and of `auto`."""
-    base = setup.models
+def combinations(setup: CampaignSetup) -> Iterator[tuple[str, CampaignSetup]]:
+    """Name and setup of every registered combination of models that wears a profile."""
     for normal, tangential in product(sorted(NORMAL_MODELS), sorted(TANGENTIAL_MODELS)):
         if NORMAL_MODELS[normal].can_update_profile:
-            models = replace(base, normal=normal, tangential=tangential)
-            yield f"{normal} + {tangential}", replace(setup, models=models, fallbacks=(), tolerance=None)
-    chain = [replace(base, normal=normal, tangential=tangential) for normal, tangential in CHAINS["auto"]]
-    for tolerance in tolerances:
-        auto = replace(setup, models=chain[0], fallbacks=tuple(chain[1:]), tolerance=tolerance)
-        yield f"auto, {percent(tolerance)}", auto
+            models = replace(setup.models, normal=normal, tangential=tangential)
+            yield f"{normal} + {tangential}", replace(setup, models=models)
 
 
 def speed_and_accuracy(
     setups: Sequence[CampaignSetup],
     depth: float = DEPTH,
-    tolerances: Sequence[float] = TOLERANCES,
     *,
     report: Callable[[str], None] | None = None,
 ) -> pd.DataFrame:
@@ -120,8 +111,6 @@ def speed_and_accuracy(
     depth : float
         Largest depth at the end of the campaign by the half-space at every point, in finer steps, with which
         the others are compared over the same distance [m].
-    tolerances : sequence of float
-        Of `model = "auto"` [-].
     report : callable
         Takes a line of progress for each combination.
 
@@ -141,9 +130,9 @@ def speed_and_accuracy(
     rows = []
     for setup in setups:
         setup = replace(setup, control=replace(setup.control, reprofiling=None, limits=()), templates=None)
-        normal, tangential = CHAINS["accurate"][0]
+        normal, tangential = PAIRS["accurate"]
         models = replace(setup.models, normal=normal, tangential=tangential)
-        accurate = replace(setup, models=models, fallbacks=(), tolerance=None)
+        accurate = replace(setup, models=models)
         # of a short campaign the error of steps is the same share of the depth as that of a long one
         control = replace(setup.control, error_tolerance=min(setup.control.error_tolerance, _ERROR * depth))
         finer = control.error_tolerance / _FINER
@@ -151,12 +140,12 @@ def speed_and_accuracy(
         true = run_short(replace(accurate, control=fine), depth)
         control = replace(control, distance=float(true.distance[-1]))
         given = run_short(replace(accurate, control=control))
-        for name, one in combinations(replace(setup, control=control), tolerances):
+        for name, one in combinations(replace(setup, control=control)):
             row: dict[str, Any] = {"scene": setup.title or setup.kind, "models": name, "refusal": ""}
             try:
                 ran = given if one.models == models else run_short(one)
                 row |= {
-                    "time_per_solution": time_per_solution(one) if one.tolerance is None else np.nan,
+                    "time_per_solution": time_per_solution(one),
                     "time": ran.seconds, "time_ratio": ran.seconds / given.seconds, "steps": ran.state.step,
                     "depth_error": ran.error_from(true),
                 }  # fmt: skip
@@ -184,7 +173,7 @@ def time_per_solution(setup: CampaignSetup) -> float:
     best, spent, batch = np.inf, 0.0, select(setup.points, acting)
     for _ in range(_MOST_REPEATS):
         start = time.process_time()
-        solve_passage(replace(state, points=None, correction=None), batch, setup_of(setup))
+        solve_passage(replace(state, points=None), batch, setup_of(setup))
         took = time.process_time() - start
         spent += took
         count = len(batch.label)

@@ -17,6 +17,7 @@ from wearsim.contact.dataset import Side, solve_patches
 from wearsim.contact.equilibrium import RULES
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.problem import (
+    PAIRS,
     ContactConditions,
     ContactModels,
     ContactPatches,
@@ -41,6 +42,7 @@ _WORDS = {  # allowed texts, besides numbers where the flag has a quantity
     "side": tuple(_SIDES),
     "roll": ("free",),
     "rotation": tuple(RULES),
+    "model": tuple(PAIRS),
     "normal": tuple(sorted(NORMAL_MODELS)),
     "tangential": tuple(sorted(TANGENTIAL_MODELS)),
 }
@@ -51,6 +53,8 @@ _LOADS = ("wheel_load_kN", "wheel_load_right_kN", "wheel_load_left_kN", "axle_lo
 _INSTEAD = (
     *(pair for pair in itertools.combinations(_LOADS, 2) if pair != _LOADS[1:3]),
     ("rotation", "creepage"),
+    ("model", "normal"),
+    ("model", "tangential"),
     ("shift_mm", "lateral_force_kN"),
 )
 # fields of points that are solved together may differ in these
@@ -92,6 +96,8 @@ class Request(SimpleNamespace):
         load = load if self.axle_load is None else 0.5 * self.axle_load
         right, left = self.wheel_load_right, self.wheel_load_left
         self.loads = (load, load) if right is None else (right, left)
+        normal, tangential = PAIRS[values["model"] or "standard"]
+        self.normal, self.tangential = values["normal"] or normal, values["tangential"] or tangential
 
     @property
     def batch(self) -> tuple[Any, ...]:
@@ -127,7 +133,8 @@ class Request(SimpleNamespace):
         """Wheelset, rails or rollers, and contact models."""
         right, left, rail = (profile_of(*self.source(name)) for name in ("wheel", "left_wheel", "rail"))
         wheelset = Wheelset(right, left, self.wheel_radius, half_span(self.back_to_back))
-        models = {flag.field: getattr(self, flag.field) for flag in FLAGS if flag.group == MODELS}
+        fields = [flag.field for flag in FLAGS if flag.group == MODELS and flag.field != "model"]
+        models = {field: getattr(self, field) for field in fields}
         other = None if self.roller_radius_left is None else 1.0 / float(self.roller_radius_left)
         below = Counterface(rail, self.counterface_curvature, left_curvature=other)
         return wheelset, below, ContactModels(**models)

@@ -163,6 +163,7 @@ def patch_table(
     for row, result in solved:
         point: dict[str, Any] = row.request.texts | row.carried
         point |= {"roll": result["roll"] * 1e3, "table_line": row.line}
+        point |= {"normal": row.request.normal, "tangential": row.request.tangential}
         speed = result["rotation_speed"]
         point[_ROTATION] = None if speed is None else speed * _ROTATION_FACTOR
         count = dict.fromkeys(("right", "left"), 0)
@@ -170,7 +171,9 @@ def patch_table(
             count[patch["side"]] += 1
             numbers = {column: patch[name] * factor for name, column, factor in _PATCH}
             lines.append(point | {"side": patch["side"], "patch": count[patch["side"]]} | numbers)
-    kept = [column for column in columns if column not in RESULT_COLUMNS]  # not of an earlier run
+    # not of an earlier run; for the name of a pair both models stand
+    gone = {*RESULT_COLUMNS, "model"}
+    kept = [column for column in (*columns, *flags) if column not in gone]
     # all that was not a default becomes a column, too
     acting = {
         column
@@ -178,8 +181,8 @@ def patch_table(
         for column, text in row.request.texts.items()
         if text != COLUMNS[column].default
     }
-    given = (column for column in COLUMNS if column in acting)
-    order = (*kept, *flags, *given, "side", "roll", "normal", "tangential", *RESULT_COLUMNS)
+    given = (column for column in COLUMNS if column in acting - gone)
+    order = (*kept, *given, "side", "roll", "normal", "tangential", *RESULT_COLUMNS)
     return pd.DataFrame(lines, columns=list(dict.fromkeys(order)))
 
 

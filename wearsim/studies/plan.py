@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearsim.campaign.control import error_limit, present_block, reached
-from wearsim.campaign.correction import control_at
 from wearsim.campaign.evaluate import Evaluation
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.row import NO_STEP
@@ -32,7 +31,6 @@ from wearsim.results.checks import percent
 from wearsim.results.limits import LIMITED, ending_limits, worst_of
 from wearsim.results.schema import FILL_FLOAT
 from wearsim.scene import CampaignSetup, FieldScene, RigScene, build
-from wearsim.scene.models import CHAINS
 from wearsim.texts import text_table, written
 
 _EFFORT = 6.0
@@ -137,9 +135,8 @@ def estimate(setup: CampaignSetup, start: State, threads: int = 1) -> Estimate:
             continue
         leg = legs.setdefault(state.active_weight.tobytes(), _Leg(evaluation.passage.contact))
         depth = float((state.wear_depth - old.wear_depth).max())
-        settings = control_at(old, setup, setup.control, state.active_weight)
         leg.length, leg.later = min(
-            (error_limit(taken.length, taken.error or 0.0, settings), "error"),
+            (error_limit(taken.length, taken.error or 0.0, setup.control), "error"),
             (setup.control.depth_cap * taken.length / max(depth, 1e-30), "depth cap"),
             (setup.control.max_step, "max step"),
             # of models without interpenetration by another measure
@@ -356,7 +353,7 @@ def plan(
         ],
         "fatigue": [_fatigue(one) for one in setup.fatigue],
         "settings": scene.model_dump(by_alias=True, mode="json"),
-        "tolerance": setup.tolerance,
+        "contact_models": [setup.models.normal, setup.models.tangential],
         "recorded": None
         if setup.reduction is None
         else {"samples": setup.reduction.samples, "binning_error": setup.reduction.error},
@@ -395,7 +392,6 @@ def _context(item: dict[str, Any]) -> dict[str, Any]:
         "p": item,
         "shapes": [name for role, name in named if ".profile" in role and "campaign" not in role],
         "states": states_text(item["states"]),
-        "chains": CHAINS,
         "quantities": QUANTITIES,
         "percent": percent,
         "duration": duration,

@@ -185,7 +185,7 @@ def forces(solution, rows):
 
 
 def test_strips_in_their_planes_carry_the_load(gap_of):
-    """Vertical parts of the strips make the load, their vector sum the normal force and angle of the patch."""
+    """Vertical parts of the strips make the load, their vector sum force and angle of the patch."""
     load = np.array([80e3, 80e3, 40e3])
     got = solved(gap_of([0.0, 5e-3, 6.5e-3], yaw=3e-3), load)
     vertical, _, _ = forces(got, 3)

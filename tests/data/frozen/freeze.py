@@ -27,7 +27,7 @@ COARSE = {
     "contact.strips": 8, "contact.cells": 8, "campaign.point_spacing_mm": 1.25,
     "campaign.error_tolerance_um": 20, "campaign.first_step_depth_um": 20,
 }  # fmt: skip
-FAST = {"contact.model": None, "contact.tolerance": None}
+FAST = {"contact.model": "fast"}
 MONITORED = {"operation.monitor.shifts_mm": [3]}
 UNMONITORED = {"operation.monitor": None}
 WEARING_ROLLERS = {"counterface.wear": {"factor": 1.0}}
@@ -56,8 +56,8 @@ def fast(out: Path) -> None:
     resume(out, overrides=overrides({"campaign.distance_km": 270}))
 
 
-def auto(out: Path) -> None:
-    values = {"campaign.distance_km": 27, "contact.tolerance": 0.2, **MONITORED, **WEARING_ROLLERS}
+def standard(out: Path) -> None:
+    values = {"campaign.distance_km": 27, **MONITORED, **WEARING_ROLLERS}
     run("rig_given.toml", out, values)
 
 
@@ -68,16 +68,16 @@ def compare(out: Path) -> None:
 
 def reprofiled(out: Path) -> None:
     places = {"campaign.reprofiling.at_km": [400], "campaign.distance_km": 800}
-    run("limits.toml", out, {**places, "campaign.max_step_depth_um": None})
+    run("limits.toml", out, {**FAST, **places, "campaign.max_step_depth_um": None})
 
 
 def forced(out: Path) -> None:
-    run("rig.toml", out, {"campaign.distance_km": 45, **MONITORED})
+    run("rig.toml", out, {**FAST, "campaign.distance_km": 45, **MONITORED})
 
 
 def vehicle(out: Path) -> None:
     one_axle = {"vehicle.leading_share": 1, "vehicle.turned_share": 0}
-    run("field.toml", out, {**one_axle, "campaign.distance_km": 300})
+    run("field.toml", out, {**FAST, **one_axle, "campaign.distance_km": 300})
 
 
 def unfinished(out: Path) -> None:
@@ -88,7 +88,7 @@ def unfinished(out: Path) -> None:
     raise AssertionError("the campaign ended before it was stopped")
 
 
-DIRECTORIES = (fast, auto, compare, reprofiled, forced, vehicle, unfinished)
+DIRECTORIES = (fast, standard, compare, reprofiled, forced, vehicle, unfinished)
 
 
 def without_wall_times(out: Path) -> None:

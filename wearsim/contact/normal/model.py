@@ -230,6 +230,8 @@ class NormalModel:
         threads have some.
     scatter : float
         By which vertical displacements may differ that are found from unlike starts [m].
+    instead : str
+        Name of the model that solves a wheel for which this one finds no solution; "": none.
     """
 
     name: str
@@ -241,6 +243,7 @@ class NormalModel:
     most_strips: int | None = None
     chunk: int = 256
     scatter: float = 0.0
+    instead: str = ""
 
     def __call__(self, gap: Gap, row: IntArray, load: FloatArray, **options: Any) -> NormalSolution:
         """Solve with input and solution validated; parameters and errors as of `NormalSolver`.

@@ -9,11 +9,11 @@ Kalker's strip theory [2]_. Strip j carries :math:`p = c_j\sqrt{q_j - (x - m_j)^
    [f(\xi_{ij}, \eta_{ij}^+) - f(\xi_{ij}, \eta_{ij}^-)],
    \qquad f(\xi, \eta) = \int_{-1}^{1}\sqrt{1-t^2}\;\mathrm{arsinh}\frac{\eta}{|\xi-t|}\,dt,
 
-with the distances along and across, of the edges of strip j, over its half-length. Each strip lies in a plane
-of its own, at the contact angle :math:`\delta` of the counterface there. Distances across are along the arc of
-the profile, and the displacement along one normal counts along another one by the cosine: the half-space,
-bent along with the profile. Contacts of a wheel act on each other however far they are apart. The height of
-the wheel over the counterface along the strip's normal, at the vertical displacement D, is
+with the distances along and across, of the edges of strip j, over its half-length. Each strip lies in
+a plane of its own, at the contact angle :math:`\delta` of the counterface there. Distances across are along
+the arc of the profile, and the displacement along one normal counts along another one by the cosine: the
+half-space, bent along with the profile. Contacts of a wheel act on each other however far they are apart. The
+height of the wheel over the counterface along the strip's normal, at the vertical displacement D, is
 :math:`h_i = (g_i - D)\,T_i`, with :math:`T = 1/(\cos\delta + r'\sin\delta)` and the slope r' of the wheel.
 Along the rolling direction it has the curvature
 
@@ -66,7 +66,13 @@ from wearsim.contact.geometry import CounterfaceProfile, Gap
 from wearsim.contact.kernel import plain
 from wearsim.contact.normal import kik_piotrowski
 from wearsim.contact.normal.coupled_strips.influence import influence_table
-from wearsim.contact.normal.coupled_strips.patches import Cut, cut_patches, fill_planes, measure_patches, nodes_for
+from wearsim.contact.normal.coupled_strips.patches import (
+    Cut,
+    cut_patches,
+    fill_planes,
+    measure_patches,
+    nodes_for,
+)
 from wearsim.contact.normal.coupled_strips.strips import Records
 from wearsim.contact.normal.coupled_strips.wheel import (
     NO_ROOM,
@@ -205,4 +211,6 @@ def _begin(start: NormalSolution | None, row: IntArray, modulus: float) -> Start
 
 _SCATTER = 3e-8  # m, of vertical displacements; less than 1e-9 m in the median, most where patches split
 
-MODEL = NormalModel(name="coupled_strips", solve=solve, parameters=DEFAULTS, scatter=_SCATTER)
+MODEL = NormalModel(
+    name="coupled_strips", solve=solve, parameters=DEFAULTS, scatter=_SCATTER, instead="half_space"
+)

@@ -40,7 +40,8 @@ class Equations(NamedTuple):
     Distances of the `far` and the `near` edge of a source in steps of the table, share `way` of the
     influence, negative outside of the source; influences `mean` in the middle of the strips, `aside` at a
     share of their half-lengths, `rise` by q; `matrix` and right sides of the equations of the `active`
-    strips; residuals `height` of the surfaces; `factor` on the ratios, and the `own` one of each strip; q `before` the last step.
+    strips; residuals `height` of the surfaces; `factor` on the ratios, and the `own` one of each
+    strip; q `before` the last step.
     """
 
     table: FloatArray
@@ -69,7 +70,7 @@ def equations_for(most: int, table: FloatArray) -> Equations:
 
 @inner_bare_kernel
 def pair_up(strips: Strips, total: int, step: float, work: Equations) -> None:
-    """Find distances of strips from the edges of each other along the arc, and cosines between their planes."""
+    """Find distances of strips from edges of each other along the arc, and cosines between planes."""
     for j in range(total):
         half = 0.5 * strips.width[j]
         for i in range(total):

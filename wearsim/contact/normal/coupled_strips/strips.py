@@ -61,11 +61,12 @@ class Row(NamedTuple):
 class Strips(NamedTuple):
     """Strips of a wheel, each array (most,).
 
-    Run of neighbouring strips it belongs to; number of its place on the profile; station of the middle; width along the arc; gap above its lowest
-    value; contact angle `tilt` of the profile, the plane of the strip; share `turn` of a vertical
-    displacement along its normal; curvature `bend` of the gap along the strip; contact line `middle`; share
-    `lift` of the pressure that counts as load; half-length squared `square`; pressure over pi E* and
-    half-length, `ratio`; and `reach`, where along the strip the surface is compared with its middle.
+    Run of neighbouring strips it belongs to; number of its place on the profile; station of the middle; width
+    along the arc; gap above its lowest value; contact angle `tilt` of the profile, the plane of the strip;
+    share `turn` of a vertical displacement along its normal; curvature `bend` of the gap along the strip;
+    contact line `middle`; share `lift` of the pressure that counts as load; half-length squared `square`;
+    pressure over pi E* and half-length, `ratio`; and `reach`, where along the strip the surface is compared
+    with its middle.
     """
 
     run: IntArray
@@ -151,7 +152,6 @@ def lay_strips(
     virtual penetration alone: they move steadily with the wheel as contacts part and join. `number` becomes
     the number of strips from the middle of the contacts to each point of the profile.
     """
-    points = row.gap.size
     widest = min(first.width / count, _WIDEST / row.step)
     low, high = _limit_widths(widest, first.displacement, row, widths)
     number[low] = 0.0
@@ -202,7 +202,7 @@ def _station_of(number: float, k: int, low: int, high: int, numbers: FloatArray)
 
 @inner_bare_kernel
 def _limit_widths(widest: float, displacement: float, row: Row, widths: FloatArray) -> tuple[int, int]:
-    """Find the widths of strips at the points of the profile, in its steps; first and last point of the wheel.
+    """Find widths of strips at the points of the profile, in its steps; first and last point of the wheel.
 
     So narrow that the gap is a chord over a strip, and no more than `_GROWTH` wider from one to the next.
     """

@@ -73,9 +73,9 @@ class Start(NamedTuple):
     displacement: FloatArray
 
 
-# Patch of the solution: first and last strip, and those of them that stand for their middles; vertical displacement from the design height of the wheel, size
-# and direction of the sum of its normal forces, factor on them; stations of both ends. The rest is filled by
-# `cut_patches`.
+# Patch of the solution: first and last strip, and those of them that stand for their middles; vertical
+# displacement from the design height of the wheel, size and direction of the sum of its normal forces, factor
+# on them; stations of both ends. The rest is filled by `cut_patches`.
 PATCH = np.dtype(
     [(name, int) for name in ("first", "last", "first_whole", "last_whole")]
     + [
@@ -89,7 +89,7 @@ PATCH = np.dtype(
 
 
 class Work(NamedTuple):
-    """Strips of a wheel, those before there were more, widths and numbers of strips at the profile's points."""
+    """Strips of a wheel, those before there were more, widths and numbers at the profile's points."""
 
     strips: Strips
     old_number: IntArray
@@ -102,9 +102,10 @@ class Work(NamedTuple):
 
 def work_for(most: int, points: int, table: FloatArray) -> Work:
     """Room for so many strips of a profile of so many points."""
-    old_number, old = np.zeros(most, np.int64), np.zeros((2, most))
+    square, ratio = np.zeros((2, most))
+    widths, number = np.empty((2, points))
     return Work(
-        strips_for(most), old_number, *old, np.empty(points), np.empty(points), equations_for(most, table)
+        strips_for(most), np.zeros(most, np.int64), square, ratio, widths, number, equations_for(most, table)
     )
 
 
@@ -216,7 +217,8 @@ def _take_over(n: int, total: int, start: Start, row: Row, strips: Strips) -> No
             y = linear_at(row.y, strips.station[j])
             if not start.edge[m, 0] < y < start.edge[m, count]:
                 if strips.ratio[j] == 0.0:
-                    strips.ratio[j] = start.ratio[m, 0] if y <= start.edge[m, 0] else start.ratio[m, count - 1]
+                    nearer = 0 if y <= start.edge[m, 0] else count - 1
+                    strips.ratio[j] = start.ratio[m, nearer]
                 continue
             while start.edge[m, k + 1] < y:
                 k += 1
@@ -255,20 +257,20 @@ def end_of(strips: Strips, end: int, inwards: int, count: int) -> float:
 
 @inner_bare_kernel
 def _zero_beyond(strips: Strips, end: int, inwards: int, count: int) -> float:
-    """Station where q is zero by the parabola through three strips; at most a strip beyond the outermost one."""
+    """Station where q is zero by the parabola through three strips; at most a strip beyond them."""
     inside = end + inwards
     distance = strips.station[end] - strips.station[inside]
     fall, square = strips.square[inside] - strips.square[end], strips.square[end]
     share = square / fall if fall > square else 1.0
     if count > 2 and fall > 0.0:
         deeper = inside + inwards
-        rise = (strips.square[deeper] - strips.square[inside]) / (strips.station[inside] - strips.station[deeper])
-        # Of the slope of q over that between the outermost strips.
-        bend = (fall / distance - rise) / (strips.station[end] - strips.station[deeper]) * distance**2 / fall
+        next_distance = strips.station[inside] - strips.station[deeper]
+        change = fall / distance - (strips.square[deeper] - strips.square[inside]) / next_distance
+        bend = change / (distance + next_distance) * distance**2 / fall
         if bend > 0.0:
-            # share + share (1 + share) bend = square / fall
-            slope = 1.0 + bend
-            share = min(share, 2.0 * square / fall / (slope + np.sqrt(slope * slope + 4.0 * bend * square / fall)))
+            # share + share (1 + share) bend = aim
+            slope, aim = 1.0 + bend, square / fall
+            share = min(share, 2.0 * aim / (slope + np.sqrt(slope * slope + 4.0 * bend * aim)))
     return strips.station[end] + share * distance
 
 

@@ -1,0 +1,87 @@
+"""Keys and values of earlier versions: one line each, all at once, wherever they are given."""
+
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from wearsim import ContactModels, cli
+from wearsim.errors import SceneError
+from wearsim.scene import load_scene
+from wearsim.scene.overrides import Override
+from wearsim.scene.uncertainty import dimensions_of
+
+DATA = Path(__file__).parents[1] / "data"
+RIG = (DATA / "scene_rig.toml").read_text()
+AUTO = (
+    'contact.model = "auto" was removed in 0.3.0: write "standard" or "accurate"; results change by up to 3 %'
+)
+TOLERANCE = "contact.tolerance was removed in 0.3.0: "
+
+
+def test_both_are_named_at_once_in_a_scene(folder, faults_of):
+    first, second = faults_of(RIG + '[contact]\nmodel = "auto"\ntolerance = 0.03\n')
+    line = RIG.count("\n") + 2
+    assert first == f"scene.toml:{line}: {AUTO}"
+    assert second.startswith(f"scene.toml:{line + 1}: {TOLERANCE}")
+
+
+def test_in_a_scene_of_python(folder):
+    tables = tomllib.loads(RIG) | {"contact": {"model": "auto", "tolerance": 0.03}}
+    with pytest.raises(SceneError) as caught:
+        load_scene(tables)
+    first, second = str(caught.value).splitlines()
+    assert first.endswith(AUTO)
+    assert TOLERANCE in second
+
+
+def test_in_values_of_the_command_line(folder, capsys):
+    flags = ["--set", "contact.model=auto", "--set", "contact.tolerance=0.02"]
+    assert cli.main(["run", "rig.toml", "--out", "out", *flags]) == 2
+    first, second = capsys.readouterr().err.splitlines()
+    assert AUTO in first
+    assert TOLERANCE in second
+
+
+def test_to_remove_a_key_that_is_gone_says_so_too(folder):
+    with pytest.raises(SceneError, match=TOLERANCE):
+        load_scene("rig.toml", overrides=[Override("contact.tolerance", None)])
+
+
+def test_in_a_sweep(folder, capsys):
+    flags = ["--vary", "contact.model=auto,fast", "--vary", "contact.tolerance=0.02"]
+    assert cli.main(["sweep", "rig.toml", "--out", "out", *flags]) == 2
+    said = capsys.readouterr().err
+    assert AUTO in said
+    assert TOLERANCE in said
+    assert not Path("out").exists()
+
+
+def test_in_uncertain_inputs(folder):
+    drawn = 'distribution = "uniform"\nlow = 0.01\nhigh = 0.1\n'
+    Path("scene.toml").write_text(f'{RIG}[[uncertainty.input]]\nkey = "contact.tolerance"\n{drawn}')
+    with pytest.raises(SceneError, match=TOLERANCE):
+        dimensions_of(load_scene("scene.toml"))
+
+
+def test_in_contact_models_of_python():
+    with pytest.raises(SceneError) as caught:
+        ContactModels.of("auto")
+    assert str(caught.value) == AUTO
+    with pytest.raises(SceneError, match="did you mean 'fast'"):
+        ContactModels.of("fsat")
+
+
+@pytest.mark.parametrize(
+    ("lines", "pair"),
+    [
+        ("", ("coupled_strips", "coupled_strips")),
+        ('model = "fast"', ("kik_piotrowski", "fastsim")),
+        ('model = "accurate"', ("half_space", "half_space")),
+        ('normal = "half_space"', ("half_space", "coupled_strips")),
+        ('tangential = "fastsim"', ("coupled_strips", "fastsim")),
+    ],
+)
+def test_pairs_of_models_by_name_and_one_alone(folder, lines, pair):
+    Path("scene.toml").write_text(RIG + f"[contact]\n{lines}\n")
+    assert load_scene("scene.toml").contact.pair == pair
