@@ -74,6 +74,7 @@ _MOST_TRIALS = 30
 _FROZEN = 17  # trials after which patches are only stretched: a model whose load jumps has no other balance
 _LARGEST_JUMP = 0.1  # of the logarithm of a load, by which patches may be stretched then
 _LOOSER = 100.0, 10.0  # factors on the tolerance of warm models in the first trials
+_AT_JUMP = 8  # trials after which jumps of the creep forces are taken to be what is left
 _AFRESH = 6  # trials after which slopes are taken anew, by differences
 _FAR = 0.2  # change of the logarithm of a load beyond which coarse patches are solved anew
 
@@ -457,7 +458,8 @@ def _refined(
         forces = forces_of(task, similar, speed, model, fields=model.warm, **options)
         contact = forces.contact if model.warm else None
         residual = residuals(task, chunk, forces, columns)
-        settled = open_rows & ~out_of_balance(residual, columns, model) & (looser == 1.0)
+        missed = out_of_balance(residual, columns, model, at_jump=trial >= _AT_JUMP)
+        settled = open_rows & ~missed & (looser == 1.0)
         settled &= not hasty or trial > _FROZEN  # else one more step costs nothing
         if trial > _FROZEN:
             similar, jump = _frozen(similar, wheels, count)

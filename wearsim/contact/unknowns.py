@@ -21,6 +21,7 @@ the tangential model if it is larger."""
 # Residuals below which one more step is enough: it leaves 3 % of those with a torque, 0.3 % of loads alone,
 # mostly far less.
 _PROMISING, _PROMISING_LOADS = 1.5e-5, 3e-4
+_OF_LOAD = 0.3  # creep forces that friction can carry over the load, about
 SPEED_UNIT = 1e-3  # of the nominal rotation speed: unknowns of like size
 LARGEST_STEP = np.array([2.0, 0.2, 0.2])
 
@@ -61,9 +62,14 @@ def promising(residual: FloatArray, columns: list[int]) -> NDArray[np.bool_]:
     return np.asarray((np.abs(residual) <= most).all(axis=1))
 
 
-def out_of_balance(residual: FloatArray, columns: list[int], model: TangentialModel) -> NDArray[np.bool_]:
-    """Whether points (n,) are out of balance by more than the tolerance."""
-    tolerance = np.maximum([model.tolerance, TOLERANCE, TOLERANCE], TOLERANCE)[columns]
+def out_of_balance(
+    residual: FloatArray, columns: list[int], model: TangentialModel, at_jump: bool = False
+) -> NDArray[np.bool_]:
+    """Whether points (n,) are out of balance by more than the tolerance, or a jump of the creep forces."""
+    torque, load = max(model.tolerance, TOLERANCE), TOLERANCE
+    if at_jump:
+        torque, load = max(model.jump, torque), max(_OF_LOAD * model.jump, load)
+    tolerance = np.array([torque, load, load])[columns]
     beyond: NDArray[np.bool_] = np.abs(residual) > tolerance
     return np.asarray(beyond.any(axis=1))
 

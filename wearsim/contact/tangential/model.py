@@ -145,6 +145,9 @@ class TangentialModel:
         The function itself, without validation.
     tolerance : float
         Error of its forces over friction coefficient x normal force, at most: how far equilibrium can be had.
+    jump : float
+        Largest jump of its forces over friction coefficient x normal force, where a point changes between stick
+        and slip: an equilibrium at one is no nearer.
     warm : bool
         Whether a start saves it work: it then keeps the fields of cells on the way to equilibrium.
     fewest : int
@@ -164,6 +167,7 @@ class TangentialModel:
     name: str
     solve: TangentialSolver
     tolerance: float = 1e-6
+    jump: float = 0.0
     warm: bool = False
     fewest: int = 2
     most_strips: int | None = None
