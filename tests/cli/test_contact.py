@@ -69,10 +69,11 @@ def test_normal_force_is_that_of_the_patch_and_wheel_load_its_vertical_part(caps
     point = solved(capsys, "--shift-mm", "3", "--normal-force-kN", "80")
     assert point["wheel_load"] is None
     assert point["patches"][0]["normal_force"] == pytest.approx(80e3, rel=1e-12)
-    patch = solved(capsys, "--shift-mm", "3", "--wheel-load-kN", "80")["patches"][0]
-    angle = patch["contact_angle"]
-    carried = patch["normal_force"] * np.cos(angle) - patch["force_y"] * np.sin(angle)
-    assert carried == pytest.approx(80e3, rel=1e-6)
+    for model, within in (("fast", 1e-6), ("standard", 1e-3)):  # that bends patches
+        patch = solved(capsys, "--shift-mm", "3", "--wheel-load-kN", "80", "--model", model)["patches"][0]
+        angle = patch["contact_angle"]
+        carried = patch["normal_force"] * np.cos(angle) - patch["force_y"] * np.sin(angle)
+        assert carried == pytest.approx(80e3, rel=within)
 
 
 def test_a_rotation_speed_may_be_given(capsys):
@@ -252,10 +253,12 @@ def test_normal_force_of_both_wheels_is_that_of_each(capsys):
 
 
 def test_given_creepages_are_those_of_the_patch(capsys):
+    """The mean over strips in planes of their own, weighted with the normal force."""
     point = solved(capsys, "--shift-mm", "3", "--creepage=-0.0016,1e-3,-0.197")
     assert point["rotation_speed"] is None
     patch = point["patches"][0]
-    assert (patch["creepage_x"], patch["creepage_y"], patch["spin"]) == (-0.0016, 1e-3, -0.197)
+    given = [patch[name] for name in ("creepage_x", "creepage_y", "spin")]
+    assert given == pytest.approx([-0.0016, 1e-3, -0.197], rel=1e-9)
     assert main(["contact", "--shift-mm", "3", "--creepage=0,0,0"]) == 0
     assert "creepages given" in capsys.readouterr().out
 
@@ -263,12 +266,15 @@ def test_given_creepages_are_those_of_the_patch(capsys):
 def test_negative_values_need_no_equals_sign(capsys):
     point = solved(capsys, "--shift-mm", "-1e-1", "--creepage", "-0.001,0,-.1")
     assert point["shift"] == pytest.approx(-1e-4, rel=1e-15)
-    assert point["patches"][0]["creepage_x"] == -0.001
+    assert point["patches"][0]["creepage_x"] == pytest.approx(-0.001, rel=1e-9)
 
 
 def test_anchors_of_the_conventions(capsys):
-    """Right wheel, S1002 on 60E1 1:40, 3 mm: sizes to the rounding they are printed with."""
-    point = solved(capsys, "--shift-mm", "3", "--rotation", "nominal")
+    """Right wheel, S1002 on 60E1 1:40, 3 mm: sizes to the rounding they are printed with.
+
+    The power is that of forces and creepages of the patch where it lies in one plane.
+    """
+    point = solved(capsys, "--shift-mm", "3", "--rotation", "nominal", "--model", "fast")
     patch = point["patches"][0]
     assert patch["creepage_x"] == pytest.approx(-0.0016, abs=1e-4)
     assert patch["spin"] == pytest.approx(-0.197, abs=6e-3)

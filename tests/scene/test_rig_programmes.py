@@ -153,7 +153,7 @@ def test_what_does_not_fit_together_is_refused_with_its_line(folder, changed, fa
 def test_a_force_beyond_the_flange_is_a_fault_of_its_block(folder, changed, force, reason):
     pairs = ('rig = "full_scale"', "roller_radius_mm = 1000"), ("_kN = 10", f"_kN = {force}")
     Path("scene.toml").write_text(changed(RIG, *pairs))
-    with pytest.raises(SceneError, match=rf"scene.toml:15: a: .*{reason}"):
+    with pytest.raises(SceneError, match=rf"scene.toml:16: a: .*{reason}"):
         build(load_scene("scene.toml"))
 
 

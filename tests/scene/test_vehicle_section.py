@@ -205,7 +205,7 @@ def test_a_curve_without_balance_is_named_by_class_and_radius(folder, changed):
     text = changed(FIELD, ("regional_multiple_unit", "high"), ("mm = 50", "mm = 400"))
     Path("scene.toml").write_text(text)
     expected = (
-        r"scene.toml:20: curve.*: no equilibrium of the bogie in the curve of -600 m.*it runs .*speed_km_h"
+        r"scene.toml:21: curve.*: no equilibrium of the bogie in the curve of -600 m.*it runs .*speed_km_h"
     )
     with pytest.raises(SceneError, match=expected):
         build(load_scene("scene.toml"))
@@ -254,7 +254,7 @@ def test_values_hardly_meant_are_noted_in_classes_of_a_vehicle(folder, changed):
     text = changed(FIELD, ('name = "curve"', 'name = "wet curve"'), ("friction_flange = 0.15", ""))
     Path("scene.toml").write_text(text.replace("friction = 0.35", "friction = 0.5"))
     warnings = "\n".join(str(one) for one in warnings_of(load_scene("scene.toml")))
-    assert 'scene.toml:26: friction = 0.5 in class "wet curve" is that of dry surfaces' in warnings
+    assert 'scene.toml:27: friction = 0.5 in class "wet curve" is that of dry surfaces' in warnings
 
 
 def test_motion_beyond_the_flange_is_noted(folder, changed):
