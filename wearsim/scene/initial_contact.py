@@ -169,6 +169,7 @@ above the 0.71 at which valleys of a wave leave the contact, where patches of th
 _CURED = 0.1  # that is left by the smoothing a fault names: it changes pressures by some per cent
 _CALM = 4e-3  # wavelength of the smoothing for the contact without noise [m]
 _LEAST_PRESSURE = 0.3e9  # noise that changes this one by less is of no interest [Pa]
+_LEAST_SHARE = 0.01  # of the load: noise of patches that carry less is of no interest
 _AROUND = 2e-3  # of a patch on either side, so that there are points enough [m]
 _STEP, _LONGEST = 0.5e-3, 10e-3  # of the wavelengths that faults name [m]
 _FLANGE = -26e-3  # y of a wheel from which on it is the tread [m]
@@ -239,15 +240,17 @@ def _bodies(scene: RigScene | FieldScene, setup: CampaignSetup) -> Iterator[_Noi
 
 
 def _contacts(setup: CampaignSetup, threads: int) -> _Contacts:
-    """Patches of all points that have a solution."""
+    """Patches of all points that have a solution, but for those that hardly carry anything."""
     wheelset, counterface = setup.wheelset, setup.counterface
     wheelset = replace(wheelset, right=_calm(wheelset.right), left=_calm(wheelset.left))
     counterface = replace(counterface, profile=_calm(counterface.profile))
 
     def patches(solution: ContactSolution) -> _Contacts:
-        edges = solution.strip_edges_wheel_y, solution.strip_edges_rail_y
+        loaded = solution.normal_force > _LEAST_SHARE * conditions.loads.max(axis=1)[solution.point]
+        edges = solution.strip_edges_wheel_y[loaded], solution.strip_edges_rail_y[loaded]
         ends = [np.column_stack((each.min(axis=1), each.max(axis=1))) for each in edges]
-        return _Contacts(solution.point, solution.side, solution.max_pressure, *ends)
+        point, side = solution.point[loaded], solution.side[loaded]
+        return _Contacts(point, side, solution.max_pressure[loaded], *ends)
 
     models = replace(setup.models, tangential="fastsim")
     conditions = setup.points.conditions
