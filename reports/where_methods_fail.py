@@ -15,6 +15,7 @@ from wear_step_stability import one_step_section, read_table, wave_after_one_ste
 from writing import HERE, Table, options, write_csv, write_report
 
 import wearsim
+from wearsim.contact.dataset import solve_patches
 from wearsim.errors import ContactError
 from wearsim.profile.shape import resample
 from wearsim.profile.smoothing import smoothed
@@ -33,33 +34,28 @@ MIDDLE = -12.5e-3  # of the patch on the tread at a shift of 3 mm, on the wheel 
 OUTCOMES = ("right", "degraded", "wrong", "not applicable", "unproven", "unsound", "crashed")
 RIGHT, DEGRADED, WRONG, NOT_APPLICABLE, UNPROVEN, UNSOUND, CRASHED = OUTCOMES
 STILL = 1e-8  # share of friction times load times speed below which there is no power to speak of
-LOAD, BOUND, WORK = 2e-6, 1e-3, 1e-4  # relative tolerances on load, friction bound, strip work against power
+LOAD, WORK = 2e-6, 1e-4  # relative tolerances on load, strip work against power
+# Strips in planes of their own: their normal forces add up to less than their sum, and mean creepages times
+# forces of a patch are not exactly its power; relative tolerances on the friction bound and on power gained.
+BOUND, GAIN = 5e-3, 1e-7
 
 STATED = {
     ("kik_piotrowski", "fastsim"): (0.25, 0.45, 0.1, 0.2, 0.5),
     ("coupled_strips", "fastsim"): (0.06, 0.2, 0.25, 0.3, 0.35),
-    ("knothe_le_the", "fastsim"): (0.06, 0.2, 0.25, 0.3, 0.35),
     ("hertz", "fastsim"): (0.35, 0.2, 0.15, 0.4, 0.7),
     ("kik_piotrowski", "coupled_strips"): (0.25, 0.45, 0.2, 0.3, 0.5),
     ("coupled_strips", "coupled_strips"): (0.06, 0.2, 0.15, 0.2, 0.35),
-    ("knothe_le_the", "coupled_strips"): (0.06, 0.2, 0.15, 0.2, 0.35),
     ("hertz", "coupled_strips"): (0.35, 0.2, 0.2, 0.25, 0.7),
     ("half_space", "fastsim"): (0.03, 0.08, 0.25, 0.3, 0.25),
     ("half_space", "coupled_strips"): (0.03, 0.08, 0.05, 0.1, 0.2),
     ("kik_piotrowski", "half_space"): (0.25, 0.45, 0.2, 0.3, 0.5),
     ("coupled_strips", "half_space"): (0.06, 0.2, 0.15, 0.2, 0.35),
-    ("knothe_le_the", "half_space"): (0.06, 0.2, 0.15, 0.2, 0.35),
     ("hertz", "half_space"): (0.35, 0.2, 0.2, 0.25, 0.7),
     ("half_space", "half_space"): (0.03, 0.08, 0.02, 0.08, 0.2),
 }
 """Every combination of normal and tangential model, the cheapest first as in speed_accuracy.md at 50 x 50,
 with the errors it keeps within on 30 strips and cells or more, but for known failures the tests name."""
-NOT_COMPARED = ("coupled_strips",)  # normal models that the committed tables do not have yet
-MODELS = {
-    f"{normal} + {tangential}": (normal, tangential)
-    for normal, tangential in STATED
-    if normal not in NOT_COMPARED
-}
+MODELS = {f"{normal} + {tangential}": (normal, tangential) for normal, tangential in STATED}
 CANNOT_UPDATE = ("hertz",)  # normal models that cannot update the profile
 PLACE = re.compile(r"^(right|left) wheel, shift [^:]*: ")  # of a message
 SYMBOLS = dict(zip(ERRORS, "ApFPW", strict=True))
@@ -191,10 +187,8 @@ def solve(situation, normal, tangential, grid, problem=None):
     models = wearsim.ContactModels(normal, tangential, strips, cells, most_cells=most, **material)
     sums, outcome, start = None, "", time.perf_counter()
     try:
-        contact = wearsim.solve_contact(
-            wheelset, counterface, conditions, models, sides=("right",), fields=True
-        )
-        message = "; ".join(violated_laws(contact, counterface, conditions))
+        contact = solved(wheelset, counterface, conditions, models)
+        message = "; ".join(violated_laws(contact, conditions))
         if message:
             outcome = UNSOUND
         else:
@@ -206,39 +200,35 @@ def solve(situation, normal, tangential, grid, problem=None):
     return Solution(sums, outcome, message, time.perf_counter() - start)
 
 
-def upwards(contact, counterface):
-    """Vertical part of normal and creep forces of patches [N]; off the top of a roller, rolling dips."""
-    profile, curvature = counterface.profile, counterface.curvature
-    height = np.interp(contact["rail_y"], profile.y, profile.z)
-    dip = np.arctan(curvature * contact["x"] / (1.0 - curvature * height))
-    sine, cosine = np.sin(contact["contact_angle"]), np.cos(contact["contact_angle"])
-    across = contact["normal_force"] * cosine - contact["force_y"] * sine
-    return across * np.cos(dip) - contact["force_x"] * np.sin(dip)
+def solved(wheelset, counterface, conditions, models):
+    """Solution of the right wheel with its fields and the vertical force of each patch on the wheel [N].
+
+    Strips lie in planes of their own: the vertical force does not follow from the sums over a patch.
+    """
+    contact, patches = solve_patches(wheelset, counterface, conditions, models, sides=("right",), fields=True)
+    return contact.assign(track_vertical=("patch", patches.track_vertical))
 
 
-def violated_laws(contact, counterface, conditions):
+def violated_laws(contact, conditions):
     """Return the laws any solution must obey, whatever the model, that this one of a wheel does not."""
     if not all(np.isfinite(v).all() for v in contact.variables.values() if v.dtype.kind == "f"):
         return ["numbers that are not finite"]
     friction, load = float(conditions.friction[0]), float(conditions.wheel_load[0])
     speed = float(conditions.speed[0])
     normal, power = contact["normal_force"], float(contact["power"].sum())
-    carried = float(upwards(contact, counterface).sum())
-    # Patches in one plane have the dip of a point between them.
-    apart = counterface.curvature * float(contact["x"].max() - contact["x"].min())
-    dip = apart * float(abs(contact["force_x"]).sum())
+    carried = float(contact["track_vertical"].sum())
     creep_force = np.hypot(contact["force_x"], contact["force_y"])
     pairs = (("force_x", "creepage_x"), ("force_y", "creepage_y"), ("spin_moment", "spin"))
     gained = float((sum(contact[force] * contact[creepage] for force, creepage in pairs) * speed).max())
     work = float((contact["strip_work"] * contact["strip_width"]).sum()) * speed
     still = STILL * friction * load * speed
     laws = {
-        f"carries {carried:g} N of {load:g} N": abs(carried - load) <= LOAD * load + dip,
+        f"carries {carried:g} N of {load:g} N": abs(carried - load) <= LOAD * load,
         "area or pressure not positive": (contact["area"] > 0.0).all() and (contact["pressure"] >= 0.0).all(),
         "creep force above friction coefficient times normal force": (
             creep_force <= friction * normal * (1.0 + BOUND)
         ).all(),
-        f"gains {gained:.3g} W from friction": gained <= still,
+        f"gains {gained:.3g} W from friction": gained <= GAIN * friction * load * speed,
         "strip work does not add up to the power": abs(work - power) <= WORK * power + still,
     }
     return [law for law, obeyed in laws.items() if not obeyed]

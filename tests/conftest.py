@@ -39,8 +39,8 @@ IMPORTED = (
     "hypothesis",
 )
 COMPILED = (
-    (("kik_piotrowski", "fastsim"), ("knothe_le_the", "fastsim")),
-    (("half_space", "half_space"), ("coupled_strips", "coupled_strips")),
+    (("kik_piotrowski", "fastsim"), ("coupled_strips", "coupled_strips")),
+    (("half_space", "half_space"),),
 )
 # Looking for garbage among the compiler's millions of objects, which all live on, takes a sixth of its time.
 PROGRAM = """

@@ -43,9 +43,7 @@ ELSEWHERE = {
 }
 """Names in messages on other things than scenes, flags, tables of operating points and result files."""
 
-TABLES_OF_NAMES = [
-    PACKAGE / name for name in ("quantities.py", "__init__.py", "contact/normal/knothe_le_the/strips.py")
-]
+TABLES_OF_NAMES = [PACKAGE / name for name in ("quantities.py", "__init__.py")]
 
 TEXTS = {
     f"{room}.{name}": text

@@ -10,7 +10,7 @@ and material of one's own:
 
 >>> import wearsim
 >>> sorted(wearsim.NORMAL_MODELS)
-['coupled_strips', 'half_space', 'hertz', 'kik_piotrowski', 'knothe_le_the']
+['coupled_strips', 'half_space', 'hertz', 'kik_piotrowski']
 >>> sorted(wearsim.TANGENTIAL_MODELS)
 ['coupled_strips', 'fastsim', 'half_space']
 >>> wearsim.NORMAL_MODELS["hertz"].can_update_profile

@@ -116,7 +116,7 @@ def solved(
     )  # fmt: skip
 
 
-@pytest.mark.parametrize(("normal", "target"), [("kik_piotrowski", 60), ("knothe_le_the", 120)])
+@pytest.mark.parametrize(("normal", "target"), [("kik_piotrowski", 60), ("coupled_strips", 120)])
 def test_full_solution(show, best, scene, normal, target):
     """One wheel at the nominal rotation speed, 50 x 50, on one thread."""
     solved(scene, normal)
@@ -130,7 +130,7 @@ def test_full_solution(show, best, scene, normal, target):
 
 
 @pytest.mark.parametrize(
-    ("normal", "times"), [("kik_piotrowski", 1), ("kik_piotrowski", 4), ("knothe_le_the", 1)]
+    ("normal", "times"), [("kik_piotrowski", 1), ("kik_piotrowski", 4), ("coupled_strips", 1)]
 )
 def test_threads(show, scene, normal, times):
     """Two threads against one, wall clock; what one waits for in the end counts less in more chunks."""

@@ -16,7 +16,7 @@ SHARE = float(os.environ.get("WEARSIM_LONG_RUNS", "1"))
 """Of the distances, points and steps: CI sets 0.05, which keeps the runs alive but tells no speed."""
 FAST = ("kik_piotrowski", "fastsim")
 STANDARD = ("coupled_strips", "coupled_strips")
-OTHERS = (("knothe_le_the", "fastsim"), ("half_space", "half_space"))
+OTHERS = (("coupled_strips", "fastsim"), ("half_space", "half_space"))
 """The other models that may lead, on few steps; hertz never leads."""
 
 RUN = """

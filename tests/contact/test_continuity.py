@@ -14,7 +14,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.problem import ContactModels, Counterface
 from wearsim.contact.solve import solve
 from wearsim.contact.tangential import TANGENTIAL_MODELS
@@ -178,7 +177,23 @@ def jumps(totals, low, high, intervals, resolution=1e-8):
 
 # Shift [m] at which the wheel begins to climb the flange's root, for each of the cases.
 ROOT = [6.3e-3, 6.3e-3, 6.3e-3, 8e-3, 3.9e-3, 4.7e-3]
-SEARCHED = sorted(set(NORMAL_MODELS) - {"half_space"})
+JUMPS = {
+    place: [
+        pytest.mark.slow,
+        pytest.mark.xfail(
+            strict=True,
+            reason=f"measured {measured} of load and work by their distribution, target 0.3 %; sums 0.01 %",
+        ),
+    ]
+    for place, measured in (("tread", "0.8 and 3.7 %"), ("climb", "6 and 1.3 %"))
+}
+"""Marks of coupled_strips."""
+
+
+def models_of(normal):
+    """Models with a normal one: strips in planes of their own with the tangential model that takes them."""
+    tangential = normal if normal == "coupled_strips" else MODELS.tangential
+    return replace(MODELS, normal=normal, tangential=tangential)
 
 
 def slow_but(parameters, quick):
@@ -188,38 +203,33 @@ def slow_but(parameters, quick):
 @pytest.mark.parametrize(
     ("name", "case"),
     slow_but(
-        [(name, case) for name in SEARCHED for case in range(len(CASES))],
-        [("hertz", 1), ("kik_piotrowski", 0), ("kik_piotrowski", 5), ("knothe_le_the", 0)],
-    ),
+        [(name, case) for name in ("hertz", "kik_piotrowski") for case in range(len(CASES))],
+        [("hertz", 1), ("kik_piotrowski", 0), ("kik_piotrowski", 5)],
+    )
+    + [pytest.param("coupled_strips", case, marks=JUMPS["tread"]) for case in range(len(CASES))],
 )
 def test_nothing_jumps_on_the_tread(totals_of, name, case):
     """0.3 % of forces, load, power or work, as where patches change; Hertz may refuse a tenth."""
-    totals = totals_of(CASES[case], replace(MODELS, normal=name))
+    totals = totals_of(CASES[case], models_of(name))
     actual, at, fault = jumps(totals, -8e-3, ROOT[case], 24 if name == "hertz" else 48)
     assert actual.max() < 3e-3, (1e3 * at[actual.argmax()], actual.max())
     assert fault < (0.1 if name == "hertz" else 1e-9)
 
 
-CLIMB = {
-    "kik_piotrowski": "measured 0.56 % of the load, target 0.3 %: its strips shift by 10 um",
-    "knothe_le_the": "measured up to 70 % of the load, target 0.3 %: strips and planes find no place",
-}
+CLIMB = "measured 0.56 % of the load, target 0.3 %: its strips shift by 10 um"
 
 
 @pytest.mark.parametrize(
     "name",
     [
+        pytest.param("coupled_strips", marks=JUMPS["climb"]),
         "hertz",
-        pytest.param("kik_piotrowski", marks=pytest.mark.xfail(strict=True, reason=CLIMB["kik_piotrowski"])),
-        pytest.param(
-            "knothe_le_the",
-            marks=[pytest.mark.slow, pytest.mark.xfail(strict=True, reason=CLIMB["knothe_le_the"])],
-        ),
+        pytest.param("kik_piotrowski", marks=pytest.mark.xfail(strict=True, reason=CLIMB)),
     ],
 )
 def test_nothing_jumps_while_the_flange_climbs(totals_of, name):
     """0.3 %; with 1:20 on rail the contact runs through the flange's root from 6.5 to 7 mm."""
-    totals = totals_of(CASES[1], replace(MODELS, normal=name))
+    totals = totals_of(CASES[1], models_of(name))
     actual, at, _ = jumps(totals, 6.5e-3, 7.0e-3, 20)
     assert actual.max() < 3e-3, (1e3 * at[actual.argmax()], actual.max())
 

@@ -12,10 +12,9 @@ import pytest
 
 from wearsim.contact import wheels as wheels_module
 from wearsim.contact.creepage import ContactPoint, kinematics
-from wearsim.contact.gap import between_points
 from wearsim.contact.geometry import WheelsetPose
 from wearsim.contact.normal import NORMAL_MODELS, kik_piotrowski
-from wearsim.contact.normal.model import NormalModel, ReferencePoint
+from wearsim.contact.normal.model import NormalModel
 from wearsim.contact.patch import StripPlanes
 from wearsim.contact.problem import ContactModels
 from wearsim.contact.solve import solve
@@ -381,27 +380,3 @@ def test_strips_without_finite_pressures_or_forces_are_refused(
     ):
         with pytest.raises(NumericalError, match=message):
             solve(points(), wheelset, counterface(), pair)
-
-
-def test_strips_of_a_patch_with_another_reference_point_move_alike(
-    doubles, monkeypatch, wheelset, counterface, points
-):
-    """Planes of the patches are no matter; where their centres are is: 1e-9."""
-
-    def elsewhere(gap, row, load, **options):
-        normal = NORMAL_MODELS["bent"].solve(gap, row, load, **options)
-        if options["rough"]:
-            return normal
-        y, own = normal.centre_y + 2e-3, normal.patch.row
-        along = np.subtract(*(between_points(gap, (gap.x,), own, at)[0] for at in (normal.centre_y, y)))
-        point = ReferencePoint(y, normal.approach, np.full_like(y, -2e-3), along)
-        return replace(normal, reference_point=point)
-
-    monkeypatch.setitem(NORMAL_MODELS, "elsewhere", NormalModel("elsewhere", elsewhere))
-    conditions = points(shift=np.array([1e-3, 4.5e-3]), yaw=5e-3, rotation="free")
-    found, whole = (
-        solve(conditions, wheelset, counterface(1.0), models(name)) for name in ("elsewhere", "bent")
-    )
-    for name, value in values(found).items():
-        scale = np.abs(value).max(initial=0.0)
-        np.testing.assert_allclose(value, getattr(whole, name), atol=1e-9 * scale, err_msg=name)

@@ -4,6 +4,7 @@
 one.
 """
 
+import hashlib
 import json
 import shutil
 import tarfile
@@ -159,3 +160,28 @@ def test_variables_that_are_gone_are_ignored_and_new_ones_absent(directory, tmp_
         file.source = f"wearsim {wearsim.__version__} (Python 3, numpy 2)"
     with pytest.raises(wearsim.WearsimError, match=f"without {missing}"):
         load_results(path)
+
+
+def test_results_of_a_contact_model_that_is_gone(directory, tmp_path, capsys):
+    """They open and are reported; what is unfinished is to be finished by the version that has the model."""
+    gone = "knothe_le_the"
+    out = shutil.copytree(directory(UNFINISHED[0]), tmp_path / "out")
+    path, scene, manifest = out / "rig.nc", scene_of(out), out / "scene" / "manifest.json"
+    with netCDF4.Dataset(path, "a") as file:
+        file.contact_normal = gone
+    scene.write_text(scene.read_text().replace("[contact]\n", f'[contact]\nnormal = "{gone}"\n'))
+    told = json.loads(manifest.read_text())
+    told["hashes"][scene.name] = hashlib.sha256(scene.read_bytes()).hexdigest()
+    manifest.write_text(json.dumps(told))
+    assert main(["inspect", str(path)]) == 0
+    assert main(["report", str(out)]) == 0
+    assert gone in capsys.readouterr().out
+    assert (out / "report.html").stat().st_size > 10_000
+    for command, message in (
+        (["resume", str(out)], f"finish it with {OTHER}"),
+        (["run", str(scene), "--out", str(out)], f'contact.normal = "{gone}" was removed in 0.3.0'),
+    ):
+        assert main(command) == 2
+        said = capsys.readouterr().err
+        assert message in said
+        assert said.count("\n") == 1

@@ -5,8 +5,9 @@ from pathlib import Path
 
 import pytest
 
+import wearsim
 from wearsim import ContactModels, cli
-from wearsim.errors import SceneError
+from wearsim.errors import ContactError, SceneError
 from wearsim.scene import load_scene
 from wearsim.scene.overrides import Override
 from wearsim.scene.uncertainty import dimensions_of
@@ -17,6 +18,8 @@ AUTO = (
     'contact.model = "auto" was removed in 0.3.0: write "standard" or "accurate"; results change by up to 3 %'
 )
 TOLERANCE = "contact.tolerance was removed in 0.3.0: "
+STRIPS = 'was removed in 0.3.0: write "coupled_strips", or leave normal out: it is the default'
+NORMAL = f'contact.normal = "knothe_le_the" {STRIPS}'
 
 
 def test_both_are_named_at_once_in_a_scene(folder, faults_of):
@@ -70,6 +73,46 @@ def test_in_contact_models_of_python():
     assert str(caught.value) == AUTO
     with pytest.raises(SceneError, match="did you mean 'fast'"):
         ContactModels.of("fsat")
+
+
+@pytest.mark.parametrize("more", ["", 'tangential = "fastsim"\n', 'model = "fast"\n'])
+def test_a_normal_model_is_named_in_a_scene(folder, faults_of, more):
+    (fault,) = faults_of(f'{RIG}[contact]\n{more}normal = "knothe_le_the"\n')
+    line = RIG.count("\n") + 2 + more.count("\n")
+    assert fault == f"scene.toml:{line}: {NORMAL}"
+
+
+@pytest.mark.parametrize(
+    ("command", "place"),
+    [
+        ("run rig.toml --out out --set contact.normal=knothe_le_the", "--set contact.normal=knothe_le_the"),
+        ("sweep rig.toml --out out --vary contact.normal=hertz,knothe_le_the", "case 2"),
+    ],
+)
+def test_a_normal_model_in_values_of_the_command_line(folder, capsys, command, place):
+    assert cli.main(command.split()) == 2
+    (line,) = (line for line in capsys.readouterr().err.splitlines() if STRIPS in line)
+    assert f"{place}: {NORMAL}" in line
+    assert not Path("out").exists()
+
+
+def test_a_normal_model_of_a_single_contact(folder, capsys):
+    assert cli.main(["contact", "--normal", "knothe_le_the"]) == 2
+    assert capsys.readouterr().err == f"--normal = knothe_le_the {STRIPS}\n"
+    Path("points.csv").write_text("shift_mm,normal\n1,knothe_le_the\n")
+    assert cli.main(["contact", "--table", "points.csv"]) == 2
+    assert capsys.readouterr().err == f"points.csv:2: normal = knothe_le_the {STRIPS}\n"
+
+
+def test_a_normal_model_of_python():
+    with pytest.raises(SceneError) as caught:
+        wearsim.NORMAL_MODELS["knothe_le_the"]
+    assert str(caught.value) == f'normal model "knothe_le_the" {STRIPS}'
+    models = ContactModels(normal="knothe_le_the")
+    wheelset, rails = wearsim.wheelset("S1002"), wearsim.rails("60E1", inclination=1 / 40, gauge=1.435)
+    with pytest.raises(ContactError) as caught:
+        wearsim.solve_contact(wheelset, rails, wearsim.ContactConditions.of([0.0]), models)
+    assert str(caught.value) == f"normal = 'knothe_le_the' {STRIPS}"
 
 
 @pytest.mark.parametrize(

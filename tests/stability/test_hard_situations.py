@@ -23,15 +23,25 @@ from wearsim.contact.tangential import TANGENTIAL_MODELS
 GRID, FINE = 40, 60
 ADVICE = ("check", "take", "give", "lower", "smooth", "raise", "must be")
 
+STRIPS = ("coupled_strips", "coupled_strips")
+PLANES = "strips lie in planes of their own, the reference in one"
+
 KNOWN = {
+    ("plain tread", "shift 0", STRIPS): f"measured strip work 58 %, target 35 %: {PLANES}",
+    ("contact jumps", "shift -0.77 mm", STRIPS): f"measured strip work 45 %, target 35 %: {PLANES}",
+    ("no or negative curvature", "hollow of 5 um over 10 mm", STRIPS): "measured power 21 %, target 20 %: "
+    f"{PLANES}",
+    ("roller of 100 to 1 mm", "radius 5 mm", STRIPS): f"measured force 17 %, target 15 %: {PLANES}",
+    ("large yaw or shift", "1000 mrad", ("coupled_strips", "fastsim")): "measured area 6.6 %, target 6 %",
+    ("soft and hard materials", "soft: E = 1 GPa", STRIPS): f"measured power 67 %, target 20 %: {PLANES}",
+    ("soft and hard materials", "soft: E = 1 GPa", ("coupled_strips", "half_space")): "measured power 22 %, "
+    "target 20 %: the pressure is 12 % low",
+    ("measured noise", "10 um", "coupled_strips"): "measured area 8 %, strip work 62 %, target 6 %, 35 %: "
+    "contacts on single asperities",
     ("measured noise", "10 um", "kik_piotrowski"): "measured area 104 %, strip work 99 %, target 25 %, 50 %: "
     "its pressure is that of a smooth profile, without a warning",
-    ("measured noise", "10 um", "knothe_le_the"): "measured strip work 74 %, target 35 %: contacts on single "
-    "asperities, 0.1 to 0.8 mm wide",
     ("measured noise", "10 um", "half_space"): "measured strip work 49 %, target 20 %: 30 cells do not "
     "resolve contacts on single asperities",
-    ("load of 1 N", "1 N", "knothe_le_the"): "measured pressure 59 %, target 20 %: the patch is "
-    "two points of the gap wide",
     ("next to no spin, no creepage", "0.01 1/m", None): "measured strip work 94 to 180 %, target 20 to 70 %: "
     "slip in a few cells at the trailing edge, power_balance 0.03 to 0.2",
     **{
@@ -52,7 +62,9 @@ def cases(every, slow=()):
             marks=[
                 *(
                     pytest.mark.xfail(strict=True, reason=KNOWN[key])
-                    for key in ((situation["kind"], situation["situation"], who) for who in (models[0], None))
+                    for key in (
+                        (situation["kind"], situation["situation"], who) for who in (models, models[0], None)
+                    )
                     if key in KNOWN
                 ),
                 *([pytest.mark.slow] if (i + k) % every in slow else []),

@@ -326,6 +326,8 @@ def _check_name(what: str, name: str, known: Iterable[str]) -> None:
 
 def _check_models(models: ContactModels) -> None:
     """Names of models and parameters, and material and parameters within their ranges."""
+    if removed := NORMAL_MODELS.removed.get(models.normal):
+        raise ContactError(f"normal = {models.normal!r} {removed}")
     _check_name("normal", models.normal, NORMAL_MODELS)
     _check_name("tangential", models.tangential, TANGENTIAL_MODELS)
     if not 0.0 < models.youngs_modulus < np.inf:

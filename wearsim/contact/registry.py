@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any, TypeVar
 
 from wearsim.errors import ContactError, Fault, SceneError, suggestion
@@ -21,16 +21,21 @@ class Registry(dict[str, Record]):
         What a record is called in messages, such as "wear law".
     records : iterable of records
         Each with its own `name`.
+    removed : mapping, optional
+        Names of earlier versions, with what a message says after the name.
     """
 
-    def __init__(self, kind: str, records: Iterable[Any]) -> None:
+    def __init__(self, kind: str, records: Iterable[Any], removed: Mapping[str, str] | None = None) -> None:
         self.kind = kind
+        self.removed = dict(removed or {})
         super().__init__()
         for record in records:
             if self.setdefault(record.name, record) is not record:
                 raise ValueError(f'{kind} "{record.name}" is defined twice')
 
     def __missing__(self, name: str) -> Record:
+        if name in self.removed:
+            raise SceneError([Fault(f'{self.kind} "{name}" {self.removed[name]}')])
         raise SceneError([unknown(self.kind, name, self)])
 
     def that_take(self, parameter: str) -> str:
@@ -39,7 +44,13 @@ class Registry(dict[str, Record]):
         return " or ".join(f'"{name}"' for name in takers)
 
 
-def discover(kind: str, package: str, path: Iterable[str], record: type[Record]) -> Registry[Record]:
+def discover(
+    kind: str,
+    package: str,
+    path: Iterable[str],
+    record: type[Record],
+    removed: Mapping[str, str] | None = None,
+) -> Registry[Record]:
     """Collect every `record` at the top of a module of a package, modules in alphabetical order.
 
     Parameters
@@ -50,12 +61,13 @@ def discover(kind: str, package: str, path: Iterable[str], record: type[Record])
         Name and `__path__` of the package.
     record : type
         Class of the records.
+    removed : mapping, optional
+        As of `Registry`.
     """
     names = sorted(module.name for module in pkgutil.iter_modules(path))
     modules = [importlib.import_module(f"{package}.{name}") for name in names]
-    return Registry(
-        kind, (value for module in modules for value in vars(module).values() if isinstance(value, record))
-    )
+    records = (value for module in modules for value in vars(module).values() if isinstance(value, record))
+    return Registry(kind, records, removed)
 
 
 def unknown(kind: str, name: str, known: Iterable[str]) -> Fault:

@@ -188,8 +188,7 @@ def normal_of(
     else:
         full = normal_of(task, side, row[failed], load[failed])
         if rough:  # as rough solutions are
-            patch = replace(full.patch, planes=None)
-            full = replace(full, patch=patch, reference_point=None, layout=None)
+            full = replace(full, patch=replace(full.patch, planes=None))
         parts = [full]
     if not failed.all():
         rest = row[~failed]
@@ -223,7 +222,7 @@ def _stood_in(
         peak=patch.pressure_slope * half,
         angle=np.repeat(found.contact_angle[:, None], y.shape[1], axis=1),
     )
-    return replace(found, patch=replace(patch, grid=None, planes=planes), reference_point=None, layout=None)
+    return replace(found, patch=replace(patch, grid=None, planes=planes))
 
 
 def by_row(parts: list[NormalSolution]) -> NormalSolution:
@@ -270,9 +269,7 @@ def _motion(
 ) -> Kinematics:
     """Creepage of patches of one side about the centres of their planes."""
     row, here, sign = normal.patch.row, side.gap, side.sign
-    profile, reference, strips = here.counterface, normal.reference_point, normal.patch.planes
-
-    y = planes.y if reference is None or strips is not None else reference.y[:, None]
+    profile, strips, y = here.counterface, normal.patch.planes, planes.y
     curves = here.gap, here.x, here.wheel_y, here.wheel_radius, here.sin_theta
     apart, x, wheel_y, wheel_radius, sin_theta = between_points(here, curves, row, y)
     counterface_z = np.interp(y, profile.y, profile.z)
@@ -281,7 +278,7 @@ def _motion(
         # The wheel goes straight down, the gap is measured along the roller's radius there.
         kappa = here.curvature
         slope = kappa * x / (1.0 - kappa * (counterface_z - apart))
-        approach = (normal.approach if reference is None else reference.approach)[:, None]
+        approach = normal.approach[:, None]
         overlap = normal.vertical_displacement[:, None] / np.sqrt(1.0 + slope**2) - apart
     motion = kinematics(
         ContactPoint(
@@ -306,13 +303,8 @@ def _motion(
     if chunk.drift is not None:
         motion.at_rest[:, :, 1] += sign * chunk.drift[row, None] * np.cos(planes.angle)
     if strips is not None:
-        centre = normal.centre_y if reference is None else reference.y
-        centre_x = between_points(here, (here.x,), row, centre)[0]
-        if reference is not None:
-            centre_x = centre_x + reference.along
+        centre_x = between_points(here, (here.x,), row, normal.centre_y)[0]
         motion = moved(motion, centre_x[:, None] - motion.x, np.zeros_like(y))
-    elif reference is not None:
-        motion = moved(motion, reference.along[:, None], reference.across[:, None])
     if chunk.creepage is not None:
         given = np.repeat(chunk.creepage[row, None] * np.array([1.0, sign, sign]), y.shape[1], axis=1)
         motion = replace(motion, at_rest=given, per_speed=np.zeros_like(given))

@@ -12,7 +12,7 @@ from pydantic import ConfigDict, Field, PrivateAttr
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.problem import PAIRS
 from wearsim.contact.tangential import TANGENTIAL_MODELS
-from wearsim.errors import Fault, say
+from wearsim.errors import Fault, say, shown
 from wearsim.operation.recorded import Reduction, Samples
 from wearsim.operation.route import Curve, Tangent
 from wearsim.operation.states import Running as Settled
@@ -128,6 +128,10 @@ class ContactSection(Section):
     removed: ClassVar[dict[str, str]] = {
         "tolerance": say("removed.tolerance"),
         'model = "auto"': say("removed.auto"),
+        **{
+            f"normal = {shown(name)}": f"contact.normal = {shown(name)} {message}"
+            for name, message in NORMAL_MODELS.removed.items()
+        },
     }
     model: Literal["fast", "standard", "accurate"] = "standard"
     normal: NormalName | None = None

@@ -161,7 +161,8 @@ def _value(flag: Flag, text: str) -> Any:
     if flag.column == "creepage":
         return _creepage(text)
     if not flag.quantity:
-        raise ValueError(f"must be one of {', '.join(words)}")
+        removed = NORMAL_MODELS.removed if flag.column == "normal" else {}
+        raise ValueError(removed.get(text, f"must be one of {', '.join(words)}"))
     quantity, number = QUANTITIES[flag.quantity], decimal(text)
     low, high, above = quantity.range
     magnitude = abs(number) if flag.column == "curve_radius_m" else number

@@ -24,7 +24,6 @@ SHIPPED = {
     "half_space": True,
     "hertz": False,
     "kik_piotrowski": True,
-    "knothe_le_the": True,
 }
 """Whether the models of the package can update the profile."""
 
@@ -161,8 +160,8 @@ def test_rows_of_a_gap_are_those_of_the_whole(name, gap_of):
 def test_a_start_changes_nothing_beyond_the_tolerance(name, gap_of):
     """From 3 % less load: what the load balance asks for.
 
-    Grids of cells settle within a quarter of a cell, and their planes with them; those of the strip model
-    within a thousandth of their width.
+    Grids of cells settle within a quarter of a cell, and their planes with them; strips within a thousandth
+    of their width.
     """
     gap = gap_of(1.0)
     cold = solved(name, gap)

@@ -418,7 +418,7 @@ def test_ellipses_of_all_shapes_converge(ellipse, size, spin):
 def contacts(wheelset, counterface, points, strips):
     """Patches of a wheel on a rail and on a roller: tread, field side, flange root; and their creepages."""
     found = []
-    models = ContactModels("knothe_le_the", "fastsim", strips, strips, cell_size=1.0)
+    models = ContactModels("coupled_strips", "fastsim", strips, strips, cell_size=1.0)
     for curvature in (0.0, 2.0):
         where = points(np.array([-3e-3, 0.0, 3e-3, 5e-3, 6e-3]), np.array([1e-3, 0.0, -1e-3, 0.0, 3e-3]))
         result = solve_contact(where, wheelset, counterface(curvature), models, sides=(0,))

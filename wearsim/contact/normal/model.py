@@ -13,7 +13,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from wearsim.contact.geometry import Gap
-from wearsim.contact.kernel import bare_kernel, inner_bare_kernel, plain
+from wearsim.contact.kernel import bare_kernel, plain
 from wearsim.contact.patch import FloatArray, IntArray, Patch, Resolution
 from wearsim.contact.registry import check_grid
 from wearsim.errors import ContactError, NumericalError
@@ -28,79 +28,6 @@ LONGEST_PATCH = 0.3
 circle is 2 % off, surfaces are inclined by 17 degrees and strains reach 10 %: no half-space any more."""
 FAINT = 1e-3
 """Share of a wheel's load below which a patch is faint: it may be at an edge or beyond a half-space."""
-
-# Distances from edge to edge [m] and angles [rad] of two contacts of a wheel that decide in which share they
-# have one contact plane; the rule stands in `half_space.lobes`.
-NEAR, FAR = 10e-3, 20e-3
-ALIKE, UNLIKE = 0.2, 0.3
-ADJACENT, CLEAR = 2e-3, 4e-3  # whatever the angle
-
-
-@bare_kernel
-def plane_share(distance: float, turn: float) -> float:
-    """Share in which two contacts have one plane, by their distance from edge to edge and their angles."""
-    near = min(max((FAR - distance) / (FAR - NEAR), 0.0), 1.0)
-    alike = min(max((UNLIKE - abs(turn)) / (UNLIKE - ALIKE), 0.0), 1.0)
-    adjacent = min(max((CLEAR - distance) / (CLEAR - ADJACENT), 0.0), 1.0)
-    share: float = max(near * alike, adjacent)
-    return share
-
-
-@inner_bare_kernel
-def blended(k: int, count: int, share: FloatArray, weight: FloatArray, value: FloatArray) -> float:
-    """Value of one of several contacts, with that of the others in the share they belong together.
-
-    The weighted mean if all do; linear in the shares.
-    """
-    lean = 0.0
-    for j in range(count):
-        if j != k and share[k, j] > 0.0 and weight[j] > 0.0:
-            total = 0.0
-            for i in range(count):
-                total += max(share[k, i], share[j, i]) * weight[i]
-            lean += share[k, j] * weight[j] * (value[j] - value[k]) / total
-    result: float = value[k] + lean
-    return result
-
-
-@dataclass(frozen=True)
-class ReferencePoint:
-    """Creepage reference point of each patch: one for patches in one plane, the centre of a patch alone.
-
-    Parameters
-    ----------
-    y : (m,) array
-        On the counterface profile [m].
-    approach : (m,) array
-        Rigid approach of the planes there along the normal [m].
-    across, along : (m,) array
-        From there to the patch's centre in the plane, to the field side and forwards [m].
-    """
-
-    y: FloatArray
-    approach: FloatArray
-    across: FloatArray
-    along: FloatArray
-
-
-@dataclass(frozen=True)
-class Layout:
-    """Strips of the model itself that patches were solved with, for a start from them.
-
-    Parameters
-    ----------
-    strips : (m,) int array
-        Their number; 0: not known.
-    ends : (m, 2) array
-        Where on the counterface profile they begin and end [m].
-    beyond : (m, 2) array
-        How far each end is off its place, inwards, where there is no place that it is not off; else 0 [strip
-        widths].
-    """
-
-    strips: IntArray
-    ends: FloatArray
-    beyond: FloatArray
 
 
 @dataclass(frozen=True)
@@ -129,10 +56,6 @@ class NormalSolution:
         of the balance; more where a model's load jumps past the given one [-].
     vertical_displacement : (m,) array
         Of the wheel under the load from its design height, downwards, alike for its patches [m].
-    reference_point : ReferencePoint, optional
-        Where the planes of wheel and counterface are taken for the creepages; none: at the centre.
-    layout : Layout, optional
-        Of models with strips of their own.
     """
 
     patch: Patch
@@ -144,8 +67,6 @@ class NormalSolution:
     edge_y: FloatArray
     load_scale: FloatArray
     vertical_displacement: FloatArray
-    reference_point: ReferencePoint | None = None
-    layout: Layout | None = None
 
 
 class NormalSolver(Protocol):

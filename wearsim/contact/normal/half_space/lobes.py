@@ -23,11 +23,15 @@ import numpy as np
 
 from wearsim.contact.geometry import Gap
 from wearsim.contact.kernel import inner_kernel, kernel, plain
-from wearsim.contact.normal.half_space.regions import Region, Section, curvature_along, origin_x
-from wearsim.contact.normal.model import ADJACENT, FAR, NEAR, plane_share
+from wearsim.contact.normal.half_space.regions import ALIKE, Region, Section, curvature_along, origin_x
 from wearsim.contact.patch import FloatArray, IntArray, Resolution
 
 MARGIN = 1.5  # empty cells between a patch and each border of its grid
+
+# Ramps of the share t: distances from edge to edge [m] and, with ALIKE, angles [rad].
+_NEAR, _FAR = 10e-3, 20e-3
+_UNLIKE = 0.3
+_ADJACENT, _CLEAR = 2e-3, 4e-3  # whatever the angle
 _NEXT = 1e-3  # m, next to a grid, where no other contact begins
 _PER_LOBE = 0.25  # of the fewest strips, for lobes narrower than others on the same grid
 _SLIGHT = 0.02  # of the force, below which a lobe needs no strips of its own
@@ -150,7 +154,11 @@ def _distance(gap: Gap, one: Lobe, other: Lobe) -> float:
 
 def _coupling(gap: Gap, one: Lobe, other: Lobe) -> float:
     """Share t in which two lobes, the one on the flange's side first, are coupled."""
-    return plane_share(_distance(gap, one, other), other.angle - one.angle)
+    distance, turn = _distance(gap, one, other), abs(other.angle - one.angle)
+    near = min(max((_FAR - distance) / (_FAR - _NEAR), 0.0), 1.0)
+    alike = min(max((_UNLIKE - turn) / (_UNLIKE - ALIKE), 0.0), 1.0)
+    adjacent = min(max((_CLEAR - distance) / (_CLEAR - _ADJACENT), 0.0), 1.0)
+    return max(near * alike, adjacent)
 
 
 def gather(gap: Gap, lobes: list[Lobe]) -> tuple[list[list[Lobe]], FloatArray]:
@@ -172,7 +180,7 @@ def gather(gap: Gap, lobes: list[Lobe]) -> tuple[list[list[Lobe]], FloatArray]:
     """
     runs: list[list[Lobe]] = []
     for lobe in sorted(lobes, key=lambda lobe: lobe.centre):
-        if runs and _distance(gap, _merged(runs[-1]), lobe) <= ADJACENT:
+        if runs and _distance(gap, _merged(runs[-1]), lobe) <= _ADJACENT:
             runs[-1].append(lobe)
         else:
             runs.append([lobe])
@@ -310,7 +318,7 @@ def missed(
         lateral = np.hypot(
             y[:, None] - region.y - s * np.cos(region.angle), z[:, None] - foot - s * np.sin(region.angle)
         )
-        share = np.clip((FAR - lateral.min(axis=1)) / (FAR - NEAR), 0.0, 1.0)
+        share = np.clip((_FAR - lateral.min(axis=1)) / (_FAR - _NEAR), 0.0, 1.0)
         distance = np.sqrt(lateral[:, None, :] ** 2 + (x[:, None, None] - along[:, None]) ** 2)
         depth -= share * (blocks / distance).sum(axis=(1, 2)) / (np.pi * modulus)
     lobes = []

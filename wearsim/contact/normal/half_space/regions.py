@@ -13,8 +13,10 @@ from wearsim.contact.geometry import NO_WHEEL, CounterfaceProfile, Gap
 from wearsim.contact.influence import multiply
 from wearsim.contact.kernel import inner_kernel, kernel, plain
 from wearsim.contact.normal.half_space.pressure import NODES, HeightGrid
-from wearsim.contact.normal.model import ALIKE
 from wearsim.contact.patch import FloatArray, IntArray
+
+ALIKE = 0.2
+"""Angle between two contacts below which, when they are near, they lie in one plane [rad]."""
 
 _COARSE = 16, 32, 96  # cells of the search along, fewest and most across
 _COARSE_CELL = 1e-3  # m, across
