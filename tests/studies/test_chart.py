@@ -44,9 +44,11 @@ def test_every_combination_has_times_and_an_error_or_a_refusal(table):
     assert table["pareto"].any()
 
 
-def test_the_standard_models_are_nearer_than_the_fast_ones(table):
+def test_pressures_on_strips_are_nearer_than_those_of_virtual_penetration(table):
+    """With slip in one plane per patch, as the half-space has it; strips in planes of their own differ."""
     error = table.set_index("models")["depth_error"]
-    assert error["coupled_strips + coupled_strips"] < 0.5 * error["kik_piotrowski + fastsim"]
+    assert error["coupled_strips + half_space"] < 0.2 * error["kik_piotrowski + half_space"]
+    assert error["half_space + coupled_strips"] < 0.5 * error["half_space + fastsim"] + 0.01
 
 
 @pytest.mark.parametrize("programme", [False, True])

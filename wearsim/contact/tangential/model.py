@@ -146,8 +146,8 @@ class TangentialModel:
     tolerance : float
         Error of its forces over friction coefficient x normal force, at most: how far equilibrium can be had.
     jump : float
-        Largest jump of its forces over friction coefficient x normal force, where a point changes between stick
-        and slip: an equilibrium at one is no nearer.
+        Largest jump of its forces over friction coefficient x normal force, where a point changes between
+        stick and slip: an equilibrium at one is no nearer.
     warm : bool
         Whether a start saves it work: it then keeps the fields of cells on the way to equilibrium.
     fewest : int

@@ -172,5 +172,12 @@ def _slide_freely(patch: Patch, m: int, creepage: FloatArray, cells: FloatArray)
 
 
 MODEL = TangentialModel(
-    name="coupled_strips", solve=solve, tolerance=1e-4, jump=1e-3, warm=True, fewest=2, chunk=16, by_strips=True
+    name="coupled_strips",
+    solve=solve,
+    tolerance=1e-4,
+    jump=1e-3,
+    warm=True,
+    fewest=2,
+    chunk=16,
+    by_strips=True,
 )
