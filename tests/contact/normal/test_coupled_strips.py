@@ -4,6 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from closed_forms import hertz
 
@@ -20,6 +21,19 @@ DATA = Path(__file__).parents[2] / "data"
 E_STAR = 210e9 / (2.0 * (1.0 - 0.3**2))
 RADIUS = 0.46
 SPACING = 2e-5  # m, of the points of made up gaps
+
+# Right wheel, S1002 on 60E1 1:40, yaw 0: curvature of the counterface [1/m], shift [m], normal force times
+# cosine of the contact angle [N], area [m2] and maximum pressure [Pa]. Two humps, or two parts a few
+# millimetres apart; made by the program and settings of tests/data/contact_half_space.csv.
+SPLIT = np.array(
+    [
+        [0, 0, 79921.7, 0.00016744, 8.98622e08],
+        [1, 0, 79920.9, 0.00014244, 1.01293e09],
+        [1, 0.005, 79147.6, 9.372e-05, 2.05406e09],
+        [1, 0.0055, 78292.9, 7.912e-05, 3.04951e09],
+        [2, 0, 79919.5, 0.0001264, 1.10972e09],
+    ]
+)
 
 
 def solved(gap, load, strips=30, vertical=True, normal="coupled_strips", start=None, **parameters):
@@ -318,3 +332,68 @@ def test_a_flange_climbs_without_a_special_case(gap_of):
     """At 7 mm the contact angle is 70 degrees, the patch 18 times as long as wide: 5 % of the pressure."""
     _, pressure = against_half_space(gap_of(7e-3), 80e3, 30)
     assert abs(pressure) < 0.05
+
+
+def test_single_patches_of_a_half_space_program(gap_of):
+    """65 patches, no factor fitted; that program counts cells of 0.2 mm, which makes areas 1 % larger."""
+    table = pd.read_csv(DATA / "contact_half_space.csv", comment="#")
+    area, pressure = [], []
+    for curvature, rows in table.groupby("curvature"):
+        gap = gap_of(rows["shift"].to_numpy(), rows.yaw.to_numpy(), curvature)
+        got = solved(gap, rows.normal_force.to_numpy(), 50, vertical=False)
+        area.append(got.patch.area / rows.area.to_numpy() - 1.0)
+        pressure.append(got.max_pressure / rows.max_pressure.to_numpy() - 1.0)
+    area, pressure = np.concatenate(area), np.concatenate(pressure)
+    assert area.size == 65
+    assert np.abs(area).max() < 0.025
+    assert -0.015 < np.median(area) < 0.0
+    assert np.abs(pressure).max() < 0.008
+
+
+def test_split_patches_of_a_half_space_program(gap_of):
+    """Parts of one patch press each other apart: 2.5 % in the area, 3.5 % in the pressure."""
+    for curvature, shift, load, area, pressure in SPLIT:
+        got = solved(gap_of(shift, 0.0, curvature), load, 50)
+        assert got.patch.area.sum() == pytest.approx(area, rel=0.025)
+        assert got.max_pressure.max() == pytest.approx(pressure, rel=0.035)
+
+
+def test_a_load_from_nothing_to_three_hundred_kilonewton(gap_of):
+    """Always a solution; within one part of the profile between the powers of Hertz."""
+    load = np.geomspace(1.0, 300e3, 40)
+    got = solved(gap_of(np.full(40, -4e-3)), load)
+    assert got.patch.row.size == 40
+    growth = np.diff(np.log(got.max_pressure)) / np.diff(np.log(load))
+    assert np.all((growth > 0.1) & (growth < 0.5))
+    assert np.all(np.abs(growth[load[1:] > 1e3] - 1.0 / 3.0) < 0.02)
+
+
+def test_soft_bodies(gap_of):
+    """E = 1 GPa is as 210 times the load: area 3 % of the half-space in one plane, pressure 12 % less."""
+    gap = gap_of(3e-3)
+    got, exact = (solved(gap, 210 * 80e3, 60, normal=name) for name in ("coupled_strips", "half_space"))
+    assert got.patch.area.sum() == pytest.approx(exact.patch.area.sum(), rel=0.03)
+    assert got.max_pressure.max() == pytest.approx(exact.max_pressure.max(), rel=0.15)
+
+
+@pytest.mark.parametrize("place", [2.725e-3, 2.8e-3])
+def test_a_narrow_ridge_next_to_a_gap(place):
+    """It carries a quarter of the load on 0.5 mm: pressure and area of the half-space."""
+    y = np.arange(-30e-3, 30e-3, SPACING)
+    gap = made_up(40e-6 * (y / 2.8e-3) ** 6 - 45e-6 * np.exp(-(((y - place) / 0.25e-3) ** 2)), y)
+    got, exact = (solved(gap, 80e3, 60, normal=name) for name in ("coupled_strips", "half_space"))
+    assert got.max_pressure.max() == pytest.approx(exact.max_pressure.max(), rel=0.05)
+    assert got.patch.area.sum() == pytest.approx(exact.patch.area.sum(), rel=0.05)
+
+
+@pytest.mark.parametrize("place", [-13.5e-3, -13.6e-3])
+def test_a_dip_at_the_end_of_a_wide_patch(place):
+    """Behind a part without pressure, as on worn flange roots: 8 % of the pressure of the half-space."""
+    y = np.arange(-30e-3, 30e-3, SPACING)
+    shallow = 51e-6 * (1.0 - np.exp(-((y / 4.2e-3) ** 2)))
+    rise = 60.0 * np.minimum(y - place + 0.3e-3, 0.0) ** 2
+    dip = 14e-6 * np.exp(-(((y - place) / 0.4e-3) ** 2))
+    gap = made_up(np.where(y > 0.0, 4.0 * y**2, shallow) + rise - dip, y)
+    got, exact = (solved(gap, 82e3, 60, normal=name) for name in ("coupled_strips", "half_space"))
+    assert got.max_pressure.max() == pytest.approx(exact.max_pressure.max(), rel=0.08)
+    assert got.vertical_displacement[0] == pytest.approx(exact.vertical_displacement[0], rel=3e-3)
