@@ -159,7 +159,7 @@ def test_the_commands_in_documents_exist_with_their_flags(document):
 def test_the_readme_quotes_the_accuracy_of_contact_models_from_the_report():
     cells = [line.split("|") for line in README.splitlines() if re.match(r"\| `\w+` \+ `\w+`", line)]
     report = (ROOT / "reports" / "contact_accuracy.md").read_text(encoding="utf-8")
-    assert len(cells) == 5
+    assert len(cells) == 6
     for _, models, *values, _ in cells:
         normal, tangential = re.findall(r"`(\w+)`", models)
         grid = "25 x 25" if "25 x 25" in models else "50 x 50"
