@@ -13,8 +13,10 @@ import pytest
 
 import wearsim
 from wearsim.cli import COMMANDS, build_parser, main
+from wearsim.cli.flags import overrides_of
 from wearsim.results import ROW
 from wearsim.scene import load_scene
+from wearsim.scene.sweep import sweep_of_flags
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -156,10 +158,31 @@ def test_the_commands_in_documents_exist_with_their_flags(document):
         assert (ROOT / script).is_file(), script
 
 
+def test_the_keys_that_commands_change_are_keys_of_their_scenes(monkeypatch):
+    """In the guide and in `--help`."""
+    monkeypatch.chdir(ROOT)
+    parser = build_parser()
+    text = GUIDE + (ROOT / "wearsim" / "cli" / "commands.toml").read_text(encoding="utf-8")
+    commands = re.findall(
+        r"^(?:\$ )?wearsim ((?:run|check) workflows/\S+ .*--set [^\n\"]*)", text, flags=re.MULTILINE
+    )
+    assert len(commands) >= 4
+    for command in commands:
+        arguments = parser.parse_args(shlex.split(command))
+        load_scene(arguments.scene, overrides=overrides_of(arguments.set))
+
+
+def test_the_shipped_table_of_cases_has_keys_of_its_scene():
+    study = sweep_of_flags("workflows/field_given.toml", [], str(ROOT / "workflows" / "refinements.csv"))
+    assert study.cases[-1].label == 'model = "accurate"'
+    for case in study.cases:
+        load_scene(case.base, overrides=case.overrides)
+
+
 def test_the_readme_quotes_the_accuracy_of_contact_models_from_the_report():
     cells = [line.split("|") for line in README.splitlines() if re.match(r"\| `\w+` \+ `\w+`", line)]
     report = (ROOT / "reports" / "contact_accuracy.md").read_text(encoding="utf-8")
-    assert len(cells) == 5
+    assert len(cells) == 6
     for _, models, *values, _ in cells:
         normal, tangential = re.findall(r"`(\w+)`", models)
         grid = "25 x 25" if "25 x 25" in models else "50 x 50"

@@ -73,8 +73,8 @@ def test_a_few_steps_of_the_shipped_scenes_tell_how_they_end(scene, distance, mo
     """Within a factor of 2: the time of the trial is counted in steps. By force over a third of the way."""
     ticks = itertools.count()
     monkeypatch.setattr(plan, "time", SimpleNamespace(perf_counter=lambda: float(next(ticks))))
-    shortened = Override("campaign.distance_km", distance)
-    setup = build(load_scene(f"workflows/{scene}.toml", overrides=[shortened]))
+    overrides = [Override("campaign.distance_km", distance), Override("contact.model", "fast")]
+    setup = build(load_scene(f"workflows/{scene}.toml", overrides=overrides))
     start, _ = WheelsetEvolution(setup).start()
     few, every = [], []
     for result, effort in ((few, 20.0), (every, math.inf)):
