@@ -310,11 +310,12 @@ def _find_patches(
         patch.displacement, patch.angle = displacement + row.low, np.arctan2(sideways, upwards)
         patch.start = end_of(strips, first, 1, j - first)
         patch.stop = end_of(strips, j - 1, -1, j - first)
-        # Strips that hardly carry, beyond the ends.
-        while patch.first_whole < patch.last_whole and strips.station[patch.first_whole] < patch.start:
-            patch.first_whole += 1
-        while patch.first_whole < patch.last_whole and strips.station[patch.last_whole] > patch.stop:
-            patch.last_whole -= 1
+        # Outermost strips that hardly carry do not stand for their middles.
+        if j - first > 2:
+            if strips.square[first] < _SHORT * strips.square[first + 1]:
+                patch.first_whole += 1
+            if strips.square[j - 1] < _SHORT * strips.square[j - 2]:
+                patch.last_whole -= 1
     if count == 0:
         return NO_BALANCE, 0
     if count > 1 and not row.vertical:

@@ -7,9 +7,10 @@ contact unstrained. A point that slips has g of the size b against the slip near
 the equation of `tangential.semismooth_newton`. Linear steps are preconditioned by strip theory: each stretch
 of stick of each strip as if it were alone [1]_.
 
-With the slip at unlike places for stick and slip there need not be a solution: under large spin on narrow
-patches points may have one state by the one place and the other by the other. With one place for both there
-is one; it is less accurate at small creepage.
+Slip at unlike places for stick and slip would let forces jump where a point begins to slip. There the place
+moves: a point slips by the slip that made it slip, and by that near it the more, the larger the one is over
+the growth from one to the other. Under large spin on narrow patches there still need not be a solution; with
+one place for both there is one, which is less accurate at small creepage.
 
 Tractions are over the shear modulus.
 
@@ -43,6 +44,7 @@ _SOFT = 0.1  # slip per traction of a point that slips, on its own, times r
 _GUESS = 1.0  # strip theory has 0.5; patches are narrow and less stiff
 _FREE = 4  # Newton steps that are taken whole; later ones are halved unless the residual falls
 _FALLS = 0.3
+_GROWTH = 0.25  # slip at the place of stick over its growth to that of slip, where the latter counts alone
 
 
 @kernel
@@ -81,13 +83,16 @@ def roll(
     shape, size = traction.shape, traction.size
     direction, rest, change = np.zeros(shape), np.empty(shape), np.empty(shape)
     seen, bounds, basis = np.empty((2, *shape)), np.empty(marks.shape), np.empty((MOST_PRODUCTS + 1, size))
+    slides = np.zeros(marks.shape)
     flat, best, step = traction.reshape(size), np.zeros(size), change.reshape(size)
     for i in range(shape[1]):
         for k in range(shape[2]):
             bounds[i, k] = bound[i]
     before, least, steps, products, back = np.inf, np.inf, 0, 0, False
     while True:
-        error = _state(matrix, points, rigid_slip, bounds, traction, slip, seen, marks, direction, rest)
+        error = _state(
+            matrix, points, rigid_slip, bounds, traction, slip, seen, marks, slides, direction, rest
+        )
         products += 1
         if error <= tolerance or back:
             return error, steps, products
@@ -101,7 +106,9 @@ def roll(
                 flat[i] = best[i]
             continue
         share = exactness(error, before, tolerance)
-        products += _linear_step(matrix, points, poisson_ratio, marks, direction, rest, share, basis, change)
+        products += _linear_step(
+            matrix, points, poisson_ratio, marks, slides, direction, rest, share, basis, change
+        )
         part = 0.5 if steps >= _FREE and error > _FALLS * before else 1.0
         before = error
         for i in range(size):
@@ -169,7 +176,8 @@ def add_up(
 @inner_bare_kernel
 def _state(
     matrix: FloatArray, points: StripPoints, rigid_slip: FloatArray, bound: FloatArray, traction: FloatArray,
-    slip: FloatArray, seen: FloatArray, marks: FloatArray, direction: FloatArray, rest: FloatArray,
+    slip: FloatArray, seen: FloatArray, marks: FloatArray, slides: FloatArray, direction: FloatArray,
+    rest: FloatArray,
 ) -> float:  # fmt: skip
     """Fill slip, marks, directions and residuals of tractions, cut back to the bound; relative residual."""
     cut_back(traction, bound)
@@ -180,7 +188,7 @@ def _state(
     _add_slip(matrix, traction, slip)
     _at_places(slip, points.at_stick, seen[0])
     _at_places(slip, points.at_slip, seen[1])
-    error, size = _residual(traction, seen[0], seen[1], bound, marks, direction, rest)
+    error, size = _residual(traction, seen[0], seen[1], bound, marks, slides, direction, rest)
     if size > 0.0:
         return float(error / size)
     return 0.0 if error == 0.0 else np.inf
@@ -219,12 +227,18 @@ def _at_places(slip: FloatArray, places: FloatArray, out: FloatArray) -> None:
 
 
 @inner_bare_kernel
-def _at_places_of_marks(slip: FloatArray, marks: FloatArray, points: StripPoints, out: FloatArray) -> None:
-    """Fill the slip (2, N, n) of points that stick and that slip, each at its place."""
+def _at_places_of_marks(slip: FloatArray, slides: FloatArray, points: StripPoints, out: FloatArray) -> None:
+    """Fill the slip (2, N, n) of points where it counts, from the place of stick on to that of slip."""
     for i in range(out.shape[1]):
         for k in range(out.shape[2]):
-            place = points.at_stick[k] if marks[i, k] == STICK else points.at_slip[k]
-            out[0, i, k], out[1, i, k] = _at_place(slip, i, place)
+            share = slides[i, k]
+            x = y = near_x = near_y = 0.0
+            if share < 1.0:
+                x, y = _at_place(slip, i, points.at_stick[k])
+            if share > 0.0:
+                near_x, near_y = _at_place(slip, i, points.at_slip[k])
+            out[0, i, k] = x + share * (near_x - x)
+            out[1, i, k] = y + share * (near_y - y)
 
 
 @inner_bare_kernel
@@ -240,7 +254,7 @@ def _at_place(slip: FloatArray, i: int, place: FloatArray) -> tuple[float, float
 @inner_bare_kernel
 def _residual(
     traction: FloatArray, ahead: FloatArray, near: FloatArray, bound: FloatArray, marks: FloatArray,
-    direction: FloatArray, rest: FloatArray,
+    slides: FloatArray, direction: FloatArray, rest: FloatArray,
 ) -> tuple[float, float]:  # fmt: skip
     """Mark points by the slip `ahead` of or `near` them; sums of the sizes of residuals and tractions."""
     error, size = 0.0, 0.0
@@ -252,10 +266,16 @@ def _residual(
                 continue
             t_x, t_y = traction[0, i, k], traction[1, i, k]
             r_x, r_y = _REACH * ahead[0, i, k], _REACH * ahead[1, i, k]
-            marks[i, k] = STICK
+            marks[i, k], slides[i, k] = STICK, 0.0
             if (t_x - r_x) ** 2 + (t_y - r_y) ** 2 > bound[i, k] ** 2:
-                v_x = t_x - _REACH * near[0, i, k]
-                v_y = t_y - _REACH * near[1, i, k]
+                # A point that begins to slip does so with the slip that made it: forces are continuous.
+                a_x, a_y = ahead[0, i, k], ahead[1, i, k]
+                n_x, n_y = near[0, i, k] - a_x, near[1, i, k] - a_y
+                there, apart = a_x * a_x + a_y * a_y, n_x * n_x + n_y * n_y
+                lean = np.sqrt(there / apart) / _GROWTH if there < apart * _GROWTH * _GROWTH else 1.0
+                slides[i, k] = lean
+                v_x = t_x - _REACH * (a_x + lean * n_x)
+                v_y = t_y - _REACH * (a_y + lean * n_y)
                 length = np.sqrt(v_x * v_x + v_y * v_y)
                 d_x, d_y = (v_x / length, v_y / length) if length > 0.0 else (1.0, 0.0)
                 # Beside stick the slip near the point may be less than the one that says that it slips.
@@ -270,8 +290,8 @@ def _residual(
 
 @inner_kernel
 def _linear_step(
-    matrix: FloatArray, points: StripPoints, poisson_ratio: float, marks: FloatArray, direction: FloatArray,
-    rest: FloatArray, share: float, basis: FloatArray, change: FloatArray,
+    matrix: FloatArray, points: StripPoints, poisson_ratio: float, marks: FloatArray, slides: FloatArray,
+    direction: FloatArray, rest: FloatArray, share: float, basis: FloatArray, change: FloatArray,
 ) -> int:  # fmt: skip
     """Newton's change of the tractions, exact to a share of the residual; returns the products it took.
 
@@ -293,7 +313,7 @@ def _linear_step(
         for i in range(slip.size):
             none[i] = 0.0
         _add_slip(matrix, change, slip)
-        _at_places_of_marks(slip, marks, points, seen)
+        _at_places_of_marks(slip, slides, points, seen)
         derivative(change, seen, marks, direction, _REACH, basis[count + 1].reshape(shape))
         orthogonalise(basis, count, triangle, cosine, sine, left)
         count += 1
