@@ -15,7 +15,8 @@ from wearsim.scene.uncertainty import dimensions_of
 DATA = Path(__file__).parents[1] / "data"
 RIG = (DATA / "scene_rig.toml").read_text()
 AUTO = (
-    'contact.model = "auto" was removed in 0.3.0: write "standard" or "accurate"; results change by up to 3 %'
+    'contact.model = "auto" was removed in 0.3.0: write "standard" or "accurate"; '
+    "depths change by up to 5 % in the shipped scenes"
 )
 TOLERANCE = "contact.tolerance was removed in 0.3.0: "
 STRIPS = 'was removed in 0.3.0: write "coupled_strips", or leave normal out: it is the default'

@@ -60,8 +60,8 @@ class Setup:
 def begins_nearby(setup: Setup) -> bool:
     """Whether contact is solved from that of the step before.
 
-    Not by a model to which others are compared: it would hang on the steps, within the tolerance of the
-    balance. Profiles that do not wear are the same in every step.
+    Not with models that start from the fields of cells: they would hang on the steps, within the tolerance of
+    the balance. Profiles that do not wear are the same in every step.
     """
     warm = TANGENTIAL_MODELS[setup.models.tangential].warm
     return not warm and WEAR_LAWS[setup.wear.law].wears

@@ -85,21 +85,22 @@ def fill_planes(
     for m in range(patches.size):
         patch, place = patches[m], places[m]
         k, pair = -1, 0
-        load = moment = square = lateral = turned = 0.0
+        load = moment = square = turned = 0.0
         for i in range(patch.first, patch.last + 1):
             number = int(np.floor(0.5 * kept[6, place, i]))
             if k < 0 or number != pair:
                 k, pair = k + 1, number
-                load = moment = square = lateral = turned = 0.0
+                load = moment = square = turned = 0.0
                 planes[2, m, k] = 0.0
+                planes[1, m, k] = kept[0, place, i] - 0.5 * kept[3, place, i]
             part = kept[2, place, i] * kept[1, place, i] * kept[3, place, i]
             middle = kept[5, place, i]
             load, moment = load + part, moment + part * middle
             square += part * (0.25 * kept[1, place, i] + middle * middle)
-            lateral, turned = lateral + part * kept[0, place, i], turned + part * kept[4, place, i]
+            turned += part * kept[4, place, i]
             planes[2, m, k] += kept[3, place, i]
-            planes[1, m, k] = lateral / load
-            planes[0, m, k] = linear_at(wheels.y, lateral / load / wheels.step)
+            planes[1, m, k] += 0.5 * kept[3, place, i]
+            planes[0, m, k] = linear_at(wheels.y, planes[1, m, k] / wheels.step)
             half = 2.0 * np.sqrt(square / load - (moment / load) ** 2)
             planes[3, m, k] = half
             planes[4, m, k] = moment / load - patch.along

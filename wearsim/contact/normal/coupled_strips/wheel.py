@@ -33,7 +33,7 @@ _LEVELS, _FARTHER = 8, 1.5  # trials of the level, and step of those without sol
 _SLENDER = 0.137  # growth of c / (k E*), which is 1/2 of a cylinder, with length over width of an ellipse
 _STEPS = 80
 _EXACT = 1e-5  # tolerance of the load of strips
-_ENOUGH = 0.1  # change of the load of strips in the last step that is no failure yet
+_ENOUGH = 0.01  # change of the load of strips in the last step that is no failure yet
 _SMALLEST = 1e-5  # of the load: patches below are left out
 _SHORT = 0.25  # of its neighbour's q, below which the end of a patch moves to that of the next strip
 

@@ -1,6 +1,6 @@
 r"""Steady rolling on coupled strips of the elastic half-space: few points along each strip, no cells.
 
-The patch is cut into some twelve strips along the rolling direction, each with the pressure
+The patches of a wheel are cut into strips along the rolling direction, some ten each, with the pressure
 :math:`p\sqrt{1-t^2}`, t from -1 to 1 along it. The traction of a strip is :math:`\sqrt{1-t^2}` times a
 polynomial, known at eight Gauss-Chebyshev points [3]_; Coulomb's bound becomes the constant :math:`\mu p` of
 the strip. The slip over V is :math:`s = w - \partial u/\partial x`, with the rigid slip
