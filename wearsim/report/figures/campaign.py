@@ -373,7 +373,7 @@ def plot_wear_index(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
             ax.axhline(at, color=COLOURS["difference"], lw=0.8, ls=":")
             ax.annotate(
                 name.replace("_", " "), (1.0, at), (-2, 2), textcoords="offset points", ha="right",
-                xycoords=ax.get_yaxis_transform(), fontsize=7.5,
+                xycoords=ax.get_yaxis_transform(), annotation_clip=True, fontsize=7.5,
             )  # fmt: skip
     known = most[np.isfinite(most) & (most > 0.0)]
     if known.size:
