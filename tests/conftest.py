@@ -169,6 +169,22 @@ def scene_text():
     return text
 
 
+@pytest.fixture(scope="session")
+def coarse_rig():
+    """Function that writes the scene of a rig on a coarse grid, with further lines of [campaign]."""
+    contact = 'model = "fast"\nstrips = 8\ncells = 8'
+    wear = 'law = "usfd"\ncoefficients = "lewis_dwyer_joyce_2004"'
+    given = (Path(__file__).parent / "data" / "scene_rig.toml").read_text()
+    head, operation = given.split("[[operation.block]]", 1)
+
+    def text(distance_km, *lines):
+        own = operation.replace("distance_km = 100", f"distance_km = {distance_km}")
+        own += "\n" + "\n".join(["integrator = 'euler'", "point_spacing_mm = 0.5", *lines, ""])
+        return f"{head}[contact]\n{contact}\n[wear]\n{wear}\n[[operation.block]]{own}"
+
+    return text
+
+
 @pytest.fixture
 def undrawn(monkeypatch):
     """Directories whose report a command writes: a word instead of figures, dearer than small campaigns."""

@@ -5,7 +5,6 @@ import subprocess
 import sys
 import time
 from contextlib import ExitStack
-from pathlib import Path
 
 import pytest
 
@@ -18,15 +17,6 @@ pytestmark = [
     pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning"),
 ]
 CASES = max(int(500 * float(os.environ.get("WEARSIM_LONG_RUNS", "1"))), 4)
-DATA = Path(__file__).parents[1] / "data"
-COARSE = """[contact]
-model = "fast"
-strips = 8
-cells = 8
-[wear]
-law = "usfd"
-coefficients = "lewis_dwyer_joyce_2004"
-"""
 
 
 def rate(sweep, out, workers, file):
@@ -56,12 +46,9 @@ def rate(sweep, out, workers, file):
                 process.kill()
 
 
-def test_short_cases(tmp_path, show):
+def test_short_cases(tmp_path, show, coarse_rig):
     """Overhead: what one worker takes per case beyond the same cases in this process."""
-    text = (DATA / "scene_rig.toml").read_text().replace("distance_km = 100", "distance_km = 1")
-    head, operation = text.split("[[operation.block]]", 1)
-    text = f"{head}{COARSE}[[operation.block]]{operation}\nintegrator = 'euler'\npoint_spacing_mm = 0.5\n"
-    (tmp_path / "rig.toml").write_text(text)
+    (tmp_path / "rig.toml").write_text(coarse_rig(1))
     radii = ",".join(f"{400 + 0.1 * number:g}" for number in range(CASES))
     sweep = sweep_of_flags(str(tmp_path / "rig.toml"), [f"wheelset.radius_mm={radii}"], None)
     began = time.perf_counter()

@@ -1,28 +1,20 @@
 """Forces of a worn wheelset over shift and yaw where patches part and join."""
 
-from dataclasses import replace
-from pathlib import Path
-
 import numpy as np
 import pytest
+from worn_wheels import worn_wheels
 
 from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset, solve
 from wearsim.operation.resultants import resultants
 from wearsim.profile import standard
 
-DATA = Path(__file__).parents[1] / "data"
 STEPS = np.arange(41)
 RAIL = standard.rail("60E1", 1.0 / 40.0, 1.435, 0.75)
 
 
 @pytest.fixture(scope="module")
 def worn():
-    with np.load(DATA / "operation_worn_fold.npz") as data:
-        wheels = [
-            replace(standard.wheel("S1002"), y=data["wheel_y"][side], z=data["wheel_z"][side])
-            for side in (0, 1)
-        ]
-    return Wheelset(*wheels, radius=0.46, half_span=0.75)
+    return Wheelset(*worn_wheels("fold"), radius=0.46, half_span=0.75)
 
 
 @pytest.fixture(scope="module", params=["shift", "yaw"])

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from worn_wheels import worn_wheels
 
 from wearsim.contact.problem import NEARBY
 from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset, solve
@@ -186,9 +187,7 @@ WORN = {
 def test_a_worn_noisy_pair_finds_its_balance_past_what_is_in_the_way(place):
     """Measured wheels of 10 um noise, worn by a programme of forces; old searches ended there."""
     radius, force, yaw, start = WORN[place]
-    new = standard.wheel("S1002")
-    with np.load(DATA / f"operation_worn_{place}.npz") as worn:
-        wheels = [replace(new, y=y, z=z) for y, z in zip(worn["wheel_y"], worn["wheel_z"], strict=True)]
+    wheels = worn_wheels(place)
     rail = standard.rail("60E1", 1 / 40, 1.435, 0.75)
     bodies = Wheelset(wheels[0], wheels[1], 0.46, 0.75), Counterface(rail, 1.0 / radius)
     models = ContactModels.of("fast", cell_size=0.5e-3)

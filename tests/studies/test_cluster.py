@@ -27,25 +27,12 @@ pytestmark = [
     pytest.mark.filterwarnings("ignore::ResourceWarning"),
     pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning"),
 ]
-DATA = Path(__file__).parents[1] / "data"
-COARSE = """[contact]
-model = "fast"
-strips = 8
-cells = 8
-[wear]
-law = "usfd"
-coefficients = "lewis_dwyer_joyce_2004"
-"""
 
 
 @pytest.fixture
-def folder(tmp_path, monkeypatch):
+def folder(tmp_path, monkeypatch, coarse_rig):
     """Working directory with a coarse rig of some twenty steps."""
-    text = (DATA / "scene_rig.toml").read_text().replace("distance_km = 100", "distance_km = 2")
-    head, operation = text.split("[[operation.block]]", 1)
-    text = f"{head}{COARSE}[[operation.block]]{operation}"
-    text += "\nintegrator = 'euler'\npoint_spacing_mm = 0.5\nmax_step_km = 0.1\n"
-    (tmp_path / "rig.toml").write_text(text)
+    (tmp_path / "rig.toml").write_text(coarse_rig(2, "max_step_km = 0.1"))
     monkeypatch.chdir(tmp_path)
     return tmp_path
 

@@ -23,29 +23,18 @@ from wearsim.studies.ensemble import check_cases
 from wearsim.studies.sweep import chosen, outcomes_of, run_one, run_sweep, sweep_dataset, sweep_rows
 
 DATA = Path(__file__).parents[1] / "data"
-COARSE = """[contact]
-model = "fast"
-strips = 8
-cells = 8
-[wear]
-law = "usfd"
-coefficients = "lewis_dwyer_joyce_2004"
-"""
 VARY = ["wheelset.radius_mm=420,460", "operation.block.friction=0.2,0.35"]
 
 
-def write_rig(folder):
+@pytest.fixture(scope="module")
+def rig(coarse_rig):
     """Coarse rig of two steps."""
-    text = (DATA / "scene_rig.toml").read_text().replace("distance_km = 100", "distance_km = 2")
-    head, operation = text.split("[[operation.block]]", 1)
-    text = f"{head}{COARSE}[[operation.block]]{operation}"
-    text += "\nintegrator = 'euler'\npoint_spacing_mm = 0.5\nmax_step_km = 1\n"
-    (folder / "rig.toml").write_text(text)
+    return coarse_rig(2, "max_step_km = 1")
 
 
 @pytest.fixture
-def folder(tmp_path, monkeypatch):
-    write_rig(tmp_path)
+def folder(tmp_path, monkeypatch, rig):
+    (tmp_path / "rig.toml").write_text(rig)
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -56,10 +45,10 @@ def sweep(folder):
 
 
 @pytest.fixture(scope="module")
-def swept(tmp_path_factory):
+def swept(tmp_path_factory, rig):
     """Directory of the sweep, its outcomes and what was reported."""
     folder = tmp_path_factory.mktemp("swept")
-    write_rig(folder)
+    (folder / "rig.toml").write_text(rig)
     reported = []
     sweep = sweep_of_flags(str(folder / "rig.toml"), VARY, None)
     outcomes = run_sweep(

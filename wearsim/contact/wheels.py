@@ -27,6 +27,7 @@ from wearsim.contact.tangential import (
     Wanted,
 )
 from wearsim.errors import ContactError, NumericalError
+from wearsim.profile.shape import arc_length
 
 COARSE = Resolution(cell=1.0, strips=12, cells=12, most=12)
 """Of rough solutions."""
@@ -212,10 +213,9 @@ def _stood_in(
     patch, face = found.patch, gap.counterface
     half = 0.5 * (patch.x_lead - patch.x_trail)
     y = 0.5 * (found.edge_y[:, 1:] + found.edge_y[:, :-1])
-    arc = np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(face.y), np.diff(face.z)))))
     planes = StripPlanes(
         y=y,
-        station=np.interp(y, face.y, arc),
+        station=np.interp(y, face.y, arc_length(face.y, face.z)),
         width=np.where(half > 0.0, patch.width[:, None], 0.0),
         half=half,
         middle=0.5 * (patch.x_lead + patch.x_trail),

@@ -14,8 +14,8 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema
 
+from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.patch import FloatArray
-from wearsim.contact.problem import PAIRS
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.damage import fatigue, wear
 from wearsim.damage.coefficients import COEFFICIENT_SETS, CoefficientSet, coefficient_set
@@ -207,7 +207,7 @@ def slip_warnings(
 
 def pressure_warnings(section: FatigueSection | None, normal: str) -> Iterator[tuple[KeyPath, str]]:
     """Path and text of fatigue under pressures of a normal model that finds them too low."""
-    if section is not None and normal == PAIRS["fast"][0]:
+    if section is not None and NORMAL_MODELS[normal].underrates_pressure:
         yield ("fatigue",), say("wear.low_pressure", model=normal)
 
 

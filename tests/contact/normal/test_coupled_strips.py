@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from closed_forms import hertz
+from worn_wheels import worn_wheels
 
 from wearsim.contact import geometry
 from wearsim.contact.geometry import CounterfaceProfile, Gap, WheelsetPose
@@ -220,7 +221,7 @@ def test_forces_are_continuous_where_patches_part_and_join(gap_of, place, side, 
     The lateral force changes by up to 7 N in each of them. In one plane per patch it jumped by 58 N.
     """
     steps = shift + 0.25e-6 * np.arange(101)
-    got = solved(gap_of(steps, wheel=worn_wheel(place, side)), np.full(101, 80e3))
+    got = solved(gap_of(steps, wheel=worn_wheels(place)[side]), np.full(101, 80e3))
     assert np.unique(np.bincount(got.patch.row)).size > 1
     _, lateral, displacement = forces(got, 101)
     assert np.abs(np.diff(lateral, 2)).max() < 2.0
@@ -299,11 +300,6 @@ def test_new_wheels_against_the_half_space(gap_of, shift, yaw, curvature):
     assert abs(pressure) < 0.025
 
 
-def worn_wheel(place, side):
-    with np.load(DATA / f"operation_worn_{place}.npz") as worn:
-        return replace(standard.wheel("S1002"), y=worn["wheel_y"][side], z=worn["wheel_z"][side])
-
-
 WORN = [("flank", 0, 0.0), ("flank", 0, 5e-3), ("flank", 1, -2e-3), ("fold", 0, 3e-3), ("fold", 1, 5.5e-3)]
 
 
@@ -313,7 +309,7 @@ WORN = [("flank", 0, 0.0), ("flank", 0, 5e-3), ("flank", 1, -2e-3), ("fold", 0, 
 )
 def test_worn_wheels_against_the_half_space(gap_of, place, side, shift):
     """On 60 cells: 3.5 % of the load's distribution on profiles with ridges, 2 % of the pressure."""
-    distribution, pressure = against_half_space(gap_of(shift, wheel=worn_wheel(place, side)), 80e3, 60)
+    distribution, pressure = against_half_space(gap_of(shift, wheel=worn_wheels(place)[side]), 80e3, 60)
     assert distribution < 0.035
     assert abs(pressure) < 0.02
 

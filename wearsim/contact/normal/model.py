@@ -151,6 +151,8 @@ class NormalModel:
         threads have some.
     scatter : float
         By which vertical displacements may differ that are found from unlike starts [m].
+    underrates_pressure : bool
+        Whether its largest pressures are too low for laws of fatigue.
     instead : str
         Name of the model that solves a wheel for which this one finds no solution; "": none.
     """
@@ -164,6 +166,7 @@ class NormalModel:
     most_strips: int | None = None
     chunk: int = 256
     scatter: float = 0.0
+    underrates_pressure: bool = False
     instead: str = ""
 
     def __call__(self, gap: Gap, row: IntArray, load: FloatArray, **options: Any) -> NormalSolution:

@@ -84,6 +84,7 @@ from wearsim.contact.normal.coupled_strips.wheel import (
 )
 from wearsim.contact.normal.model import NO_BALANCE, NormalModel, NormalSolution, raise_first
 from wearsim.contact.patch import FloatArray, IntArray, Patch, Resolution, StripPlanes, cells_of
+from wearsim.profile.shape import arc_length
 
 DEFAULTS = {"least_strips": 20.0}
 
@@ -140,7 +141,7 @@ def solve(
     lead, trail = middle + half, middle - half
     planes = np.zeros((len(fields(StripPlanes)), place.size, _most_strips(patches)))
     solved = np.zeros(place.size, np.int64)
-    fill_planes(wheels, row, place, effective_modulus, patches, kept, solved, planes)
+    fill_planes(wheels, place, effective_modulus, patches, kept, solved, planes)
     planes = planes[:, :, : int(solved.max(initial=1))]
     patch = Patch(
         row=row[place],
@@ -189,7 +190,7 @@ def _most_strips(patches: Records) -> int:
 
 def _step(face: CounterfaceProfile) -> float:
     """Distance of the points of a counterface's profile along the arc [m]."""
-    return float(np.hypot(np.diff(face.y), np.diff(face.z)).mean())
+    return float(arc_length(face.y, face.z)[-1]) / (face.y.size - 1)
 
 
 def _begin(start: NormalSolution | None, row: IntArray, modulus: float) -> Start:

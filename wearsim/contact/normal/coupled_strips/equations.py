@@ -13,17 +13,15 @@ import numpy as np
 
 from wearsim.contact.kernel import inner_bare_kernel
 from wearsim.contact.normal.coupled_strips.influence import LOWEST, PER_OCTAVE, STEP, column_at, influence_at
-from wearsim.contact.normal.coupled_strips.strips import Strips
+from wearsim.contact.normal.coupled_strips.strips import SHORT, Strips
 from wearsim.contact.patch import FloatArray, IntArray
 
-_AT = float(
-    np.sqrt(0.75)
-)  # place along a strip, over its half-length, where it fits the gap as in its middle
+# Place along a strip, over its half-length, where it fits the gap as in its middle.
+_AT = float(np.sqrt(0.75))
 _LEAST, _MOST = 0.5, 2.0  # of the curvature asked for over that there is
 _COMMON = 0.1  # power of the mean change of the ratios of a patch in that of each; its own has the rest
 _BELOW, _ABOVE, _FRESH = 0.1, 4.0, 0.05  # of q before, and of the largest one, to which a step may lead
 _VANISHING = 1e-4  # of the largest q: below, strips may lose all pressure at once
-_SHORT = 0.25  # of its neighbour's q, below which a strip hardly carries
 _LEANING = 0.1  # weight of a neighbour's ratio in that of a strip
 _LOWER = 0.7  # of its higher neighbour's q, from which a strip gets its own ratio as a summit has
 _SETTLED = 0.3  # change of the load of strips below which their ratios are adapted
@@ -114,13 +112,13 @@ def _influence_of(j: int, strips: Strips, total: int, aside: bool, straight: boo
             continue
         off, place = (strips.middle[i] - middle) * inverse, strips.reach[i] * inverse
         far, near = work.far[j, i] - octaves, work.near[j, i] - octaves
-        ahead = _beside(table, off + place, far, near, work.way[j, i])
-        behind = ahead if straight else _beside(table, off - place, far, near, work.way[j, i])
+        ahead = _aside(table, off + place, far, near, work.way[j, i])
+        behind = ahead if straight else _aside(table, off - place, far, near, work.way[j, i])
         work.aside[j, i] = 0.5 * (ahead + behind)
 
 
 @inner_bare_kernel
-def _beside(table: FloatArray, along: float, far: float, near: float, way: float) -> float:
+def _aside(table: FloatArray, along: float, far: float, near: float, way: float) -> float:
     """Influence of a strip at a distance along it, over its half-length."""
     column, share, beyond = column_at(along)
     if beyond > 1.0:
@@ -203,7 +201,7 @@ def _settle(k: int, total: int, strips: Strips, work: Equations) -> None:
         right_ratio = strips.ratio[k + 1] * work.factor[k + 1]
     if left + right <= 0.0:
         return
-    inside = min(left / (_SHORT * square), 1.0) * min(right / (_SHORT * square), 1.0)
+    inside = min(left / (SHORT * square), 1.0) * min(right / (SHORT * square), 1.0)
     summit = min(max((square / max(left, right) - _LOWER) / (1.0 - _LOWER), 0.0), 1.0)
     own = max(inside, summit)
     neighbours = (left * left_ratio + right * right_ratio) / (left + right)

@@ -35,7 +35,7 @@ class Cut(NamedTuple):
 
 
 class Nodes(NamedTuple):
-    """Places in a plane (n,) between which q is a cubic with these `slope`, and the ratio a line."""
+    """Places along the arc (n,) between which q is a cubic with these `slope`, and the ratio a line."""
 
     place: FloatArray
     square: FloatArray
@@ -73,8 +73,8 @@ def cut_patches(
 
 @bare_kernel
 def fill_planes(
-    wheels: Wheels, rows: IntArray, places: IntArray, modulus: float, patches: Records, kept: FloatArray,
-    count: IntArray, planes: FloatArray,
+    wheels: Wheels, places: IntArray, modulus: float, patches: Records, kept: FloatArray, count: IntArray,
+    planes: FloatArray,
 ) -> None:  # fmt: skip
     """Put neighbouring strips of patches together in pairs, the same ones wherever patches end.
 

@@ -24,6 +24,7 @@ _ITERATIONS = 30  # of the displacement of virtual penetration
 _EXACT = 1e-12  # of the displacement
 FLATNESS = 0.002  # deviation of the gap from its chord over a strip, over the displacement, at most
 _BEND = 3  # steps of the profile on either side over which the gap's curvature is taken
+SHORT = 0.25  # of its neighbour's q, below which a strip hardly carries
 _GROWTH = 0.5  # of the width of strips, per width
 _WIDEST = 1.2e-3  # m
 _NARROWEST = 5.0  # narrowest strips as part of the widest ones
@@ -116,11 +117,10 @@ def penetrate(row: Row) -> Penetration:
     """
     # That of a ball of 1 m radius; load is 2 N / (pi^2 E*).
     displacement = 1.5 * (0.5 * np.pi**2 * row.load) ** (2.0 / 3.0)
-    overlap = width = moment = 0.0
+    overlap = moment = 0.0
     for _ in range(_ITERATIONS):
         depth = row.low + PENETRATION * displacement
-        carried, stiffness = 0.0, 0.0
-        overlap, width, moment = 0.0, 0.0, 0.0
+        carried = stiffness = overlap = moment = 0.0
         for k in range(row.gap.size):
             if row.gap[k] < depth:
                 lift = row.step * _STIFFNESS * np.cos(row.angle[k])

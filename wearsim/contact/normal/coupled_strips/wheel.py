@@ -14,6 +14,7 @@ from wearsim.contact.kernel import bare_kernel, inner_bare_kernel
 from wearsim.contact.normal.coupled_strips.equations import Equations, equations_for, pair_up, solve_strips
 from wearsim.contact.normal.coupled_strips.strips import (
     PENETRATION,
+    SHORT,
     Penetration,
     Records,
     Row,
@@ -35,7 +36,6 @@ _STEPS = 80
 _EXACT = 1e-5  # tolerance of the load of strips
 _ENOUGH = 0.01  # change of the load of strips in the last step that is no failure yet
 _SMALLEST = 1e-5  # of the load: patches below are left out
-_SHORT = 0.25  # of its neighbour's q, below which the end of a patch moves to that of the next strip
 
 
 class Wheels(NamedTuple):
@@ -245,10 +245,10 @@ def end_of(strips: Strips, end: int, inwards: int, count: int) -> float:
     An outermost strip that hardly carries does not count: the end is continuous as it gets and loses contact.
     """
     if count < 2:
-        beside = min(max(end - inwards, 0), strips.run.size - 1)
-        return strips.station[end] + 0.5 * (strips.station[beside] - strips.station[end])
+        next_one = min(max(end - inwards, 0), strips.run.size - 1)
+        return strips.station[end] + 0.5 * (strips.station[next_one] - strips.station[end])
     place = _zero_beyond(strips, end, inwards, count)
-    share = strips.square[end] / (_SHORT * strips.square[end + inwards])
+    share = strips.square[end] / (SHORT * strips.square[end + inwards])
     if share >= 1.0 or count < 3:
         return place
     before = _zero_beyond(strips, end + inwards, inwards, count - 1)
@@ -312,9 +312,9 @@ def _find_patches(
         patch.stop = end_of(strips, j - 1, -1, j - first)
         # Outermost strips that hardly carry do not stand for their middles.
         if j - first > 2:
-            if strips.square[first] < _SHORT * strips.square[first + 1]:
+            if strips.square[first] < SHORT * strips.square[first + 1]:
                 patch.first_whole += 1
-            if strips.square[j - 1] < _SHORT * strips.square[j - 2]:
+            if strips.square[j - 1] < SHORT * strips.square[j - 2]:
                 patch.last_whole -= 1
     if count == 0:
         return NO_BALANCE, 0

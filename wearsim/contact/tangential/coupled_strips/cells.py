@@ -210,7 +210,7 @@ def _hand_out(
 ) -> None:  # fmt: skip
     """Fill the cells of the patch of the strips `first` to `last` from the strips `low` to `high`."""
     m = strips.patch[first]
-    cells, width, origin = patches.cells[m], patches.width[m], strips.station[first] - strips.y[first]
+    cells, width = patches.cells[m], patches.width[m]
     solved, slopes, root = work.solved, work.slopes, work.root
     x, y, rate, slip_x, slip_y = work.line[0], work.line[1], work.line[2], work.line[3], work.line[4]
     if patches.in_planes:
@@ -224,8 +224,7 @@ def _hand_out(
         largest = patches.slope[m, j] * half
         if largest <= 0.0:
             continue
-        middle = origin + patches.y[m, j]
-        lower, upper = middle - 0.5 * width, middle + 0.5 * width
+        lower, upper = _edges(strips, patches, first, j)
         for c in range(cells):
             x[c], y[c], rate[c] = 0.0, 0.0, 0.0
         covered, bound, sliding = 0.0, 0.0, 0.0
@@ -238,7 +237,7 @@ def _hand_out(
             sliding += share * work.sliding[i]
             _add_line(solved[0, i], slopes[0, i], share, off * share, x, cells)
             _add_line(solved[1, i], slopes[1, i], share, off * share, y, cells)
-            other, to_other = _beside(strips, s, place, low, high)
+            other, to_other = _next_to(strips, s, place, low, high)
             kept = share * work.kept[i]
             _add_line(
                 solved[2, i], solved[2, other - low], kept * (1.0 - to_other), kept * to_other, rate, cells
@@ -286,23 +285,29 @@ def _keep_work(
 ) -> None:
     """Fill the factors with which the cells of a patch hold the work of each of its solved strips."""
     m = strips.patch[first]
-    width, origin = patches.width[m], strips.station[first] - strips.y[first]
     for i in range(first - low, last - low):
         work.kept[i] = 0.0
     for j in range(patches.y.shape[1]):
         half = 0.5 * (patches.x_lead[m, j] - patches.x_trail[m, j])
-        middle = origin + patches.y[m, j]
-        lower, upper = middle - 0.5 * width, middle + 0.5 * width
+        lower, upper = _edges(strips, patches, first, j)
         p, q = _overlapped(strips, first, last, lower, upper)
         for s in range(p, q):
             share, place = _part(strips, s, lower, upper, q - p == 1)
-            other, to_other = _beside(strips, s, place, low, high)
+            other, to_other = _next_to(strips, s, place, low, high)
             value = work.total[s - low] + to_other * (work.total[other - low] - work.total[s - low])
-            work.kept[s - low] += share * width * half * half * patches.slope[m, j] * value
+            work.kept[s - low] += share * patches.width[m] * half * half * patches.slope[m, j] * value
     for s in range(first, last):
         i = s - low
         whole = strips.width[s] * strips.half[s] * strips.peak[s] * work.total[i]
         work.kept[i] = whole / work.kept[i] if work.kept[i] > 0.0 else 0.0
+
+
+@inner_bare_kernel
+def _edges(strips: WheelStrips, patches: PatchCells, first: int, j: int) -> tuple[float, float]:
+    """Stations of the edges of strip j of the patch whose first solved strip this is."""
+    m = strips.patch[first]
+    middle, half = strips.station[first] - strips.y[first] + patches.y[m, j], 0.5 * patches.width[m]
+    return middle - half, middle + half
 
 
 @inner_bare_kernel
@@ -327,8 +332,8 @@ def _part(strips: WheelStrips, s: int, lower: float, upper: float, alone: bool) 
 
 
 @inner_bare_kernel
-def _beside(strips: WheelStrips, s: int, place: float, low: int, high: int) -> tuple[int, float]:
-    """Solved strip beside a place in strip s, if it touches, and its share in a line between middles."""
+def _next_to(strips: WheelStrips, s: int, place: float, low: int, high: int) -> tuple[int, float]:
+    """Solved strip next to a place in strip s, if it touches, and its share in a line between middles."""
     off = place - strips.station[s]
     if off > 0.0 and s + 1 < high and _touch(strips, s):
         return s + 1, off / (strips.station[s + 1] - strips.station[s])

@@ -118,10 +118,7 @@ def strips_of_wheels(
         station, width, half, middle = planes.station, planes.width, planes.half, planes.middle
         peak, angle, centre = planes.peak, planes.angle, station
         along = middle if x is None else middle + x[:, None]
-        normal = peak * half * width
-        load = normal.sum(axis=1)
-        mean = np.divide((normal * station).sum(axis=1), load, out=np.zeros_like(load), where=load > 0.0)
-        y = station - mean[:, None]
+        normal, y = planes.normal_force, planes.offset
         turned = np.arctan2((normal * np.sin(angle)).sum(axis=1), (normal * np.cos(angle)).sum(axis=1))
     carries = (peak > 0.0) & (width > 0.0) & (half > _SHORTEST * width) & (coefficient > 0.0)
     at, number = np.nonzero(carries)

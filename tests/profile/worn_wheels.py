@@ -1,0 +1,17 @@
+"""Wheels of S1002 as campaigns of forces left them."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from wearsim.profile import standard
+
+DATA = Path(__file__).parents[1] / "data"
+
+
+def worn_wheels(place):
+    """Right and left wheel of noisy profiles worn on the "flank" or in the "fold"."""
+    new = standard.wheel("S1002")
+    with np.load(DATA / f"operation_worn_{place}.npz") as worn:
+        return [replace(new, y=y, z=z) for y, z in zip(worn["wheel_y"], worn["wheel_z"], strict=True)]
