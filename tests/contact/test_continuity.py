@@ -185,7 +185,7 @@ JUMPS = {
             reason=f"measured {measured} of load and work by their distribution, target 0.3 %; sums 0.01 %",
         ),
     ]
-    for place, measured in (("tread", "0.8 and 3.7 %"), ("climb", "6 and 1.3 %"))
+    for place, measured in (("tread", "0.4 to 0.8 %"), ("climb", "1.0 %"))
 }
 """Marks of coupled_strips."""
 
@@ -206,7 +206,8 @@ def slow_but(parameters, quick):
         [(name, case) for name in ("hertz", "kik_piotrowski") for case in range(len(CASES))],
         [("hertz", 1), ("kik_piotrowski", 0), ("kik_piotrowski", 5)],
     )
-    + [pytest.param("coupled_strips", case, marks=JUMPS["tread"]) for case in range(len(CASES))],
+    + [pytest.param("coupled_strips", case, marks=pytest.mark.slow) for case in (0, 5)]
+    + [pytest.param("coupled_strips", case, marks=JUMPS["tread"]) for case in (1, 2, 3, 4)],
 )
 def test_nothing_jumps_on_the_tread(totals_of, name, case):
     """0.3 % of forces, load, power or work, as where patches change; Hertz may refuse a tenth."""

@@ -105,7 +105,7 @@ def test_scene_of_a_finished_directory_runs_into_it_again_and_its_report_is_writ
     before = contents(out)
     removed = 'model = "auto"' in scene_of(out).read_text()
     assert main(["run", str(scene_of(out)), "--out", str(out)]) == (2 if removed else 0)
-    (out / "report.html").unlink()
+    (out / "report.html").unlink(missing_ok=True)
     assert main(["report", str(out)]) == 0
     assert (out / "report.html").stat().st_size > 10_000
     assert contents(out) == before
