@@ -39,7 +39,7 @@ class Equations(NamedTuple):
     influence, negative outside of the source; influences `mean` in the middle of the strips, `aside` at a
     share of their half-lengths, `rise` by q; `matrix` and right sides of the equations of the `active`
     strips; residuals `height` of the surfaces; `factor` on the ratios, and the `own` one of each
-    strip; q `before` the last step.
+    strip; q `before` the last step; whether distances are `paired` (1) or not yet (0).
     """
 
     table: FloatArray
@@ -57,34 +57,39 @@ class Equations(NamedTuple):
     factor: FloatArray
     own: FloatArray
     before: FloatArray
+    paired: FloatArray
 
 
 def equations_for(most: int, table: FloatArray) -> Equations:
     """Room for the equations of strips."""
     pairs, active = np.empty((7, most, most)), np.zeros(most, np.int64)
     far, near, way, mean, aside, rise, matrix = pairs
-    return Equations(table, far, near, way, mean, aside, rise, matrix, active, *np.empty((6, most)))
+    return Equations(table, far, near, way, mean, aside, rise, matrix, active, *np.empty((7, most)))
 
 
 @inner_bare_kernel
-def pair_up(strips: Strips, total: int, step: float, work: Equations) -> None:
-    """Find distances of strips from edges of each other along the arc, and cosines between planes."""
-    for j in range(total):
-        half = 0.5 * strips.width[j]
-        for i in range(total):
-            distance = step * abs(strips.station[i] - strips.station[j])
-            work.far[j, i] = (np.log2(distance + half) - LOWEST) * PER_OCTAVE
-            work.near[j, i] = (np.log2(max(abs(distance - half), _NEAREST)) - LOWEST) * PER_OCTAVE
-            weight = max(np.cos(strips.tilt[i] - strips.tilt[j]), 0.0)
-            work.way[j, i] = weight if distance < half else -weight
+def _pair_up(j: int, strips: Strips, total: int, step: float, work: Equations) -> None:
+    """Find distances of strips from both edges of another one along the arc, and cosines between planes."""
+    half = 0.5 * strips.width[j]
+    for i in range(total):
+        distance = step * abs(strips.station[i] - strips.station[j])
+        work.far[j, i] = (np.log2(distance + half) - LOWEST) * PER_OCTAVE
+        work.near[j, i] = (np.log2(max(abs(distance - half), _NEAREST)) - LOWEST) * PER_OCTAVE
+        weight = max(np.cos(strips.tilt[i] - strips.tilt[j]), 0.0)
+        work.way[j, i] = weight if distance < half else -weight
+    work.paired[j] = 1.0
 
 
 @inner_bare_kernel
-def _influence_of(j: int, strips: Strips, total: int, aside: bool, straight: bool, work: Equations) -> None:
+def _influence_of(
+    j: int, strips: Strips, total: int, step: float, aside: bool, straight: bool, work: Equations
+) -> None:
     """Take the influence of a strip on all from the table, if asked also `aside` of their middles.
 
     Where all middles are in a line, both sides are alike.
     """
+    if work.paired[j] == 0.0:
+        _pair_up(j, strips, total, step, work)
     table = work.table
     square = max(strips.square[j], _SHORTEST)
     half, octaves = np.sqrt(square), 0.5 * PER_OCTAVE * np.log2(square)
@@ -235,11 +240,16 @@ def _solve_active(strips: Strips, count: int, work: Equations) -> None:
 
 @inner_bare_kernel
 def solve_strips(
-    strips: Strips, total: int, load: float, displacement: float, steps: int, tolerance: float,
-    work: Equations,
+    strips: Strips, total: int, load: float, displacement: float, step: float, steps: int,
+    tolerance: float, work: Equations,
 ) -> tuple[float, float]:  # fmt: skip
-    """Solve for q, ratios and displacement under a load; return displacement and last change of the load."""
+    """Solve for q, ratios and displacement under a load; return displacement and last change of the load.
+
+    `step` is that of stations along the arc.
+    """
     square, ratio, before = strips.square, strips.ratio, work.before
+    for i in range(total):
+        work.paired[i] = 0.0
     straight = _in_line(strips, total)
     change, adapted, halvings = 1.0, False, 0
     missed, displacement_before = np.inf, displacement
@@ -249,14 +259,14 @@ def solve_strips(
             strips.reach[i] = _AT * np.sqrt(square[i])
         for i in range(total):
             if square[i] > 0.0:
-                _influence_of(i, strips, total, adapt, straight, work)
+                _influence_of(i, strips, total, step, adapt, straight, work)
         missed_before = missed
         missed, count = _open_heights(strips, total, displacement, work)
         if count == 0:
             return displacement, _LOST
         for a in range(count):
             if square[work.active[a]] == 0.0:
-                _influence_of(work.active[a], strips, total, False, straight, work)
+                _influence_of(work.active[a], strips, total, step, False, straight, work)
         if missed > _WORSE * missed_before and not adapted and halvings < _HALVINGS:
             for i in range(total):
                 square[i] = 0.5 * (square[i] + before[i])

@@ -11,7 +11,7 @@ import numpy as np
 
 from wearsim.contact.geometry import NO_WHEEL
 from wearsim.contact.kernel import bare_kernel, inner_bare_kernel
-from wearsim.contact.normal.coupled_strips.equations import Equations, equations_for, pair_up, solve_strips
+from wearsim.contact.normal.coupled_strips.equations import Equations, equations_for, solve_strips
 from wearsim.contact.normal.coupled_strips.strips import (
     PENETRATION,
     SHORT,
@@ -160,8 +160,9 @@ def _solve(n: int, start: Start, count: float, row: Row, work: Work) -> tuple[in
             _take_over(n, total, start, row, strips)
         else:
             _guess(total, first, strips)
-        pair_up(strips, total, row.step, work.equations)
-        found, change = solve_strips(strips, total, row.load, displacement, _STEPS, _EXACT, work.equations)
+        found, change = solve_strips(
+            strips, total, row.load, displacement, row.step, _STEPS, _EXACT, work.equations
+        )
         if change > _ENOUGH:
             before, near = 0, False
             displacement = first.displacement
