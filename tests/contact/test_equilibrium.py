@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from wearsim.contact.equilibrium import FIRST_ROLLS, resting_roll
+from wearsim.contact.equilibrium import resting_roll
 from wearsim.contact.problem import Wheelset
 from wearsim.contact.solve import solve
 from wearsim.errors import ContactError, NumericalError
@@ -35,10 +35,10 @@ def test_a_mirrored_axle_rolls_the_other_way(wheelset, counterface, points, coar
 
 
 def test_roll_of_a_central_axle_is_nothing_and_falls_with_the_shift(wheelset, counterface, points, coarse):
-    """Towards the flange the wheel rises: it rides on a larger radius."""
+    """Towards the flange the wheel rises: it rides on a larger radius. Heights are alike to 1e-9 m."""
     conditions = replace(points(shift=SHIFTS), free_roll=True)
     roll = roll_of(solve(conditions, wheelset, counterface(), coarse), 7)
-    assert abs(roll[3]) < 2e-11
+    assert abs(roll[3]) < 1e-9 / (2.0 * wheelset.half_span)
     assert np.all(np.diff(roll) < 0.0)
 
 
@@ -164,33 +164,10 @@ def test_more_torque_than_friction_carries_is_refused(wheelset, counterface, poi
         assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("jump", [0.0, 3e-7], ids=["scatter", "jump"])
-def test_roll_is_found_and_its_fall_kept_although_solutions_scatter(jump):
-    """Displacements of the first rolls hang on where they began: by nanometres, or beyond a jump.
-
-    One roll each then: the first, from it, anew from there, and the one that rests. The fall is not learnt
-    from what scatters; 1 %: that of the differences over the first step.
-    """
-    off, fall, rolls = np.array([4e-9, -5e-9, 2e-9 + jump]), np.array([0.93]), []
-
-    def displacements(roll, moving):
-        rolls.append(roll[0])
-        both = -0.94 * 1.5 * (roll - 2e-6) + off[min(len(rolls), off.size) - 1]
-        return both, np.zeros(1)
-
-    roll, solved = resting_roll(displacements, np.zeros(1), 0.75, fall=fall, scatter=1e-7)
-    assert solved.all()
-    assert len(rolls) <= FIRST_ROLLS + 2
-    assert abs(fall[0] / 0.94 - 1.0) < 0.01
-    np.testing.assert_allclose(roll, 2e-6 + off[-1] / (0.94 * 1.5), atol=1e-9 / 1.41)
-
-
 @pytest.mark.parametrize("fall", [0.08, 0.12, 0.3, 0.94, 3.0, 6.0, 10.0])
-@pytest.mark.parametrize("known", [1.0, 0.93, 0.12])
 @pytest.mark.parametrize("begin", [5e-8, 1e-6, 1e-4])
-@pytest.mark.parametrize("scatter", [0.0, 1e-7])
-def test_a_roll_is_at_rest_whatever_the_fall_and_what_is_known_of_it(fall, known, begin, scatter):
-    """Flanges fall slowly, and what is known may be of another contact; 1e-9 m, in 16 rolls."""
+def test_a_roll_is_at_rest_whatever_the_fall(fall, begin):
+    """Flanges fall slowly; 1e-9 m, in 16 rolls."""
     rolls, off = [], []
 
     def displacements(roll, moving):
@@ -198,7 +175,7 @@ def test_a_roll_is_at_rest_whatever_the_fall_and_what_is_known_of_it(fall, known
         off.append(begin - fall * 1.5 * roll[0])
         return np.array(off[-1:]), np.zeros(1)
 
-    _, solved = resting_roll(displacements, np.zeros(1), 0.75, fall=np.array([known]), scatter=scatter)
+    _, solved = resting_roll(displacements, np.zeros(1), 0.75)
     assert solved.all()
     assert abs(off[-1]) <= 1e-9
     assert len(rolls) <= 16

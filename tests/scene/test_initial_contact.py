@@ -59,7 +59,8 @@ def test_a_wheelset_that_finds_no_rest_is_refused(folder, changed, line_with, mo
     text = rig(changed)
     Path("scene.toml").write_text(text)
     monkeypatch.setattr(
-        "wearsim.contact.at_rest.resting_roll", lambda _, roll, *__, **___: (roll, np.zeros(roll.size, bool))
+        "wearsim.contact.rough_axle.resting_roll",
+        lambda _, roll, *__, **___: (roll, np.zeros(roll.size, bool)),
     )
     with pytest.raises(SceneError) as error_of:
         check_contact(load_scene("scene.toml"))

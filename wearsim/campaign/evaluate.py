@@ -18,7 +18,14 @@ from wearsim.campaign.state import PatchWear, PointHistory, State, WearRate, wor
 from wearsim.campaign.vertices import sample, share_out, stretches, strip_heights
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import ContactPatches
-from wearsim.contact.solve import Begin, ContactModels, ContactSolution, Counterface, Wheelset, solve_each
+from wearsim.contact.solve import (
+    ContactModels,
+    ContactSolution,
+    Counterface,
+    Earlier,
+    Wheelset,
+    solve_each,
+)
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.contact.wheels import Wheels, joined
 from wearsim.damage.wear import WEAR_LAWS, WearSettings, highest_regime, passage_depth, patch_regime
@@ -150,7 +157,7 @@ def solve_passage(
         groups += 1
         own: Failed | None = None if state.points is None else {}
         evaluated = partial(_passage_at, of[index], share[index], setup, state)
-        begin = Begin(of[index], earlier or {}, found)
+        begin = Earlier(of[index], earlier or {}, found)
         try:
             every += solve_each(
                 conditions.at(index), *bodies, setup.models, evaluated, failed=own, begin=begin,

@@ -15,7 +15,7 @@ from wearsim.campaign.state import State
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.problem import NEARBY, ContactPatches
 
-_LATEST = [1, *range(5, NEARBY)]  # columns of what the search learns on its way: they follow no line
+_LATEST = range(4, NEARBY)  # slopes, which the search learns on its way: they follow no line
 
 
 def remembered(state: State, contact: ContactPatches, points: int) -> State:
@@ -28,7 +28,7 @@ def remembered(state: State, contact: ContactPatches, points: int) -> State:
 
 
 def found(contact: ContactPatches, before: FloatArray) -> FloatArray:
-    """Where the points of a contact were solved, and others before (n, 14)."""
+    """Where the points of a contact were solved, and others before (n, 20)."""
     nearby = before.copy()
     nearby[contact.point[::-1]] = contact.nearby[::-1]
     return nearby
@@ -37,7 +37,7 @@ def found(contact: ContactPatches, before: FloatArray) -> FloatArray:
 def expected(state: State, ahead: State, rate: FloatArray, latest: FloatArray) -> State:
     """Return a state ahead of one that knows its contact with what is expected there.
 
-    At a rate (n, 14), and as the `latest` contact (n, 14) had it what follows no line.
+    At a rate (n, 20), and as the `latest` contact (n, 20) had it what follows no line.
     """
     if state.nearby.size == 0:
         return ahead
@@ -47,7 +47,7 @@ def expected(state: State, ahead: State, rate: FloatArray, latest: FloatArray) -
 
 
 def rate_to(state: State, ahead: State, latest: FloatArray) -> FloatArray:
-    """Change per metre (n, 14) from a state that knows its contact to that of one ahead."""
+    """Change per metre (n, 20) from a state that knows its contact to that of one ahead."""
     rate: FloatArray = (latest - state.nearby) / (ahead.distance - state.distance)
     rate[:, _LATEST] = 0.0
     return np.where(np.isfinite(rate), rate, 0.0)

@@ -80,7 +80,7 @@ class State:
     reprofiled: int = 0
     points: PointHistory | None = None  # None: a point without contact solution is an error
     running: Running | None = None  # shifts and loads of the operating points; None: those of the scene
-    # (n, 14) `ContactPatches.nearby` of each operating point as expected, or when it was solved last; NaN if
+    # (n, 20) `ContactPatches.nearby` of each operating point as expected, or when it was solved last; NaN if
     # never, empty on new profiles; and its change in the last step [1/m]
     nearby: FloatArray = field(default_factory=lambda: np.zeros((0, NEARBY)))
     nearby_rate: FloatArray = field(default_factory=lambda: np.zeros((0, NEARBY)))

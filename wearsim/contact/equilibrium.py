@@ -13,14 +13,8 @@ from wearsim.errors import NumericalError
 
 _MOST_WIDENINGS, _MOST_STEPS = 12, 60
 _MOST_ROLLS = 20
-FIRST_ROLLS, QUICK_ROLLS = 2, 5
-"""Rolls after which displacements come from another start, on which they hang a little: up to the first from
-the roll before, up to the second from one and the same, then from none. Brackets are forgotten there."""
 _LARGEST_CHANGE = 1e-4  # rad, of the roll in the end: where loads jump with the roll it does not come to rest
 _LEAST_FALL, _LARGEST_FALL = 0.1, 5.0  # of the difference with the roll, over the distance of the wheels
-# Changes of the difference that say how it falls, in tolerances, and for later, over the scatter.
-_SEEN, _KEPT = 1.0, 2.0
-_NEARER = 0.5  # of the difference before, below which its fall is worth keeping
 
 
 def falling_root(
@@ -92,9 +86,6 @@ def resting_roll(
     guess: FloatArray,
     half_span: float,
     tolerance: float = 1e-9,
-    fall: FloatArray | None = None,
-    scatter: float = 0.0,
-    rests: NDArray[np.bool_] | None = None,
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
     """Roll at which both loads push the axle down by the same height, by the secant method, bracketed.
 
@@ -110,13 +101,6 @@ def resting_roll(
         Half the distance of the wheels, for the second guess [m].
     tolerance : float
         Of the difference [m].
-    fall : (n,) array, optional
-        How fast the difference falls, over the distance of the wheels, to begin with; the last one clearly
-        seen is left in it. 1 if not given [-].
-    scatter : float
-        Of the difference, by which displacements from another start may differ [m].
-    rests : (n,) bool array, optional
-        Rows that rest at their guess.
 
     Returns
     -------
@@ -127,29 +111,19 @@ def resting_roll(
         by moving sideways than it sinks by rolling.
     """
     roll, span = guess.copy(), 2.0 * half_span
-    moving = np.ones(guess.size, bool) if rests is None else ~rests
+    moving = np.ones(guess.size, bool)
     low, high = np.full(guess.size, -np.inf), np.full(guess.size, np.inf)
-    before, step = np.zeros(guess.size), np.ones(guess.size)
-    fall = np.ones(guess.size) if fall is None else fall
-    slope = fall.copy()
+    before, step, fall = np.zeros(guess.size), np.ones(guess.size), np.ones(guess.size)
     for trial in range(_MOST_ROLLS):
-        if trial in (FIRST_ROLLS, QUICK_ROLLS):
-            low, high = np.full_like(roll, -np.inf), np.full_like(roll, np.inf)
         right, left = displacements(roll, moving)
         off = np.where(moving, right - left, 0.0)
         low, high = np.where(off > 0.0, roll, low), np.where(moving & (off <= 0.0), roll, high)
         if trial > 0:
-            anew = trial <= FIRST_ROLLS or trial == QUICK_ROLLS
-            change = np.abs(before - off)
-            clear = moving & (change > max(_SEEN * tolerance, scatter if anew else 0.0))
-            if trial in (FIRST_ROLLS, QUICK_ROLLS):  # what is missed more than before is a jump
-                clear &= np.abs(off) < np.abs(before)
+            clear = moving & (np.abs(before - off) > tolerance)
             seen = (before - off) / (np.where(clear, step, 1.0) * span)
             likely = np.where(seen > 0.0, np.clip(seen, _LEAST_FALL, _LARGEST_FALL), 1.0)
-            slope[clear] = likely[clear]
-            clear &= (likely == seen) & (change > _KEPT * scatter) & (np.abs(off) < _NEARER * np.abs(before))
-            fall[clear] = seen[clear]
-        aim = roll + off / (span * slope)
+            fall = np.where(clear, likely, fall)
+        aim = roll + off / (span * fall)
         outside = moving & ~((low < aim) & (aim < high)) & (off != 0.0)
         aim[outside] = 0.5 * (low[outside] + high[outside])
         moving = moving & (np.abs(off) > tolerance)

@@ -24,7 +24,7 @@ PAIRS: Mapping[str, tuple[str, str]] = {
 }
 """Normal and tangential model of each name of a pair, as [contact] and commands take it."""
 
-NEARBY = 14
+NEARBY = 20
 """Numbers of a point that say where it begins nearby, see `ContactPatches.nearby`."""
 
 
@@ -71,7 +71,7 @@ class ContactConditions:
         sideways as the axle rolls, so that a flange of more than 60 degrees rests in one place alone.
     rail : (n,) int array, optional
         Which of the pairs of rails of the counterface each point runs on, by default the first.
-    nearby : (n, 14) array, optional
+    nearby : (n, 20) array, optional
         Equilibria of like points to begin with, as solutions have them: saves work and changes nothing beyond
         the tolerance, or what the cells of a `half_space` leave open, as they lie otherwise, but that where
         two equilibria carry the loads it is the one begun with. A point where it leads nowhere, or is not
@@ -413,8 +413,7 @@ class ContactPatches:
     power: FloatArray
     power_balance: FloatArray
     roll: FloatArray  # of the wheelset [rad]
-    # (m, 14) of its point, to begin nearby with: roll [rad], fall of the wheels' difference of height with it
-    # over their distance [-], the unknowns of the balance of loads and torque and its slopes (3 x 3) [-]
+    # (m, 20) of its point, to begin nearby with: unknowns of its equilibrium and slopes (4 x 4) of `axle` [-]
     nearby: FloatArray
     rotation_speed: FloatArray  # positive when it rolls forwards; V/r0 if creepages were given [rad/s]
     strip_edges_wheel_y: FloatArray  # (m, ny + 1) strip edges on the wheel profile, rising y [m]

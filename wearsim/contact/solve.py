@@ -11,16 +11,15 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.contact.at_rest import at_rest
-from wearsim.contact.balance import equilibrium
+from wearsim.contact.axle import UNKNOWNS, Balanced, Begin, balanced_together, read, settled
 from wearsim.contact.equilibrium import rotation_without_creepage
 from wearsim.contact.kernel import leaf_kernel, plain
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.patch import FloatArray, IntArray, SurfaceFields, mean_over_planes
 from wearsim.contact.problem import ContactConditions, ContactModels, ContactSolution, Counterface, Wheelset
+from wearsim.contact.rough_axle import begun_with_coarse_patches
 from wearsim.contact.tangential import TANGENTIAL_MODELS, TangentialSolution, Wanted
 from wearsim.contact.track_forces import track_forces
-from wearsim.contact.unknowns import unknowns
 from wearsim.contact.wheels import (
     Task,
     Wheels,
@@ -116,7 +115,7 @@ def available_cores() -> int:
 
 
 @dataclass(frozen=True)
-class Begin:
+class Earlier:
     """Wheels in equilibrium that chunks begin with, and those they come to, by the bytes of their points.
 
     The same points on the same rails make a chunk once.
@@ -139,7 +138,7 @@ def solve_each(
     threads: int = 1,
     failed: dict[int, ContactError] | None = None,
     fields: Wanted = True,
-    begin: Begin | None = None,
+    begin: Earlier | None = None,
 ) -> list[Result]:
     """Solve chunk by chunk and keep only what `each` makes of a chunk's solution.
 
@@ -202,7 +201,7 @@ def _placed(error: ContactError, chunk: ContactConditions, index: IntArray) -> C
 
 
 def _solve_chunk(
-    task: Task, chunk: ContactConditions, index: IntArray, begin: Begin | None
+    task: Task, chunk: ContactConditions, index: IntArray, begin: Earlier | None
 ) -> ContactSolution:
     """All four problems for the chunk of the points at `index`, from equilibria nearby or else anew."""
     if chunk.nearby is None:
@@ -223,34 +222,54 @@ def _solve_chunk(
 
 
 def _solved_from(
-    task: Task, chunk: ContactConditions, index: IntArray, begin: Begin | None = None
+    task: Task, chunk: ContactConditions, index: IntArray, begin: Earlier | None = None
 ) -> ContactSolution:
     """Solve a chunk from where it begins."""
     key = b"" if begin is None else begin.point[index].tobytes()
     balance = isinstance(chunk.rotation, str) and chunk.rotation == "free" and chunk.creepage is None
     numbers = (0, 1) if balance or chunk.free_roll else task.sides
     speed = None if balance else _rotation_speed(task, chunk, index)
+    groups = balanced_together(task, chunk, numbers, speed)
     try:
-        if chunk.free_roll:
-            start = None if begin is None else begin.before.get(key)
-            solved, roll, fall = at_rest(task, chunk, speed, start)
-            # pressures of grids would fill the memory of all points
-            if begin is not None and solved.wheels.normal.patch.grid is None:
-                begin.found[key] = solved.wheels
+        if chunk.nearby is None:
+            start = begun_with_coarse_patches(task, chunk, groups, speed)
         else:
-            sides = [side_of(task, number, chunk) for number in numbers]
-            solved, roll, fall = equilibrium(task, chunk, sides, speed), chunk.roll, np.ones_like(chunk.roll)
+            earlier = None if begin is None else begin.before.get(key)
+            start = _begun_nearby(task, chunk, groups, earlier)
+        solved = settled(task, chunk, groups, speed, start, near=chunk.nearby is not None)
     except ContactError as error:
         if error.row is None:  # the grid: a fault of no point
             raise
         raise _placed(error, chunk, index) from None
+    # pressures of grids would fill the memory of all points
+    if begin is not None and solved.wheels.normal.patch.grid is None:
+        begin.found[key] = solved.wheels
     wheels, contact = solved.wheels, solved.contact
     if numbers != task.sides:
         wanted = np.isin(wheels.sign < 0.0, np.array(task.sides) == 1)
         wheels, contact = patches_where(wheels, wanted), contact_where(contact, wanted)
-    slopes = solved.slopes.reshape(-1, 9)
-    nearby = np.column_stack((roll, fall, unknowns(task, chunk, solved.speed, solved.load), slopes))
-    return _finish(task, wheels, contact, nearby, solved.speed, index)
+    turning, _, roll = read(task, chunk, solved.unknown)
+    turning, roll = turning if speed is None else speed, roll if chunk.free_roll else chunk.roll
+    nearby = np.column_stack((solved.unknown, solved.slopes.reshape(-1, UNKNOWNS**2)))
+    return _finish(task, wheels, contact, nearby, turning, roll, index)
+
+
+def _begun_nearby(
+    task: Task, chunk: ContactConditions, groups: list[Balanced], earlier: Wheels | None
+) -> list[Begin]:
+    """Where the search begins at an equilibrium nearby, with its wheels if they are known."""
+    assert chunk.nearby is not None
+    unknown, slopes = chunk.nearby[:, :UNKNOWNS], chunk.nearby[:, UNKNOWNS:]
+    tilted = replace(chunk, roll=read(task, chunk, unknown)[2]) if chunk.free_roll else chunk
+    return [
+        Begin(
+            unknown,
+            slopes.reshape(-1, UNKNOWNS, UNKNOWNS),
+            tuple(side_of(task, number, tilted) for number in group.sides),
+            earlier,
+        )
+        for group in groups
+    ]
 
 
 def _rotation_speed(task: Task, chunk: ContactConditions, index: IntArray) -> FloatArray:
@@ -262,7 +281,9 @@ def _rotation_speed(task: Task, chunk: ContactConditions, index: IntArray) -> Fl
         still = np.zeros_like(chunk.shift)
         central = replace(chunk, shift=still, yaw=still, roll=still, track_curvature=still, nearby=None)
         try:
-            wheels = equilibrium(task, central, [side_of(task, task.sides[0], central)], nominal).wheels
+            group = balanced_together(task, central, task.sides[:1], nominal)
+            start = begun_with_coarse_patches(task, central, group, nominal)
+            wheels = settled(task, central, group, nominal, start, near=False).wheels
         except ContactError as error:
             if error.row is None:
                 raise
@@ -278,6 +299,7 @@ def _finish(
     contact: TangentialSolution,
     nearby: FloatArray,
     speed: FloatArray,
+    roll: FloatArray,
     index: IntArray,
 ) -> ContactSolution:
     """Resultants, power and fields of all patches, mirrored back for left wheels."""
@@ -334,7 +356,7 @@ def _finish(
         track_roll_moment=on_track.roll_moment + 0.0,
         power=power,
         power_balance=np.where(power > 0.0, local_power / np.where(power > 0.0, power, 1.0), 1.0),
-        roll=nearby[patch.row, 0],
+        roll=roll[patch.row],
         nearby=nearby[patch.row],
         rotation_speed=-speed[patch.row],
         strip_edges_wheel_y=solved.edges_wheel_y,

@@ -159,7 +159,7 @@ class Search:
     load: FloatArray
     stiffness: FloatArray
     beyond: FloatArray  # shift, both loads, share and gap past a jump (n, 5); NaN: there is none
-    nearby: FloatArray  # (n, 14) what contact came to at last, as in `ContactPatches`; NaN: unknown
+    nearby: FloatArray  # (n, 20) what contact came to at last, as in `ContactPatches`; NaN: unknown
 
     def solve(
         self,
@@ -239,7 +239,7 @@ def settle(
     stage : (n,) bool array, optional
         Points that act in a stage of a wear step: only they move, and all bogies, and by a last step of up to
         10 um without solution where at most 1e-3 of the axle load were missing.
-    nearby : (n, 14) array, optional
+    nearby : (n, 20) array, optional
         Takes where the contact of each point can begin when it is solved there again, as in
         `ContactPatches`, of points that were solved by models that begin so; NaN at jumps.
     threads : int

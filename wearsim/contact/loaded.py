@@ -1,0 +1,134 @@
+"""Wheels under loads: their normal contact, solved or stretched from that of a load nearby.
+
+Between evaluations patches are stretched by similarity (lengths and pressures with the cube root of the
+load, exact for a quadratic gap) as long as the load changes by at most `SIMILAR`, with several patches by a
+fiftieth of that; beyond they are solved anew.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearsim.contact.patch import FloatArray
+from wearsim.contact.problem import ContactConditions
+from wearsim.contact.wheels import (
+    Side,
+    Task,
+    Wheels,
+    by_point,
+    joined,
+    normal_of,
+    patches_where,
+    planes_of,
+    wheels_of,
+)
+from wearsim.errors import ContactError
+
+SIMILAR = 1e-3
+"""Change of the logarithm of a load up to which patches are stretched instead of solved anew."""
+_SEVERAL = 0.02  # of it for a wheel on several patches: one takes more of a load than the other
+_RAISED = 1.5  # L over Q from which a wheel without solution is one that creep forces lift
+
+
+def solved_wheels(
+    task: Task,
+    chunk: ContactConditions,
+    sides: Sequence[Side],
+    load: FloatArray,
+    wanted: NDArray[np.bool_],
+    start: Wheels | None = None,
+    rough: bool = False,
+) -> Wheels:
+    """Solve normal and kinematical problem of the wheels `wanted` (n, 2) under loads (n, 2), by point."""
+    parts = []
+    for side in sides:
+        row = np.flatnonzero(wanted[:, side.number])
+        if row.size == 0 and chunk.shift.size > 0:
+            continue
+        earlier = None
+        if start is not None:
+            mask = (start.sign == side.sign) & wanted[start.normal.patch.row, side.number]
+            earlier = patches_where(start.normal, mask)
+        part = load[:, side.number]
+        try:
+            normal = side.rough if rough and start is None else None
+            if normal is None:
+                normal = normal_of(task, side, row, part[row], start=earlier, rough=rough)
+            several = np.flatnonzero(np.diff(normal.patch.row) == 0)
+            if chunk.creepage is not None and several.size > 0 and not rough:
+                raise ContactError(
+                    "several patches close: given creepages belong to one; leave them out",
+                    row=int(normal.patch.row[several[0]]),
+                )
+        except ContactError as error:
+            error.side = side.number
+            if (
+                start is None
+                or error.row is None
+                or load[error.row, side.number] <= _RAISED * chunk.loads[error.row, side.number]
+            ):
+                raise
+            times = load[error.row, side.number] / chunk.loads[error.row, side.number]
+            raise lifted(
+                start, error.row, side.number, f"at {times:.1f} times the wheel load {error}"
+            ) from None
+        parts.append(wheels_of(task, side, chunk, normal, part))
+    return by_point(parts)[0]
+
+
+def loads_of(wheels: Wheels, count: int) -> FloatArray:
+    """Return the loads (n, 2) of wheels, 1 N of those that are not there."""
+    load = np.ones(2 * count)
+    load[wheels.place] = wheels.load
+    return load.reshape(-1, 2)
+
+
+def renewed(
+    task: Task,
+    chunk: ContactConditions,
+    sides: Sequence[Side],
+    wheels: Wheels,
+    load: FloatArray,
+    again: NDArray[np.bool_],
+    *,
+    rough: bool = False,
+) -> Wheels:
+    """Solve some of the wheels (n, 2) anew under their loads."""
+    kept = ~again.ravel()[wheels.place]
+    solved = solved_wheels(task, chunk, sides, load, again, start=wheels, rough=rough)
+    whole: Wheels = joined([patches_where(wheels, kept), solved]) if kept.any() else solved
+    return whole
+
+
+def may_be_stretched(wheels: Wheels, solved: FloatArray, load: FloatArray) -> NDArray[np.bool_]:
+    """Whether patches of wheels that were solved for loads (n, 2) may be stretched to others."""
+    several = np.bincount(wheels.place, minlength=load.size).reshape(-1, 2) > 1
+    most = np.where(several, _SEVERAL * SIMILAR, SIMILAR)
+    return np.asarray(np.abs(np.log(load / solved)) <= most)
+
+
+def displacements(wheels: Wheels, count: int) -> FloatArray:
+    """Vertical displacements (n, 2) of both wheels of every point, 0 of those that are not there [m]."""
+    both = np.zeros(2 * count)
+    # Patches of a wheel are stretched on their own: the first one, which carries the most, is put in last.
+    both[wheels.place[::-1]] = wheels.normal.vertical_displacement[::-1]
+    return both.reshape(-1, 2)
+
+
+def lifted(wheels: Wheels, row: int, side: int, reason: str, rows: Sequence[int] = ()) -> ContactError:
+    """Error of a wheel that normal forces cannot hold down for a reason."""
+    own = (wheels.normal.patch.row == row) & (wheels.sign == 1.0 - 2.0 * side)
+    angles = np.abs(planes_of(wheels.normal).angle[own])
+    angle, friction = angles.max(), wheels.friction[own].flat[np.argmax(angles)]
+    product = friction * np.tan(angle)
+    return ContactError(
+        f"{'flange locks: ' if product >= 1.0 else ''}at a contact angle of {np.degrees(angle):.1f} degrees "
+        f"and a friction coefficient of {friction:g}, friction x tan(angle) = {product:.2f}, creep forces "
+        f"lift the wheel, and {reason}; lower friction, yaw or shift",
+        row=row,
+        side=side,
+        rows=rows,
+    )

@@ -1,0 +1,205 @@
+"""Where the search for the equilibrium of a wheelset begins: coarse patches and FASTSIM, whatever the models.
+
+First the roll is searched for at which coarse patches without creep forces carry the wheel loads, then the
+loads are bracketed with creep forces, and for each of them the rotation speed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearsim.contact.axle import (
+    UNKNOWNS,
+    Balanced,
+    Begin,
+    newton_step,
+    residuals,
+    slopes_by_differences,
+    written,
+)
+from wearsim.contact.equilibrium import balanced_rotation, resting_roll
+from wearsim.contact.loaded import lifted, loads_of, renewed, solved_wheels
+from wearsim.contact.patch import FloatArray
+from wearsim.contact.problem import ContactConditions
+from wearsim.contact.tangential import fastsim
+from wearsim.contact.wheels import (
+    Forces,
+    Side,
+    Task,
+    Wheels,
+    by_row,
+    forces_of,
+    normal_of,
+    patches_where,
+    side_of,
+    stretched,
+)
+from wearsim.errors import ContactError
+
+_NEAR = 0.05  # logarithm of vertical force over wheel load with which the true models can begin
+_MOST_LOADS = 40  # brackets of the load
+_HIGHEST = np.log(10.0)  # logarithm of the largest load L over Q that is tried
+_FAR = 0.2  # change of the logarithm of a load beyond which coarse patches are solved anew
+_NEAR_REST = 1e-6  # m, between the wheels' displacements with coarse patches and without creep forces
+
+
+def begun_with_coarse_patches(
+    task: Task, chunk: ContactConditions, groups: list[Balanced], given: FloatArray | None
+) -> list[Begin]:
+    """Where the search for the equilibrium of each group of sides begins.
+
+    Parameters
+    ----------
+    task : Task
+        Wheelset, counterface and models.
+    chunk : ContactConditions
+        n operating points.
+    groups : list of Balanced
+        As of `balanced_together`.
+    given : (n,) array, optional
+        Rotation speed, negative when rolling forwards [rad/s]; None: free.
+
+    Returns
+    -------
+    list of Begin
+        With coarse patches.
+
+    Raises
+    ------
+    ContactError
+        If a wheel has no contact, its flange locks, or no roll lets both wheels carry their loads.
+    NumericalError
+        If no rotation speed balances the torque.
+    """
+    if chunk.free_roll and chunk.shift.size > 0:
+        resting = _near_rest(task, chunk)
+        return [_bracketed(task, chunk, group, resting, given) for group in groups]
+    return [
+        _bracketed(task, chunk, group, tuple(side_of(task, number, chunk) for number in group.sides), given)
+        for group in groups
+    ]
+
+
+def _near_rest(task: Task, chunk: ContactConditions) -> tuple[Side, ...]:
+    """Both sides at the roll at which coarse patches without creep forces carry the wheel loads."""
+    sides: dict[int, Side] = {}
+
+    def displacements(angle: FloatArray, wanted: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
+        rows, tilted = np.flatnonzero(wanted), replace(chunk, roll=angle)
+        both = np.zeros((2, wanted.size))
+        for number in (0, 1):
+            before = sides.get(number)
+            try:
+                side = side_of(task, number, tilted, rows, None if before is None else before.gap)
+                normal = normal_of(task, side, rows, chunk.loads[rows, number], rough=True)
+            except ContactError as error:
+                error.side = number
+                raise
+            both[number, normal.patch.row] = normal.vertical_displacement
+            if before is not None and before.rough is not None:
+                kept = patches_where(before.rough, ~wanted[before.rough.patch.row])
+                normal = by_row([kept, normal])
+            sides[number] = replace(side, rough=normal)
+        return both[0], both[1]
+
+    _, solved = resting_roll(displacements, chunk.roll, task.wheelset.half_span, _NEAR_REST)
+    if not solved.all():
+        raise ContactError(
+            "no roll of the wheelset lets both wheels carry their loads; "
+            "check shift, gauge and profiles, or give the roll",
+            int(np.argmin(solved)),
+            rows=np.flatnonzero(~solved).tolist(),
+        )
+    return tuple(sides[number] for number in (0, 1))
+
+
+def _bracketed(
+    task: Task,
+    chunk: ContactConditions,
+    group: Balanced,
+    sides: tuple[Side, ...],
+    given: FloatArray | None,
+) -> Begin:
+    """Unknowns near equilibrium, slopes of the residuals, and the coarse patches they are of."""
+    count = chunk.shift.size
+    wheel_load = chunk.loads.copy()
+    load = tried = wheel_load
+    here = np.zeros((count, 2), bool)
+    here[:, list(group.sides)] = True
+    rough = solved_wheels(task, chunk, sides, load, here, rough=True)
+    speed = -chunk.speed / task.wheelset.radius if given is None else given
+    low, high = np.full((count, 2), -np.inf), np.full((count, 2), np.inf)
+    asked = open_rows = np.ones(count, bool)
+    far = here & task.vertical
+    for _ in range(_MOST_LOADS):
+        again = here & open_rows[:, None] & (np.abs(np.log(load / loads_of(rough, count))) > _FAR)
+        if again.any():
+            rough = renewed(task, chunk, sides, rough, load, again, rough=True)
+        near = stretched(patches_where(rough, open_rows[rough.normal.patch.row]), load)
+        tried = np.where(open_rows[:, None], load, tried)
+        speed, forces = _turning(task, chunk, near, speed, ~open_rows, given is None)
+        if not task.vertical:
+            break
+        excess = np.log(np.maximum(forces.vertical / wheel_load, 1e-9))
+        here_log = np.log(load / wheel_load)
+        now = far & open_rows[:, None]
+        low = np.where(now & (excess < 0.0), np.maximum(low, here_log), low)
+        high = np.where(now & (excess >= 0.0), np.minimum(high, here_log), high)
+        aim = here_log - np.clip(excess, -1.0, 1.0)
+        outside = np.isfinite(low) & np.isfinite(high) & ~((low < aim) & (aim < high))
+        aim[outside] = 0.5 * (low[outside] + high[outside])
+        load = np.where(now, wheel_load * np.exp(aim), load)
+        locked = now & (aim > _HIGHEST)
+        if locked.any():
+            rows = np.flatnonzero(locked.any(axis=1)).tolist()
+            reason = "no normal force up to ten times the wheel load balances it"
+            raise lifted(near, rows[0], int(np.argmax(locked[rows[0]])), reason, rows)
+        asked = open_rows
+        open_rows = np.asarray((now & (np.abs(excess) > _NEAR)).any(axis=1))
+        if not open_rows.any():
+            break
+    if not asked.all():  # the last forces are of the points alone that took longest
+        near = stretched(rough, tried)
+        forces = forces_of(task, near, speed, fastsim.MODEL)
+    columns, roll = group.columns, sides[0].sign * sides[0].pose.roll
+    slope = slopes_by_differences(task, chunk, sides, near, forces, fastsim.MODEL, speed, columns, rough=True)
+    unknown = written(task, chunk, speed, tried, roll)
+    missed = residuals(task, chunk, near, forces, columns)
+    unknown[:, columns] += newton_step(slope, missed, columns)
+    slopes = np.tile(np.eye(UNKNOWNS), (count, 1, 1))
+    block = np.array(columns, dtype=np.int64)
+    slopes[:, block[:, None], block] = slope
+    return Begin(unknown, slopes, sides, rough)
+
+
+def _turning(
+    task: Task,
+    chunk: ContactConditions,
+    wheels: Wheels,
+    speed: FloatArray,
+    done: NDArray[np.bool_],
+    free: bool,
+) -> tuple[FloatArray, Forces]:
+    """Rotation speeds (n,) near which FASTSIM balances the torque, if they are free, and its forces there."""
+    if not free:
+        return speed, forces_of(task, wheels, speed, fastsim.MODEL)
+    latest: list[Forces] = []
+
+    def torque(speed: FloatArray, wanted: NDArray[np.bool_]) -> FloatArray:
+        few = bool(latest) and 0 < 2 * wanted.sum() < wanted.size
+        part = patches_where(wheels, wanted[wheels.normal.patch.row]) if few else wheels
+        forces = forces_of(task, part, speed, fastsim.MODEL)
+        if latest:  # those of the points that found their speed stay as they are
+            kept, new = latest.pop(), wanted[:, None]
+            turning, vertical = np.where(new, (forces.torque, forces.vertical), (kept.torque, kept.vertical))
+            forces = Forces(forces.contact, turning, vertical)
+        latest.append(forces)
+        total: FloatArray = forces.torque.sum(axis=1)
+        return total
+
+    radius = task.wheelset.radius
+    most = chunk.traction * radius
+    return balanced_rotation(torque, speed, -chunk.speed / radius, chunk.torque, most, done), latest[0]
