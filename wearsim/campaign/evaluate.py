@@ -17,7 +17,7 @@ from wearsim.campaign.left_out import Failed, judged
 from wearsim.campaign.state import PatchWear, PointHistory, State, WearRate, worn_wheels
 from wearsim.campaign.vertices import sample, share_out, stretches, strip_heights
 from wearsim.contact.patch import FloatArray, IntArray
-from wearsim.contact.problem import ContactPatches
+from wearsim.contact.problem import NEARBY, ContactPatches
 from wearsim.contact.solve import (
     ContactModels,
     ContactSolution,
@@ -26,9 +26,8 @@ from wearsim.contact.solve import (
     Wheelset,
     solve_each,
 )
-from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.contact.wheels import Wheels, joined
-from wearsim.damage.wear import WEAR_LAWS, WearSettings, highest_regime, passage_depth, patch_regime
+from wearsim.damage.wear import WearSettings, highest_regime, passage_depth, patch_regime
 from wearsim.errors import ContactError
 from wearsim.operation.points import OperatingPoints, mask_of, shared_weight
 from wearsim.operation.resultants import Resultants, resultants
@@ -62,16 +61,6 @@ class Setup:
         laws = self.wear, *self.comparison.wear, *self.comparison.fatigue
         whole = any(getattr(one, "needs_fields", True) for one in laws)
         return {"threads": self.threads, "fields": whole or "work"}
-
-
-def begins_nearby(setup: Setup) -> bool:
-    """Whether contact is solved from that of the step before.
-
-    Not with models that start from the fields of cells: they would hang on the steps, within the tolerance of
-    the balance. Profiles that do not wear are the same in every step.
-    """
-    warm = TANGENTIAL_MODELS[setup.models.tangential].warm
-    return not warm and WEAR_LAWS[setup.wear.law].wears
 
 
 def setup_of(campaign: CampaignSetup, threads: int = 1) -> Setup:
@@ -129,7 +118,7 @@ def solve_passage(
     points: OperatingPoints,
     setup: Setup,
     among: NDArray[np.bool_] | None = None,
-    earlier: Mapping[bytes, Wheels] | None = None,
+    earlier: Passage | None = None,
 ) -> Passage:
     """Solve operating points, whatever their weight, with the profiles of a state; evaluate the laws.
 
@@ -137,17 +126,15 @@ def solve_passage(
     order of point, side and falling normal force; with `among` (n,) only those points are solved, which keep
     their numbers. The laws run on the threads of the contact solver: no more cells exist at a time than those
     of the chunks being solved. With a history of the points those without contact solution are left out;
-    those that failed before are solved by themselves, so that the others are not solved twice. Where contact
-    is known nearby it begins with the wheels of an `earlier` passage.
+    those that failed before are solved by themselves, so that the others are not solved twice. Contact begins
+    at that of an `earlier` passage, which saves work and changes nothing beyond the tolerance.
     """
     found: dict[bytes, Wheels] = {}
     bodies, every, groups = worn_bodies(state, setup), list[Passage](), 0
     failed: Failed = {}
     conditions, of, share = points.runs
-    if state.nearby.size > 0:
-        known = state.nearby[of]
-        known[len(points.label) :] = np.nan  # past a jump
-        conditions = replace(conditions, nearby=known)
+    if earlier is not None:
+        conditions = replace(conditions, nearby=_nearby(earlier.contact, of, len(points.label)))
     asked = np.ones(len(points.label), dtype=bool) if among is None else among
     before = np.zeros_like(asked) if state.points is None else state.points.left_out
     for out in (False, True):
@@ -157,7 +144,7 @@ def solve_passage(
         groups += 1
         own: Failed | None = None if state.points is None else {}
         evaluated = partial(_passage_at, of[index], share[index], setup, state)
-        begin = Earlier(of[index], earlier or {}, found)
+        begin = Earlier(of[index], {} if earlier is None else earlier.wheels or {}, found)
         try:
             every += solve_each(
                 conditions.at(index), *bodies, setup.models, evaluated, failed=own, begin=begin,
@@ -170,6 +157,15 @@ def solve_passage(
     order = np.argsort(wheel, kind="stable")
     whole: Passage = joined(every, order if groups > 1 or points.beyond is not None else None)
     return replace(whole, failed=failed, wheels=found)
+
+
+def _nearby(contact: ContactPatches, of: IntArray, count: int) -> FloatArray:
+    """Equilibria (n, 20) of runs `of` points at an earlier contact; NaN: it has none, or past a jump."""
+    known = np.full((count, NEARBY), np.nan)
+    known[contact.point[::-1]] = contact.nearby[::-1]
+    nearby: FloatArray = known[of]
+    nearby[count:] = np.nan
+    return nearby
 
 
 def _passage_at(
@@ -363,7 +359,7 @@ def solved(
     *,
     among: NDArray[np.bool_] | None = None,
     raises: bool = True,
-    earlier: Mapping[bytes, Wheels] | None = None,
+    earlier: Passage | None = None,
 ) -> Evaluation:
     """Solve the contact of some points and weigh the wear of those that act.
 
@@ -381,8 +377,8 @@ def solved(
         Points to solve, by default those that act; they keep their numbers.
     raises : bool
         Whether it is an error if points without contact solution carry too much of the wear.
-    earlier : mapping, optional
-        Wheels of a passage nearby, to begin with.
+    earlier : Passage, optional
+        Nearby, to begin with.
 
     Raises
     ------

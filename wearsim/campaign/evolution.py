@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from wearsim.campaign import control, nearby, step
+from wearsim.campaign import control, step
 from wearsim.campaign.comparison import comparison_laws, start_comparison
 from wearsim.campaign.counterface import new_counterface, redressed
 from wearsim.campaign.evaluate import (
     Evaluation,
+    Passage,
     Setup,
     accumulate,
-    begins_nearby,
     rate,
     setup_of,
     solved,
@@ -29,8 +29,6 @@ from wearsim.campaign.row import NO_STEP, StepTaken, build_row, header_of, recor
 from wearsim.campaign.running import new_running, settled_state, with_help
 from wearsim.campaign.state import State, WearRate, worn_wheels
 from wearsim.contact.patch import FloatArray
-from wearsim.contact.problem import NEARBY
-from wearsim.contact.wheels import Wheels
 from wearsim.damage.wear import WEAR_LAWS
 from wearsim.errors import ContactError, NumericalError
 from wearsim.operation.points import OperatingPoints, where_it_runs
@@ -54,7 +52,6 @@ _SHORTER = 0.3  # of a step that was clipped, or whose stages have no contact so
 # depth of a step from which both are no matter of its length: a patch vanishes, a point has no solution [m]
 _SHALLOW = 1e-7
 
-_NOWHERE = np.zeros((0, NEARBY))  # to begin with on new profiles
 
 _REMEMBERED = 0.8  # share of the stiffness of the step before that stays known
 
@@ -146,7 +143,7 @@ class WheelsetEvolution:
 
     def _on_new_profiles(self, state: State) -> State:
         """Return the state where it runs on profiles that were cut."""
-        return self._settled(replace(state, nearby=_NOWHERE))
+        return self._settled(state)
 
     def evaluate(self, state: State, taken: StepTaken | None = None) -> Evaluation:
         """Solve the contact of a state, if the step that led to it has not left it.
@@ -205,8 +202,6 @@ class WheelsetEvolution:
         state = replace(state, points=evaluation.points)
         if reprofiling_due(state, setup, evaluation.measures):
             return self._on_new_profiles(reprofile(state, setup)), NO_STEP
-        if begins_nearby(here):
-            state = nearby.remembered(state, evaluation.passage.contact, len(points.label))
         settings = to_next_reprofiling(state, setup.control)
         known, passage = {evaluation.weight.tobytes(): evaluation.collective}, evaluation.passage
 
@@ -243,7 +238,7 @@ class WheelsetEvolution:
             now = rate_for(weight)
             shallow = float(now.depth.max()) * length < _SHALLOW
             try:
-                tried, error, stiffness, end = self._try(state, now, choice, rule, passage.wheels)
+                tried, error, stiffness, end = self._try(state, now, choice, rule, passage)
             except ContactError:
                 if shallow:
                     raise
@@ -291,30 +286,26 @@ class WheelsetEvolution:
         now: WearRate,
         choice: control.StepChoice,
         rule: step.StepRule,
-        earlier: Mapping[bytes, Wheels] | None,
+        earlier: Passage,
     ) -> tuple[step.Step, float, float, Evaluation]:
         """Take a step: its end, its error [m], its stiffness [1/m], and the contact at its end.
 
-        Each stage begins with the wheels of the one before, the first one with those of the state if the
-        same points were solved there; the contact at the end does not, because a campaign resumed there
-        knows none.
+        The contact of each stage begins at that of the one before, of the first one at that of the state; the
+        contact at the end begins anew, because a campaign resumed there knows none.
         """
         points, weight, limit = self._where(state).points, choice.weight, choice.limit
         length, wave = limit.step_length, rule.smoothing_wavelength
         failed: Failed = {}
-        running, nearby_rate, latest = state.running, state.nearby_rate, state.nearby
+        running = state.running
 
         def rate_at(ahead: State) -> WearRate:
-            nonlocal running, nearby_rate, latest, earlier
-            ahead = nearby.expected(state, replace(ahead, running=running), nearby_rate, latest)
+            nonlocal running, earlier
+            ahead = replace(ahead, running=running)
             ahead = settled_state(ahead, self.setup.points, self._contact, stage=weight > 0.0)
             running = ahead.running
             stage = solved(ahead, self._where(ahead).points, weight, self._contact, earlier=earlier)
-            earlier = stage.passage.wheels
+            earlier = stage.passage
             failed.update(stage.passage.failed)
-            if state.nearby.size > 0:
-                latest = nearby.found(stage.passage.contact, state.nearby)
-                nearby_rate = nearby.rate_to(state, ahead, latest)
             return stage.collective
 
         tried = step.advance(state, now, length, rule, rate_at, limit.stiffness * length)
@@ -322,8 +313,7 @@ class WheelsetEvolution:
         if after.points is not None:
             after = replace(after, points=with_failed(after.points, points, failed))
         # where the wheelset runs after the step: what the shift changed in it is part of the error
-        after = nearby.expected(state, replace(after, running=running), nearby_rate, latest)
-        tried = tried._replace(state=self._settled(after))
+        tried = tried._replace(state=self._settled(replace(after, running=running)))
         # with the history that is stored: a resumed campaign solves the same batches, to the last bit
         end = self._solved(tried.state, self._where(tried.state).points, weight)
         last = step.smoothed_at_end(state, tried.state, end.collective, wave)

@@ -22,7 +22,6 @@ from typing import Any
 import numpy as np
 
 from wearsim.campaign.state import State, flattened, rebuilt
-from wearsim.contact.problem import NEARBY
 from wearsim.errors import ResultError
 from wearsim.quantities import QUANTITIES
 from wearsim.results import (
@@ -151,8 +150,7 @@ class Records:
         of_row = {n: tuple(shape) for n, (_, shape) in label["layout"].items() if not n.startswith("/")}
         stated = label["campaign"], label["index"], label.get("packed"), of_row
         own = stated == (self.campaign, index, _PACKED, self.shapes)
-        _, nearby = label["layout"].get("/nearby", ("", [0, NEARBY]))
-        return own and nearby[1:] == [NEARBY] and _size_of(label["layout"]) <= _LARGEST_STATE
+        return own and _size_of(label["layout"]) <= _LARGEST_STATE
 
     def _arrays(self, index: int, of_row: Iterable[str] = ()) -> dict[str, np.ndarray]:
         """Arrays of the row by name, which come first and may be wanted alone, and of the state by path."""

@@ -39,11 +39,10 @@ def settled_state(
     if state.running is None or points.controlled is None:
         return state
     bodies, before = worn_bodies(state, setup), state.running
-    nearby = state.nearby.copy() if state.nearby.size else None
     try:
         after = settle(
             points.conditions, points.controlled, *bodies, setup.models, before.at(state.distance),
-            stage=stage, nearby=nearby, threads=setup.threads,
+            stage=stage, threads=setup.threads,
         )  # fmt: skip
     except StateError as error:
         text = "; ".join(f"{points.label[k]}: {text}" for k, text in error.messages.items())
@@ -54,7 +53,7 @@ def settled_state(
     if gone > 0.0:
         rate = np.where(np.isfinite(points.controlled.lateral_force), after.shift - before.shift, 0.0) / gone
     running = replace(after, rate=rate, distance=state.distance)
-    return replace(state, running=running, nearby=state.nearby if nearby is None else nearby)
+    return replace(state, running=running)
 
 
 def with_help(error: ContactError, points: OperatingPoints, setup: Setup) -> ContactError:

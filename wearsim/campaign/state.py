@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearsim.contact.patch import FloatArray, IntArray
-from wearsim.contact.problem import NEARBY, ContactPatches, Wheelset
+from wearsim.contact.problem import ContactPatches, Wheelset
 from wearsim.operation.states import Running
 from wearsim.profile.shape import Profile
 
@@ -80,10 +80,6 @@ class State:
     reprofiled: int = 0
     points: PointHistory | None = None  # None: a point without contact solution is an error
     running: Running | None = None  # shifts and loads of the operating points; None: those of the scene
-    # (n, 20) `ContactPatches.nearby` of each operating point as expected, or when it was solved last; NaN if
-    # never, empty on new profiles; and its change in the last step [1/m]
-    nearby: FloatArray = field(default_factory=lambda: np.zeros((0, NEARBY)))
-    nearby_rate: FloatArray = field(default_factory=lambda: np.zeros((0, NEARBY)))
 
 
 @dataclass(frozen=True)
