@@ -317,7 +317,7 @@ def test_similar_patches_have_similar_strips(doubles, monkeypatch, wheelset, cou
     seen = []
     forces_of = wheels_module.forces_of
     monkeypatch.setattr(
-        "wearsim.contact.balance.forces_of",
+        "wearsim.contact.axle.forces_of",
         lambda task, wheels, *rest, **options: (
             seen.append(wheels) or forces_of(task, wheels, *rest, **options)
         ),

@@ -252,10 +252,9 @@ def slopes_by_differences(
             )
     if ROLL in columns:
         roll = sides[0].sign * sides[0].pose.roll + tilt * ROLL_UNIT
-        everywhere = np.ones(count, bool)
-        beside = tuple(_tilted(task, chunk, side, roll, everywhere) for side in sides)
-        start = None if rough else wheels
-        leaning = solved_wheels(task, chunk, beside, load, np.ones((count, 2), bool), start, rough)
+        there = np.isin(np.arange(2 * count), wheels.place).reshape(-1, 2)
+        beside = tuple(_tilted(task, chunk, side, roll, there.all(axis=1)) for side in sides)
+        leaning = solved_wheels(task, chunk, beside, load, there, None if rough else wheels, rough)
         forces = forces_of(task, leaning, speed, model)
         slope[:, asked, ROLL] = (residuals(task, chunk, leaning, forces, asked) - still) / tilt
     return slope[:, columns][:, :, columns]
@@ -462,11 +461,24 @@ def _newton(
             seen = secant_slope(slope, residual - before, step, columns)
             slope = np.where(open_rows[:, None, None], seen, slope)
         before, last = residual, unknown.copy()
-        step = newton_step(slope, residual, columns)
+        step = newton_step(*_with_roll_kept(slope, residual, columns, _resting(task), frozen), columns)
         unknown[:, columns] += np.where(open_rows[:, None], step, 0.0)
     else:
         raise _unbalanced(residual, columns, open_rows)
     return done, contacts, unknown, slope
+
+
+def _with_roll_kept(
+    slope: FloatArray, residual: FloatArray, columns: list[int], resting: float, frozen: bool
+) -> tuple[FloatArray, FloatArray]:
+    """Slopes and residuals for a step of the other unknowns alone, of points (n,) that are at rest."""
+    if ROLL not in columns:
+        return slope, residual
+    kept = np.abs(residual[:, -1]) <= (np.inf if frozen else resting)
+    slope, residual = slope.copy(), residual.copy()
+    residual[kept, -1] = slope[kept, -1] = slope[kept, :, -1] = 0.0
+    slope[kept, -1, -1] = 1.0
+    return slope, residual
 
 
 def _unbalanced(residual: FloatArray, columns: list[int], open_rows: NDArray[np.bool_]) -> NumericalError:
