@@ -253,7 +253,7 @@ def slopes_by_differences(
     if ROLL in columns:
         roll = sides[0].sign * sides[0].pose.roll + tilt * ROLL_UNIT
         there = np.isin(np.arange(2 * count), wheels.place).reshape(-1, 2)
-        beside = tuple(_tilted(task, chunk, side, roll, there.all(axis=1)) for side in sides)
+        beside = tuple(_tilted(task, chunk, side, roll, np.asarray(there.all(axis=1))) for side in sides)
         leaning = solved_wheels(task, chunk, beside, load, there, None if rough else wheels, rough)
         forces = forces_of(task, leaning, speed, model)
         slope[:, asked, ROLL] = (residuals(task, chunk, leaning, forces, asked) - still) / tilt
