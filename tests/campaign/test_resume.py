@@ -624,12 +624,3 @@ def test_steps_in_another_form_are_kept(synthetic, tmp_path):
     with pytest.raises(ResultError, match=r"steps of another version of wearsim.*choose another --out"):
         run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig")
     assert path.read_bytes() == before
-
-
-def test_steps_that_begin_contact_in_another_way_are_kept(synthetic, tmp_path, monkeypatch):
-    path = stopped(synthetic, tmp_path)
-    before = path.read_bytes()
-    monkeypatch.setattr("wearsim.campaign.record.NEARBY", 5)  # as if states held fewer numbers of each point
-    with pytest.raises(ResultError, match=r"steps of another version of wearsim.*choose another --out"):
-        run_evolution(synthetic.SyntheticEvolution(STEPS), tmp_path, "rig")
-    assert path.read_bytes() == before

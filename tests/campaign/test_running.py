@@ -11,7 +11,6 @@ from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.row import summarise
 from wearsim.campaign.running import row_running
 from wearsim.campaign.state import State, flattened, rebuilt
-from wearsim.contact.problem import NEARBY
 from wearsim.operation import states
 from wearsim.operation.points import where_it_runs
 from wearsim.operation.states import TOLERANCE, BeyondJump
@@ -97,7 +96,6 @@ def test_rows_at_a_jump_hold_the_force_and_stored_states_take_the_same_step():
         state, taken = evolution.advance(state, evaluation)
         for name, value in flattened(state).items():
             assert flattened(again)[name].tobytes() == value.tobytes(), name
-    assert state.nearby.size > 0
     assert min(shares) > 0.0
 
 
@@ -136,8 +134,7 @@ NEAR_BY = 0.4e-3  # m, that a rest moves in a step
 
 def test_wear_and_forces_at_both_sides_of_a_jump_are_means_with_their_shares(steps):
     evolution, found, _ = steps
-    # all sides anew: begun nearby, strips would be off by what stretched patches are
-    state, points = replace(found[-1][0], nearby=np.zeros((0, NEARBY))), evolution.setup.points
+    state, points = found[-1][0], evolution.setup.points
     running, setup, weight = state.running, setup_of(evolution.setup), points.weight
     past = BeyondJump(
         np.array([1]),

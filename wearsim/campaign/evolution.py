@@ -297,13 +297,16 @@ class WheelsetEvolution:
         length, wave = limit.step_length, rule.smoothing_wavelength
         failed: Failed = {}
         running = state.running
+        wears = WEAR_LAWS[self._contact.wear.law].wears  # else the contact is the same in every stage
 
         def rate_at(ahead: State) -> WearRate:
             nonlocal running, earlier
             ahead = replace(ahead, running=running)
             ahead = settled_state(ahead, self.setup.points, self._contact, stage=weight > 0.0)
             running = ahead.running
-            stage = solved(ahead, self._where(ahead).points, weight, self._contact, earlier=earlier)
+            stage = solved(
+                ahead, self._where(ahead).points, weight, self._contact, earlier=earlier if wears else None
+            )
             earlier = stage.passage
             failed.update(stage.passage.failed)
             return stage.collective
