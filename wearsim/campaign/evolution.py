@@ -296,8 +296,7 @@ class WheelsetEvolution:
         points, weight, limit = self._where(state).points, choice.weight, choice.limit
         length, wave = limit.step_length, rule.smoothing_wavelength
         failed: Failed = {}
-        running = state.running
-        wears = WEAR_LAWS[self._contact.wear.law].wears  # else the contact is the same in every stage
+        running, wears = state.running, WEAR_LAWS[self._contact.wear.law].wears  # else all stages are alike
 
         def rate_at(ahead: State) -> WearRate:
             nonlocal running, earlier
