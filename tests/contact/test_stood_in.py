@@ -40,6 +40,8 @@ def test_the_half_space_solves_the_wheel_that_strips_do_not(refusing, wheelset, 
     by_half_space = solve(conditions, wheelset, counterface(), replace(MODELS, normal="half_space"))
     others, there = mixed.point != 1, mixed.point == 1
     np.testing.assert_array_equal(mixed.point, whole.point)
+    np.testing.assert_array_equal(mixed.stood_in, there)
+    assert not whole.stood_in.any()
     np.testing.assert_array_equal(mixed.normal_force[others], whole.normal_force[others])
     np.testing.assert_array_equal(mixed.power[others], whole.power[others])
     theirs = by_half_space.max_pressure[by_half_space.point == 1]

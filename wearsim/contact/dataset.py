@@ -33,8 +33,8 @@ SIDES: tuple[Side, Side] = ("right", "left")
 
 _PATCH = (
     "wheel_y", "rail_y", "x", "contact_angle", "area", "max_pressure", "length", "width", "approach",
-    "normal_force", "load_scale", "creepage_x", "creepage_y", "spin", "force_x", "force_y", "spin_moment",
-    "slip_area", "power", "power_balance",
+    "normal_force", "load_scale", "stood_in", "creepage_x", "creepage_y", "spin", "force_x", "force_y",
+    "spin_moment", "slip_area", "power", "power_balance",
 )  # fmt: skip
 _CELLS = ("pressure", "shear_x", "shear_y", "slip_x", "slip_y", "work_density")
 _CONDITIONS = ("yaw", "speed", "friction", "track_curvature")
@@ -225,16 +225,16 @@ def solve_contact(
     xarray.Dataset
         SI units, with `units` and `long_name`. Over `patch`, ordered by point, side and falling normal force:
         coordinates `point` (index of the operating point) and `side`, and wheel_y, rail_y, x, contact_angle,
-        area, max_pressure, length, width, approach, normal_force, load_scale, creepage_x, creepage_y, spin,
-        force_x, force_y, spin_moment, slip_area, power, power_balance. Over `operating_point`: shift, yaw,
-        roll, wheel_load, speed, friction, track_curvature and rotation_speed. With `fields`, over (patch,
-        strip): lateral, x_lead, x_trail, cells_lead, cells_trail, strip_work; strip_width over patch;
-        strip_wheel_y_edges and strip_rail_y_edges (patch, strip_edge); over (patch, cell, strip), cells from
-        the leading edge: pressure, shear_x, shear_y, slip_x, slip_y, work_density. Each patch has strips and
-        cells by its size; those behind them, up to the largest numbers of all patches, have no length and
-        hold zeros. Models that solve the
-        pressure on a grid add cell_pressure (patch, grid_cell, strip), grid_lead and grid_trail. Forces and
-        shear act on the wheel, in the track axes.
+        area, max_pressure, length, width, approach, normal_force, load_scale, stood_in, creepage_x,
+        creepage_y, spin, force_x, force_y, spin_moment, slip_area, power, power_balance. Over
+        `operating_point`: shift, yaw, roll, wheel_load, speed, friction, track_curvature and rotation_speed.
+        With `fields`, over (patch, strip): lateral, x_lead, x_trail, cells_lead, cells_trail, strip_work;
+        strip_width over patch; strip_wheel_y_edges and strip_rail_y_edges (patch, strip_edge); over (patch,
+        cell, strip), cells from the leading edge: pressure, shear_x, shear_y, slip_x, slip_y, work_density.
+        Each patch has strips and cells by its size; those behind them, up to the largest numbers of all
+        patches, have no length and hold zeros. Models that solve the pressure on a grid add cell_pressure
+        (patch, grid_cell, strip), grid_lead and grid_trail. Forces and shear act on the wheel, in the track
+        axes. `stood_in` is 1 where another model solved the wheel than `models` has, which has no solution.
 
     Raises
     ------

@@ -397,6 +397,7 @@ class ContactPatches:
     approach: FloatArray
     normal_force: FloatArray
     load_scale: FloatArray  # on the forces of the wheel to carry its load, 1 where no load jumps [-]
+    stood_in: IntArray  # 1 where another model stood in for one that has no solution of the wheel, else 0
     creepage_x: FloatArray
     creepage_y: FloatArray
     spin: FloatArray

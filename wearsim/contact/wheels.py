@@ -175,7 +175,8 @@ def normal_of(
     in_full = not rough and start is None
     try:
         resolution = COARSE if rough else models.resolution
-        return model(side.gap, row, load, resolution=resolution, start=start, rough=rough, **options)
+        found = model(side.gap, row, load, resolution=resolution, start=start, rough=rough, **options)
+        return replace(found, stood_in=np.zeros(found.patch.row.size, dtype=bool))
     except ContactError as error:
         if error.row is None:
             raise
@@ -222,7 +223,8 @@ def _stood_in(
         peak=patch.pressure_slope * half,
         angle=np.repeat(found.contact_angle[:, None], y.shape[1], axis=1),
     )
-    return replace(found, patch=replace(patch, grid=None, planes=planes))
+    stood_in = np.ones(patch.row.size, dtype=bool)
+    return replace(found, patch=replace(patch, grid=None, planes=planes), stood_in=stood_in)
 
 
 def by_row(parts: list[NormalSolution]) -> NormalSolution:
