@@ -180,4 +180,5 @@ MODEL = TangentialModel(
     fewest=2,
     chunk=16,
     by_strips=True,
+    instead="half_space",
 )
