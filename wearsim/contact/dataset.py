@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, SupportsFloat
 
 import numpy as np
 import xarray as xr
@@ -21,7 +21,7 @@ from wearsim.contact.problem import (
 from wearsim.contact.solve import solve_each
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.contact.wheels import joined
-from wearsim.errors import ContactError, ProfileError, say
+from wearsim.errors import ContactError, ProfileError, brief, say
 from wearsim.profile.files import load_profile
 from wearsim.profile.placement import GAUGE, INCLINATION
 from wearsim.profile.shape import Profile
@@ -276,7 +276,15 @@ def solve_patches(
 ) -> tuple[xr.Dataset, ContactPatches]:
     """Solve as `solve_contact` does; its dataset, and the patches it is of."""
     models = ContactModels() if models is None else models
+    _check_kind("wheelset", wheelset, Wheelset, "wearsim.wheelset")
+    _check_kind("counterface", counterface, Counterface, "wearsim.rails or wearsim.rollers")
+    _check_kind("conditions", conditions, ContactConditions, "wearsim.ContactConditions.of")
+    _check_kind("models", models, ContactModels, "wearsim.ContactModels.of")
     _check_models(models)
+    pairs = 1 + len(counterface.further)
+    for rail in np.unique([] if conditions.rail is None else conditions.rail).tolist():
+        if rail not in range(pairs):
+            raise ContactError(f"rail = {rail} must be at least 0 and below {pairs}, the pairs of rails")
     _check_name("load", load, ("wheel", "normal_force"))
     sides = (sides,) if isinstance(sides, str) else sides
     for side in sides or ("",):
@@ -324,20 +332,38 @@ def _check_name(what: str, name: str, known: Iterable[str]) -> None:
         raise ContactError(f"{what} = {name!r} is not one of {', '.join(known)}")
 
 
+def _check_kind(name: str, value: object, kind: type, maker: str) -> None:
+    """Refuse an argument of another kind than a function returns."""
+    if not isinstance(value, kind):
+        given = repr(value) if isinstance(value, str | int | float) else f"a {type(value).__name__}"
+        raise ContactError(say("contact.kind", name=name, given=brief(given), maker=maker))
+
+
+def _check_number(name: str, value: object) -> None:
+    if not isinstance(value, SupportsFloat):
+        raise ContactError(f"{name} = {brief(repr(value))} must be a number")
+
+
 def _check_models(models: ContactModels) -> None:
     """Names of models and parameters, and material and parameters within their ranges."""
     if removed := NORMAL_MODELS.removed.get(models.normal):
         raise ContactError(f"normal = {models.normal!r} {removed}")
     _check_name("normal", models.normal, NORMAL_MODELS)
     _check_name("tangential", models.tangential, TANGENTIAL_MODELS)
+    _check_number("youngs_modulus", models.youngs_modulus)
     if not 0.0 < models.youngs_modulus < np.inf:
         raise ContactError(f"youngs_modulus = {models.youngs_modulus:g} must be above 0 Pa and finite")
     for name in ("poisson_ratio", "strips", "cells", "cell_size", "most_cells"):
         if fault := QUANTITIES[name].fault(getattr(models, name)):
             raise ContactError(fault)
     known = sorted({name for model in NORMAL_MODELS.values() for name in model.parameters} - {"cells"})
-    for name, value in models.parameters:
+    try:
+        parameters = [(name, value) for name, value in models.parameters]
+    except (TypeError, ValueError):
+        raise ContactError(say("contact.parameters", given=brief(str(models.parameters)))) from None
+    for name, value in parameters:
         _check_name("name of a parameter", name, known)
+        _check_number(name, value)
         if not 0.0 < value < np.inf:
             raise ContactError(f"{name} = {value:g} must be above 0 and finite")
         if name in QUANTITIES and (fault := QUANTITIES[name].fault(value)):
