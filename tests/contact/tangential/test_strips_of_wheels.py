@@ -322,6 +322,30 @@ def test_friction_is_that_of_the_strip():
     assert np.isfinite(result.cells).all()
 
 
+def test_strips_without_friction_beside_others_slide_freely():
+    """They carry their pressure and slip as rigid bodies do, without traction; the others do not notice."""
+    planes = strips_of(EQUAL)
+    patch, motion = patch_of(planes), motion_of(planes, (-1.6e-3, 4e-4, -0.8))
+    rubbed = solved(patch, motion)
+    motion.friction[0, 4:6] = 0.0
+    result = solved(patch, motion)
+    pressure, shear_x, shear_y, slip_x, slip_y = result.cells[:, 0, :, 4:6]
+    np.testing.assert_array_equal(pressure, rubbed.cells[0, 0, :, 4:6])
+    assert not shear_x.any()
+    assert not shear_y.any()
+    along, across, spin = motion.creepage[0, 4:6].T
+    x = planes.middle[0, 4:6] + planes.half[0, 4:6] * (1.0 - (2.0 * np.arange(20) + 1.0) / 20)[:, None]
+    np.testing.assert_allclose(slip_x, along + 0.0 * x, rtol=1e-12)
+    np.testing.assert_allclose(slip_y, across + spin * x, rtol=1e-12)
+    assert not result.strip_force[0, 4:6].any()
+    # as if the two strips were not there
+    rest = np.r_[0:4, 6:12]
+    without = StripPlanes(**{name: value[:, rest] for name, value in vars(planes).items()})
+    motion = StripMotion(motion.wheel, motion.creepage[:, rest], motion.friction[:, rest])
+    alone = solved(patch_of(without), motion).strip_force[0]
+    np.testing.assert_allclose(result.strip_force[0, rest] / SIZE, alone / SIZE, atol=1e-6)
+
+
 def test_motion_that_is_not_finite_is_refused():
     """But that of padding has no meaning."""
     planes = strips_of(EQUAL)

@@ -56,10 +56,6 @@ class PatchCells(NamedTuple):
         Of the patch's strips, see `Patch`.
     width : (m,) array
         Of these strips [m].
-    in_planes : bool
-        Whether solved strips are in planes of their own. The patch's strips then have been cut from them:
-        cells keep the work of each, where else work per pressure is interpolated; and forces are those of the
-        solved strips.
     """
 
     means: FloatArray
@@ -70,18 +66,17 @@ class PatchCells(NamedTuple):
     x_trail: FloatArray
     slope: FloatArray
     width: FloatArray
-    in_planes: bool
 
 
-def cells_of_patches(patch: Patch, in_planes: bool, count: int) -> PatchCells:
-    """Cells of patches, with the means of tractions at `count` points; `in_planes`: of strips in planes."""
+def cells_of_patches(patch: Patch, count: int) -> PatchCells:
+    """Cells of patches, with the means of tractions at `count` points."""
     kinds, number = np.unique(patch.cells, return_inverse=True)
     means = np.zeros((kinds.size, count, int(kinds.max(initial=1))))
     for k, cells in enumerate(kinds.tolist()):
         means[k, :, :cells] = cell_means(cells, count)
     return PatchCells(
         means, plain(number, np.int64), plain(patch.cells, np.int64), plain(patch.y), plain(patch.x_lead),
-        plain(patch.x_trail), plain(patch.pressure_slope), plain(patch.width), in_planes,
+        plain(patch.x_trail), plain(patch.pressure_slope), plain(patch.width),
     )  # fmt: skip
 
 
@@ -119,7 +114,7 @@ def fill_cells(
     points: StripPoints, strips: WheelStrips, patches: PatchCells, shear_modulus: float, traction: FloatArray,
     slip: FloatArray, marks: FloatArray, out: FloatArray, force: FloatArray, slip_area: FloatArray,
 ) -> None:  # fmt: skip
-    """Fill the cells of patches, and add up their forces.
+    """Fill the cells of patches, which keep the work of each solved strip, and add up their forces.
 
     Parameters
     ----------
@@ -137,7 +132,7 @@ def fill_cells(
     out : (5, m, nx, ny) array
         Filled with pressure, traction and slip; without cells (nx = 0) the forces alone are wanted.
     force : (m, 3) array
-        The sums over the cells are added, if the patches lie in one plane.
+        The sums over the cells are added: of patches in one plane their forces and moments.
     slip_area : (m,) array
         Filled with the area that slips [m2].
     """
@@ -213,11 +208,7 @@ def _hand_out(
     cells, width = patches.cells[m], patches.width[m]
     solved, slopes, root = work.solved, work.slopes, work.root
     x, y, rate, slip_x, slip_y = work.line[0], work.line[1], work.line[2], work.line[3], work.line[4]
-    if patches.in_planes:
-        _keep_work(strips, patches, low, first, last, high, work)
-    else:
-        for i in range(first - low, last - low):
-            work.kept[i] = 1.0
+    _keep_work(strips, patches, low, first, last, high, work)
     area = 0.0
     for j in range(patches.y.shape[1]):
         half = 0.5 * (patches.x_lead[m, j] - patches.x_trail[m, j])
@@ -244,30 +235,56 @@ def _hand_out(
             )
         # A strip that sticks out of the solved ones has the tractions of its other part.
         per_share, limit = 1.0 / covered, bound / covered
-        of_work = largest if patches.in_planes else largest * per_share
-        for c in range(cells):
-            t_x, t_y, most = per_share * x[c], per_share * y[c], limit * root[c]
-            size = np.sqrt(t_x * t_x + t_y * t_y)
-            scale = largest * most / (size if size > most else most)
-            t_x, t_y = scale * t_x, scale * t_y
-            square = t_x * t_x + t_y * t_y
-            against = -of_work * rate[c] / (square if square > 0.0 else 1.0)
-            x[c], y[c] = t_x, t_y
-            slip_x[c], slip_y[c] = against * t_x, against * t_y
+        if bound > 0.0:
+            for c in range(cells):
+                t_x, t_y, most = per_share * x[c], per_share * y[c], limit * root[c]
+                size = np.sqrt(t_x * t_x + t_y * t_y)
+                scale = largest * most / (size if size > most else most)
+                t_x, t_y = scale * t_x, scale * t_y
+                square = t_x * t_x + t_y * t_y
+                against = -largest * rate[c] / (square if square > 0.0 else 1.0)
+                x[c], y[c] = t_x, t_y
+                slip_x[c], slip_y[c] = against * t_x, against * t_y
+        else:
+            middle = 0.5 * (patches.x_lead[m, j] + patches.x_trail[m, j])
+            sliding = covered * _slide_freely(
+                strips, p, q, lower, upper, middle, half, x[:cells], y[:cells], slip_x, slip_y
+            )
         area += 2.0 * half * width * per_share * sliding
         if out.shape[2] > 0:
             for c in range(cells):
                 out[0, m, c, j], out[1, m, c, j], out[2, m, c, j] = largest * root[c], x[c], y[c]
                 out[3, m, c, j], out[4, m, c, j] = slip_x[c], slip_y[c]
-        if not patches.in_planes:
-            f_x, f_y, moment, length = 0.0, 0.0, 0.0, 2.0 * half / cells
-            for c in range(cells):
-                f_x, f_y, moment = f_x + x[c], f_y + y[c], moment + (c + 0.5) * y[c]
-            force[m, 0] += f_x * length * width
-            force[m, 1] += f_y * length * width
-            turning = patches.x_lead[m, j] * f_y - length * moment - patches.y[m, j] * f_x
-            force[m, 2] += turning * length * width
+        f_x, f_y, moment, length = 0.0, 0.0, 0.0, 2.0 * half / cells
+        for c in range(cells):
+            f_x, f_y, moment = f_x + x[c], f_y + y[c], moment + (c + 0.5) * y[c]
+        force[m, 0] += f_x * length * width
+        force[m, 1] += f_y * length * width
+        turning = patches.x_lead[m, j] * f_y - length * moment - patches.y[m, j] * f_x
+        force[m, 2] += turning * length * width
     slip_area[m] = area
+
+
+@inner_bare_kernel
+def _slide_freely(
+    strips: WheelStrips, p: int, q: int, lower: float, upper: float, middle: float, half: float,
+    x: FloatArray, y: FloatArray, slip_x: FloatArray, slip_y: FloatArray,
+) -> float:  # fmt: skip
+    """Fill the cells of a strip without friction with the slip of rigid bodies; share of them that slides."""
+    along, across, spin, covered, slide = 0.0, 0.0, 0.0, 0.0, 0
+    for s in range(p, q):
+        share, _ = _part(strips, s, lower, upper, q - p == 1)
+        turning = strips.creepage[s, 2]
+        covered += share
+        along += share * (strips.creepage[s, 0] - turning * (0.5 * (lower + upper) - strips.station[s]))
+        across += share * strips.creepage[s, 1]
+        spin += share * turning
+    for c in range(x.size):
+        place = middle + half * (1.0 - (2.0 * c + 1.0) / x.size)
+        x[c], y[c] = 0.0, 0.0
+        slip_x[c], slip_y[c] = along / covered, (across + spin * place) / covered
+        slide += slip_x[c] != 0.0 or slip_y[c] != 0.0
+    return float(slide / x.size)
 
 
 @inner_bare_kernel
