@@ -197,6 +197,16 @@ def test_fields_of_several_points_on_unlike_grids_are_those_of_each_point(case):
     assert len({int((edges > 0).sum()) for edges in np.diff(whole["strip_wheel_y_edges"])}) > 1
 
 
+def test_forces_of_patches_on_the_wheel_carry_its_load(case):
+    """Also of bent patches, whose contact angle and forces do not say so: to the balance, 1e-4."""
+    conditions = wearsim.ContactConditions.of([-2e-3, 5e-3, 6e-3], yaw=1e-3, friction=0.3)
+    contact = wearsim.solve_contact(*case[:2], conditions)
+    wheel = 2 * contact["point"] + (contact["side"] == "left")
+    carried = np.bincount(wheel, contact["track_vertical"])
+    np.testing.assert_allclose(carried, 80e3, rtol=5e-4)
+    assert abs(contact["contact_angle"]).max() > 0.3
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [

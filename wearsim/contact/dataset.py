@@ -34,7 +34,8 @@ SIDES: tuple[Side, Side] = ("right", "left")
 _PATCH = (
     "wheel_y", "rail_y", "x", "contact_angle", "area", "max_pressure", "length", "width", "approach",
     "normal_force", "load_scale", "stood_in", "creepage_x", "creepage_y", "spin", "force_x", "force_y",
-    "spin_moment", "slip_area", "power", "power_balance",
+    "spin_moment", "slip_area", "power", "power_balance", "track_lateral", "track_vertical",
+    "track_longitudinal", "track_yaw_moment",
 )  # fmt: skip
 _CELLS = ("pressure", "shear_x", "shear_y", "slip_x", "slip_y", "work_density")
 _CONDITIONS = ("yaw", "speed", "friction", "track_curvature")
@@ -226,15 +227,17 @@ def solve_contact(
         SI units, with `units` and `long_name`. Over `patch`, ordered by point, side and falling normal force:
         coordinates `point` (index of the operating point) and `side`, and wheel_y, rail_y, x, contact_angle,
         area, max_pressure, length, width, approach, normal_force, load_scale, stood_in, creepage_x,
-        creepage_y, spin, force_x, force_y, spin_moment, slip_area, power, power_balance. Over
-        `operating_point`: shift, yaw, roll, wheel_load, speed, friction, track_curvature and rotation_speed.
-        With `fields`, over (patch, strip): lateral, x_lead, x_trail, cells_lead, cells_trail, strip_work;
-        strip_width over patch; strip_wheel_y_edges and strip_rail_y_edges (patch, strip_edge); over (patch,
-        cell, strip), cells from the leading edge: pressure, shear_x, shear_y, slip_x, slip_y, work_density.
-        Each patch has strips and cells by its size; those behind them, up to the largest numbers of all
-        patches, have no length and hold zeros. Models that solve the pressure on a grid add cell_pressure
-        (patch, grid_cell, strip), grid_lead and grid_trail. Forces and shear act on the wheel, in the track
-        axes. `stood_in` is 1 where another model solved the wheel than `models` has, which has no solution.
+        creepage_y, spin, force_x, force_y, spin_moment, slip_area, power, power_balance, and normal and creep
+        force together in the axes of the track: track_lateral, track_vertical, track_longitudinal,
+        track_yaw_moment. Over `operating_point`: shift, yaw, roll, wheel_load, speed, friction,
+        track_curvature and rotation_speed. With `fields`, over (patch, strip): lateral, x_lead, x_trail,
+        cells_lead, cells_trail, strip_work; strip_width over patch; strip_wheel_y_edges and
+        strip_rail_y_edges (patch, strip_edge); over (patch, cell, strip), cells from the leading edge:
+        pressure, shear_x, shear_y, slip_x, slip_y, work_density. Each patch has strips and cells by its size;
+        those behind them, up to the largest numbers of all patches, have no length and hold zeros. Models
+        that solve the pressure on a grid add cell_pressure (patch, grid_cell, strip), grid_lead and
+        grid_trail. Forces and shear act on the wheel, with the signs of the track axes.
+        `stood_in` is 1 where another model solved the wheel than `models` has, which has no solution.
 
     Raises
     ------
@@ -258,23 +261,6 @@ def solve_contact(
     >>> bool(contact["max_pressure"][1] > contact["max_pressure"][0])
     True
     """
-    return solve_patches(
-        wheelset, counterface, conditions, models, sides=sides, load=load, fields=fields, threads=threads
-    )[0]
-
-
-def solve_patches(
-    wheelset: Wheelset,
-    counterface: Counterface,
-    conditions: ContactConditions,
-    models: ContactModels | None = None,
-    *,
-    sides: Side | Sequence[Side] = SIDES,
-    load: Literal["wheel", "normal_force"] = "wheel",
-    fields: bool = False,
-    threads: int = 1,
-) -> tuple[xr.Dataset, ContactPatches]:
-    """Solve as `solve_contact` does; its dataset, and the patches it is of."""
     models = ContactModels() if models is None else models
     _check_kind("wheelset", wheelset, Wheelset, "wearsim.wheelset")
     _check_kind("counterface", counterface, Counterface, "wearsim.rails or wearsim.rollers")
@@ -324,7 +310,7 @@ def solve_patches(
         **{name: getattr(models, name) for name in ("strips", "cells", "cell_size", "most_cells")},
         "rotation_rule": conditions.rotation if isinstance(conditions.rotation, str) else "given",
     }
-    return dataset, patches
+    return dataset
 
 
 def _check_name(what: str, name: str, known: Iterable[str]) -> None:
