@@ -14,7 +14,6 @@ from wearsim.contact.problem import ContactModels
 from wearsim.contact.solve import solve as solve_contact
 from wearsim.contact.tangential import TANGENTIAL_MODELS, coupled_strips
 from wearsim.contact.tangential.coupled_strips import influence, rolling
-from wearsim.contact.tangential.coupled_strips.strips import solved_strips
 from wearsim.contact.tangential.kalker import coefficients
 from wearsim.errors import ContactError, NumericalError
 
@@ -268,29 +267,6 @@ def test_all_strips_that_pull_do_work(patch, creepage):
     assert np.all(work.sum(axis=0)[2:-2] > 0.0)
     assert work[-6:].sum() > 0.8 * work.sum() or creepage == CREEPAGE
     assert np.isfinite(result.cells).all()
-
-
-def test_cells_keep_the_work_of_the_solved_strips(ellipse):
-    """Pairs of strips that are solved as one: 1e-9."""
-    fine = ellipse(A, B, LOAD, 24, offset=0.1)
-    one = solved_strips(fine, 12)
-    pairs = replace(
-        fine,
-        y=one.y,
-        width=one.width,
-        x_lead=one.middle + one.half,
-        x_trail=one.middle - one.half,
-        pressure_slope=one.peak / one.half,
-        interpenetration=0.0 * one.y,
-        strips=np.array([12]),
-    )
-    works = []
-    for patch in (fine, pairs):
-        result = solved(patch, CREEPAGE)
-        _, shear_x, shear_y, slip_x, slip_y = result.cells[:, 0]
-        work = -(shear_x * slip_x + shear_y * slip_y).sum(axis=0) * result.cell_length[0] * patch.width[0]
-        works.append(work.reshape(12, -1).sum(axis=1))
-    np.testing.assert_allclose(works[0], works[1], rtol=1e-9)
 
 
 def test_forces_hardly_depend_on_the_cells(ellipse):

@@ -89,8 +89,8 @@ class WorkArrays(NamedTuple):
         Tractions of the solved strips over their largest pressure, and work over it.
     slopes : (2, N, nx) array
         Slopes of the tractions across [1/m].
-    sliding, total, kept : (N,) array
-        Share of each strip that slips; work of all its cells; factor that keeps its work.
+    sliding : (N,) array
+        Share of each strip that slips.
     rate : (n + 1,) array
         Work over pressure where strains are computed.
     root : (nx,) array
@@ -102,8 +102,6 @@ class WorkArrays(NamedTuple):
     solved: FloatArray
     slopes: FloatArray
     sliding: FloatArray
-    total: FloatArray
-    kept: FloatArray
     rate: FloatArray
     root: FloatArray
     line: FloatArray
@@ -114,7 +112,7 @@ def fill_cells(
     points: StripPoints, strips: WheelStrips, patches: PatchCells, shear_modulus: float, traction: FloatArray,
     slip: FloatArray, marks: FloatArray, out: FloatArray, force: FloatArray, slip_area: FloatArray,
 ) -> None:  # fmt: skip
-    """Fill the cells of patches, which keep the work of each solved strip, and add up their forces.
+    """Fill the cells of patches with tractions and interpolated work per pressure, and add up their forces.
 
     Parameters
     ----------
@@ -141,8 +139,8 @@ def fill_cells(
     for w in range(strips.begin.size - 1):
         widest = max(widest, strips.begin[w + 1] - strips.begin[w])
     work = WorkArrays(
-        np.empty((3, widest, most)), np.empty((2, widest, most)), np.empty(widest), np.empty(widest),
-        np.empty(widest), np.empty(n + 1), np.empty(most), np.empty((5, most)),
+        np.empty((3, widest, most)), np.empty((2, widest, most)), np.empty(widest), np.empty(n + 1),
+        np.empty(most), np.empty((5, most)),
     )  # fmt: skip
     for w in range(strips.begin.size - 1):
         begin, end = strips.begin[w], strips.begin[w + 1]
@@ -194,7 +192,7 @@ def _along(
         work.sliding[i] = _rates(
             points.between, traction[:, own], slip[:, own], marks[own], scale, strips.friction[s], work.rate
         )
-        work.total[i] = _work_along(points.between, work.rate, root, work.solved[2, i, :cells])
+        _work_along(points.between, work.rate, root, work.solved[2, i, :cells])
     _slopes_across(work.solved, strips, low, high, cells, work.slopes)
 
 
@@ -208,7 +206,6 @@ def _hand_out(
     cells, width = patches.cells[m], patches.width[m]
     solved, slopes, root = work.solved, work.slopes, work.root
     x, y, rate, slip_x, slip_y = work.line[0], work.line[1], work.line[2], work.line[3], work.line[4]
-    _keep_work(strips, patches, low, first, last, high, work)
     area = 0.0
     for j in range(patches.y.shape[1]):
         half = 0.5 * (patches.x_lead[m, j] - patches.x_trail[m, j])
@@ -229,11 +226,10 @@ def _hand_out(
             _add_line(solved[0, i], slopes[0, i], share, off * share, x, cells)
             _add_line(solved[1, i], slopes[1, i], share, off * share, y, cells)
             other, to_other = _next_to(strips, s, place, low, high)
-            kept = share * work.kept[i]
             _add_line(
-                solved[2, i], solved[2, other - low], kept * (1.0 - to_other), kept * to_other, rate, cells
+                solved[2, i], solved[2, other - low], share * (1.0 - to_other), share * to_other, rate, cells
             )
-        # A strip that sticks out of the solved ones has the tractions of its other part.
+        # A strip that sticks out of the solved ones has the tractions and work of its other part.
         per_share, limit = 1.0 / covered, bound / covered
         if bound > 0.0:
             for c in range(cells):
@@ -242,7 +238,7 @@ def _hand_out(
                 scale = largest * most / (size if size > most else most)
                 t_x, t_y = scale * t_x, scale * t_y
                 square = t_x * t_x + t_y * t_y
-                against = -largest * rate[c] / (square if square > 0.0 else 1.0)
+                against = -largest * per_share * rate[c] / (square if square > 0.0 else 1.0)
                 x[c], y[c] = t_x, t_y
                 slip_x[c], slip_y[c] = against * t_x, against * t_y
         else:
@@ -294,29 +290,6 @@ def _add_line(
     """Add two lines of cells times factors."""
     for c in range(cells):
         out[c] += of_one * one[c] + of_other * other[c]
-
-
-@inner_bare_kernel
-def _keep_work(
-    strips: WheelStrips, patches: PatchCells, low: int, first: int, last: int, high: int, work: WorkArrays
-) -> None:
-    """Fill the factors with which the cells of a patch hold the work of each of its solved strips."""
-    m = strips.patch[first]
-    for i in range(first - low, last - low):
-        work.kept[i] = 0.0
-    for j in range(patches.y.shape[1]):
-        half = 0.5 * (patches.x_lead[m, j] - patches.x_trail[m, j])
-        lower, upper = _edges(strips, patches, first, j)
-        p, q = _overlapped(strips, first, last, lower, upper)
-        for s in range(p, q):
-            share, place = _part(strips, s, lower, upper, q - p == 1)
-            other, to_other = _next_to(strips, s, place, low, high)
-            value = work.total[s - low] + to_other * (work.total[other - low] - work.total[s - low])
-            work.kept[s - low] += share * patches.width[m] * half * half * patches.slope[m, j] * value
-    for s in range(first, last):
-        i = s - low
-        whole = strips.width[s] * strips.half[s] * strips.peak[s] * work.total[i]
-        work.kept[i] = whole / work.kept[i] if work.kept[i] > 0.0 else 0.0
 
 
 @inner_bare_kernel
@@ -446,8 +419,8 @@ def _rates(
 
 
 @inner_bare_kernel
-def _work_along(between: FloatArray, rate: FloatArray, root: FloatArray, work: FloatArray) -> float:
-    """Fill the work of the cells of a strip, the square of its rate linear between places; the exact sum.
+def _work_along(between: FloatArray, rate: FloatArray, root: FloatArray, work: FloatArray) -> None:
+    """Fill the work of the cells of a strip, the square of its rate linear between places; the sum is exact.
 
     Near the onset of slip and at the trailing end it goes on in a straight line.
     """
@@ -457,7 +430,7 @@ def _work_along(between: FloatArray, rate: FloatArray, root: FloatArray, work: F
     if total <= 0.0:
         for c in range(cells):
             work[c] = 0.0
-        return 0.0
+        return
     behind = 0
     for c in range(cells):
         place = 1.0 - (2.0 * c + 1.0) / cells
@@ -475,7 +448,6 @@ def _work_along(between: FloatArray, rate: FloatArray, root: FloatArray, work: F
         have += work[c] * 2.0 / cells
     for c in range(cells):
         work[c] *= total / have if have > 0.0 else 0.0
-    return 0.5 * cells * total if have > 0.0 else 0.0
 
 
 @bare_kernel
