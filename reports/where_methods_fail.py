@@ -15,7 +15,6 @@ from wear_step_stability import one_step_section, read_table, wave_after_one_ste
 from writing import HERE, Table, options, write_csv, write_report
 
 import wearsim
-from wearsim.contact.dataset import solve_patches
 from wearsim.errors import ContactError
 from wearsim.profile.shape import resample
 from wearsim.profile.smoothing import smoothed
@@ -187,7 +186,7 @@ def solve(situation, normal, tangential, grid, problem=None):
     models = wearsim.ContactModels(normal, tangential, strips, cells, most_cells=most, **material)
     sums, outcome, start = None, "", time.perf_counter()
     try:
-        contact = solved(wheelset, counterface, conditions, models)
+        contact = wearsim.solve_contact(wheelset, counterface, conditions, models, sides="right", fields=True)
         jump = wearsim.TANGENTIAL_MODELS[tangential].jump
         message = "; ".join(violated_laws(contact, conditions, LOAD + 0.3 * jump))
         if message:
@@ -199,15 +198,6 @@ def solve(situation, normal, tangential, grid, problem=None):
     except Exception as error:  # any other error is what is looked for
         outcome, message = CRASHED, f"{type(error).__name__}: {error}"
     return Solution(sums, outcome, message, time.perf_counter() - start)
-
-
-def solved(wheelset, counterface, conditions, models):
-    """Solution of the right wheel with its fields and the vertical force of each patch on the wheel [N].
-
-    Strips lie in planes of their own: the vertical force does not follow from the sums over a patch.
-    """
-    contact, patches = solve_patches(wheelset, counterface, conditions, models, sides=("right",), fields=True)
-    return contact.assign(track_vertical=("patch", patches.track_vertical))
 
 
 def violated_laws(contact, conditions, within=LOAD):

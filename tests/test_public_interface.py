@@ -197,6 +197,16 @@ def test_fields_of_several_points_on_unlike_grids_are_those_of_each_point(case):
     assert len({int((edges > 0).sum()) for edges in np.diff(whole["strip_wheel_y_edges"])}) > 1
 
 
+def test_forces_of_patches_on_the_wheel_carry_its_load(case):
+    """Also of bent patches, whose contact angle and forces do not say so: to the balance, 1e-4."""
+    conditions = wearsim.ContactConditions.of([-2e-3, 5e-3, 6e-3], yaw=1e-3, friction=0.3)
+    contact = wearsim.solve_contact(*case[:2], conditions)
+    wheel = 2 * contact["point"] + (contact["side"] == "left")
+    carried = np.bincount(wheel, contact["track_vertical"])
+    np.testing.assert_allclose(carried, 80e3, rtol=5e-4)
+    assert abs(contact["contact_angle"]).max() > 0.3
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -211,6 +221,9 @@ def test_fields_of_several_points_on_unlike_grids_are_those_of_each_point(case):
         ({"rotation": "fixed"}, "one of free, centred, nominal"),
         ({"creepage": [1e-3, 0.0]}, r"creepage \(n, 3\)"),
         ({"load": 80e3}, "load is not a contact condition; known: shift"),
+        ({"shift": "left"}, "shift = left must be a number, or an array of numbers for points$"),
+        ({"yaw": [[1.0, 2.0], [3.0]]}, "must be a number, or an array of numbers for points$"),
+        ({"wheel_load": None}, "wheel_load = nan must be"),
     ],
 )
 def test_unusable_conditions_are_errors(change, message):
@@ -229,6 +242,9 @@ def test_unusable_conditions_are_errors(change, message):
             lambda: wearsim.wheelset("S1002", radius=0.0),
             "radius = 0 must be at least 100 and at most",
         ),
+        (lambda: wearsim.wheelset("S1002", radius="0.46"), "radius = '0.46' must be a number$"),
+        (lambda: wearsim.rollers("60E1", radius=None), "radius = None must be a number$"),
+        (lambda: wearsim.rails("60E1", inclination="1:40"), "inclination = 1:40 must be in 0 .. 0.1 "),
         (lambda: wearsim.wheelset("S1002", back_to_back=1360), "back_to_back = 1.36e.06 must be .* 2000 mm"),
         (
             lambda: wearsim.wheelset("S1002", diameter_difference=1.0),
@@ -271,6 +287,16 @@ def test_unusable_profiles_are_errors(call, message):
             {"models": wearsim.ContactModels.of("fast", youngs_modulus=-1.0)},
             "youngs_modulus = -1 must be above 0 Pa",
         ),
+        ({"models": wearsim.ContactModels(strips="30")}, "strips = '30' must be a number$"),
+        ({"models": wearsim.ContactModels(youngs_modulus=None)}, "youngs_modulus = None must be a number$"),
+        (
+            {"models": wearsim.ContactModels(parameters={"curvature_window": 0.003})},
+            r"parameters = \{'curvature_window': 0.003\} must be pairs of a name and a number",
+        ),
+        (
+            {"models": wearsim.ContactModels(parameters=(("curvature_window", "3"),))},
+            "curvature_window = '3' must be a number$",
+        ),
         ({"sides": ["both"]}, "sides = 'both' is not one of right, left"),
         ({"sides": "both"}, "sides = 'both' is not one of right, left"),
         ({"load": "axle"}, "load = 'axle' is not one of wheel, normal_force"),
@@ -279,6 +305,47 @@ def test_unusable_profiles_are_errors(call, message):
 def test_unknown_names_and_numbers_out_of_range_are_errors(case, change, message):
     with pytest.raises(wearsim.WearsimError, match=message):
         wearsim.solve_contact(*case[:3], **change)
+
+
+def test_a_pair_of_rails_that_is_not_there_is_an_error(case):
+    conditions = wearsim.ContactConditions.of([0.0, 1e-3], rail=np.array([0, 1]))
+    with pytest.raises(wearsim.WearsimError, match="rail = 1 must be at least 0 and below 1, the pairs of"):
+        wearsim.solve_contact(*case[:2], conditions)
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "message"),
+    [
+        (0, "S1002", "wheelset is 'S1002'; give what wearsim.wheelset returns$"),
+        (1, "60E1", "counterface is '60E1'; give what wearsim.rails or wearsim.rollers returns$"),
+        (2, 3e-3, "conditions is 0.003; give what wearsim.ContactConditions.of returns$"),
+        (2, {"shift": 0.0}, "conditions is a dict; give"),
+        (3, "standard", "models is 'standard'; give what wearsim.ContactModels.of returns$"),
+    ],
+)
+def test_arguments_of_another_kind_are_errors(case, place, value, message):
+    arguments = [*case[:3], wearsim.ContactModels()]
+    arguments[place] = value
+    with pytest.raises(wearsim.WearsimError, match=message):
+        wearsim.solve_contact(*arguments)
+
+
+@pytest.mark.parametrize(
+    ("model", "others", "message"),
+    [
+        ("fast", {"normal": "half_space"}, 'the pair "fast" has a normal model; leave normal out, or write'),
+        ("fast", {"tangential": "fastsim"}, 'the pair "fast" has a tangential model; leave tangential out'),
+        ("fast", {"strip": 30}, "strip is unknown; there is strips, cells, .*; did you mean 'strips'"),
+        ("fast", {"tolerance": 0.01}, "contact.tolerance was removed in 0.3.0"),
+        ("quick", {}, 'pair of contact models "quick" is unknown; there is accurate, fast, standard$'),
+        (None, {}, 'pair of contact models "None" is unknown'),
+        (["fast"], {}, "is unknown; there is accurate, fast, standard"),
+    ],
+)
+def test_a_pair_with_other_arguments_is_an_error(model, others, message):
+    with pytest.raises(wearsim.WearsimError, match=message) as caught:
+        wearsim.ContactModels.of(model, **others)
+    assert "\n" not in str(caught.value)
 
 
 def assert_same_file(first, second):

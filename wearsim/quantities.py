@@ -19,7 +19,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import NamedTuple, SupportsFloat
 
 
 class InputRange(NamedTuple):
@@ -98,7 +98,12 @@ class Quantity:
         return self.allowed
 
     def fault(self, value: float, name: str = "") -> str:
-        """Message if an input [SI unit] is not finite or out of its range, else empty; `name` is its own."""
+        """Message if an input [SI unit] is no number, not finite or out of its range, else empty.
+
+        `name` is its own.
+        """
+        if not isinstance(value, SupportsFloat):
+            return f"{name or self.name} = {value!r} must be a number"
         shown, unit = value * self.shown_factor, self.shown_unit if self.shown_unit != "1" else ""
         low, high, above = self.allowed or InputRange(-math.inf, math.inf)
         slack = 1e-9 * abs(shown)  # of the conversion

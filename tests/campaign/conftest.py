@@ -100,6 +100,7 @@ def solution_of(point, side, centre, half_width, peak_work, *, ny=40, nx=20, gap
         max_pressure=zeros + 1e9,
         normal_force=zeros + 80e3,
         load_scale=zeros + 1.0,
+        stood_in=np.zeros(m, dtype=np.int64),
         nearby=np.zeros((m, NEARBY)),
         strip_edges_wheel_y=centre[:, None] + half_width[:, None] * local_edges,
         strip_edges_rail_y=centre[:, None] + half_width[:, None] * local_edges,

@@ -21,7 +21,6 @@ from where_methods_fail import (
     problem_of,
     read_table,
     solve,
-    solved,
     violated_laws,
 )
 
@@ -125,7 +124,8 @@ def test_the_reference_is_the_closed_form_where_there_is_one():
 def sound():
     wheelset, counterface, conditions = problem_of(named("shift 3 mm"))
     models = wearsim.ContactModels("kik_piotrowski", "fastsim", 20, 20)
-    return solved(wheelset, counterface, conditions, models), conditions
+    contact = wearsim.solve_contact(wheelset, counterface, conditions, models, sides="right", fields=True)
+    return contact, conditions
 
 
 @pytest.mark.parametrize(
@@ -151,7 +151,7 @@ def test_whatever_happens_is_an_outcome(monkeypatch):
     def broken(*_, **__):
         raise ZeroDivisionError("float division")
 
-    monkeypatch.setattr(where_methods_fail, "solve_patches", broken)
+    monkeypatch.setattr(wearsim, "solve_contact", broken)
     solution = solve(named("shift 3 mm"), "hertz", "fastsim", 20)
     assert (solution.outcome, solution.sums) == (CRASHED, None)
     assert solution.message == "ZeroDivisionError: float division"

@@ -13,6 +13,7 @@ from wearsim.results.checks import (
     regime_shares,
     seizure_warning,
     shares_beyond_validity,
+    stood_in_share,
     tread_wear,
     tread_wear_warning,
 )
@@ -91,6 +92,29 @@ def test_scaled_loads_of_the_new_wheel_alone(make):
     data["load_scale"].values[0, 0, 0] = 1.2
     actual = load_scaling(data)
     assert (actual.points, actual.distance_share) == (1, 0.0)
+
+
+@pytest.mark.parametrize(("slot", "share"), [(0, 3.0 / 12.0), (2, 4.0 / 12.0)])
+def test_wear_of_wheels_that_another_model_solved_is_counted(make, slot, share):
+    """Three patches of 3, 5 and 4 um2/m: of one at the second point, which runs half the distance."""
+    data = make(rate=10e-12)
+    assert stood_in_share(data) == 0.0
+    data["stood_in"].values[:, 1, slot] = 1.0
+    assert stood_in_share(data) == pytest.approx(0.5 * share, rel=1e-12)
+    (line,) = result_warnings(data)
+    assert "at 1 of " in line
+    assert "half_space stood in" in line
+
+
+def test_little_wear_of_such_wheels_is_not_mentioned(make):
+    data = make(rate=10e-12)
+    data["stood_in"].values[2, 1, 0] = 1.0  # a quarter of the wear in a sixth of half the distance
+    assert 0.0 < stood_in_share(data) < 0.05
+    assert result_warnings(data) == []
+
+
+def test_results_that_do_not_count_such_wheels_have_none(make):
+    assert stood_in_share(make(rate=10e-12).drop_vars("stood_in")) == 0.0
 
 
 def test_share_of_seizure_of_the_active_and_the_comparison_laws(make):

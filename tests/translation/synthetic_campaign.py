@@ -182,6 +182,7 @@ def _patches(kind, header, growth):
         row[name] = slots
     for name, values in (
         ("side", used["side"]),
+        ("stood_in", [0, 0, 0]),
         ("wear_regime", [0, 0, 0]),
         ("wear_regime_highest", [0, 1 if kind == "rig" else 0, 0]),
     ):

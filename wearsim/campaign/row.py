@@ -128,6 +128,7 @@ def summarise(passage: Passage, wear: PatchWear, count: int) -> dict[str, np.nda
         "wear_depth_rate_max": wear.depth_rate_max,
         **passage.comparison.patches,
         "side": contact.side,
+        "stood_in": contact.stood_in,
         "wear_regime": wear.regime,
         "wear_regime_highest": wear.regime_highest,
     }

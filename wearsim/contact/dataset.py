@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, SupportsFloat
 
 import numpy as np
 import xarray as xr
@@ -21,7 +21,7 @@ from wearsim.contact.problem import (
 from wearsim.contact.solve import solve_each
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.contact.wheels import joined
-from wearsim.errors import ContactError, ProfileError, say
+from wearsim.errors import ContactError, ProfileError, brief, say
 from wearsim.profile.files import load_profile
 from wearsim.profile.placement import GAUGE, INCLINATION
 from wearsim.profile.shape import Profile
@@ -33,8 +33,9 @@ SIDES: tuple[Side, Side] = ("right", "left")
 
 _PATCH = (
     "wheel_y", "rail_y", "x", "contact_angle", "area", "max_pressure", "length", "width", "approach",
-    "normal_force", "load_scale", "creepage_x", "creepage_y", "spin", "force_x", "force_y", "spin_moment",
-    "slip_area", "power", "power_balance",
+    "normal_force", "load_scale", "stood_in", "creepage_x", "creepage_y", "spin", "force_x", "force_y",
+    "spin_moment", "slip_area", "power", "power_balance", "track_lateral", "track_vertical",
+    "track_longitudinal", "track_yaw_moment",
 )  # fmt: skip
 _CELLS = ("pressure", "shear_x", "shear_y", "slip_x", "slip_y", "work_density")
 _CONDITIONS = ("yaw", "speed", "friction", "track_curvature")
@@ -225,16 +226,18 @@ def solve_contact(
     xarray.Dataset
         SI units, with `units` and `long_name`. Over `patch`, ordered by point, side and falling normal force:
         coordinates `point` (index of the operating point) and `side`, and wheel_y, rail_y, x, contact_angle,
-        area, max_pressure, length, width, approach, normal_force, load_scale, creepage_x, creepage_y, spin,
-        force_x, force_y, spin_moment, slip_area, power, power_balance. Over `operating_point`: shift, yaw,
-        roll, wheel_load, speed, friction, track_curvature and rotation_speed. With `fields`, over (patch,
-        strip): lateral, x_lead, x_trail, cells_lead, cells_trail, strip_work; strip_width over patch;
-        strip_wheel_y_edges and strip_rail_y_edges (patch, strip_edge); over (patch, cell, strip), cells from
-        the leading edge: pressure, shear_x, shear_y, slip_x, slip_y, work_density. Each patch has strips and
-        cells by its size; those behind them, up to the largest numbers of all patches, have no length and
-        hold zeros. Models that solve the
-        pressure on a grid add cell_pressure (patch, grid_cell, strip), grid_lead and grid_trail. Forces and
-        shear act on the wheel, in the track axes.
+        area, max_pressure, length, width, approach, normal_force, load_scale, stood_in, creepage_x,
+        creepage_y, spin, force_x, force_y, spin_moment, slip_area, power, power_balance, and normal and creep
+        force together in the axes of the track: track_lateral, track_vertical, track_longitudinal,
+        track_yaw_moment. Over `operating_point`: shift, yaw, roll, wheel_load, speed, friction,
+        track_curvature and rotation_speed. With `fields`, over (patch, strip): lateral, x_lead, x_trail,
+        cells_lead, cells_trail, strip_work; strip_width over patch; strip_wheel_y_edges and
+        strip_rail_y_edges (patch, strip_edge); over (patch, cell, strip), cells from the leading edge:
+        pressure, shear_x, shear_y, slip_x, slip_y, work_density. Each patch has strips and cells by its size;
+        those behind them, up to the largest numbers of all patches, have no length and hold zeros. Models
+        that solve the pressure on a grid add cell_pressure (patch, grid_cell, strip), grid_lead and
+        grid_trail. Forces and shear act on the wheel, with the signs of the track axes.
+        `stood_in` is 1 where another model solved the wheel than `models` has, which has no solution.
 
     Raises
     ------
@@ -258,25 +261,16 @@ def solve_contact(
     >>> bool(contact["max_pressure"][1] > contact["max_pressure"][0])
     True
     """
-    return solve_patches(
-        wheelset, counterface, conditions, models, sides=sides, load=load, fields=fields, threads=threads
-    )[0]
-
-
-def solve_patches(
-    wheelset: Wheelset,
-    counterface: Counterface,
-    conditions: ContactConditions,
-    models: ContactModels | None = None,
-    *,
-    sides: Side | Sequence[Side] = SIDES,
-    load: Literal["wheel", "normal_force"] = "wheel",
-    fields: bool = False,
-    threads: int = 1,
-) -> tuple[xr.Dataset, ContactPatches]:
-    """Solve as `solve_contact` does; its dataset, and the patches it is of."""
     models = ContactModels() if models is None else models
+    _check_kind("wheelset", wheelset, Wheelset, "wearsim.wheelset")
+    _check_kind("counterface", counterface, Counterface, "wearsim.rails or wearsim.rollers")
+    _check_kind("conditions", conditions, ContactConditions, "wearsim.ContactConditions.of")
+    _check_kind("models", models, ContactModels, "wearsim.ContactModels.of")
     _check_models(models)
+    pairs = 1 + len(counterface.further)
+    for rail in np.unique([] if conditions.rail is None else conditions.rail).tolist():
+        if rail not in range(pairs):
+            raise ContactError(f"rail = {rail} must be at least 0 and below {pairs}, the pairs of rails")
     _check_name("load", load, ("wheel", "normal_force"))
     sides = (sides,) if isinstance(sides, str) else sides
     for side in sides or ("",):
@@ -316,12 +310,24 @@ def solve_patches(
         **{name: getattr(models, name) for name in ("strips", "cells", "cell_size", "most_cells")},
         "rotation_rule": conditions.rotation if isinstance(conditions.rotation, str) else "given",
     }
-    return dataset, patches
+    return dataset
 
 
 def _check_name(what: str, name: str, known: Iterable[str]) -> None:
     if name not in known:
         raise ContactError(f"{what} = {name!r} is not one of {', '.join(known)}")
+
+
+def _check_kind(name: str, value: object, kind: type, maker: str) -> None:
+    """Refuse an argument of another kind than a function returns."""
+    if not isinstance(value, kind):
+        given = repr(value) if isinstance(value, str | int | float) else f"a {type(value).__name__}"
+        raise ContactError(say("contact.kind", name=name, given=brief(given), maker=maker))
+
+
+def _check_number(name: str, value: object) -> None:
+    if not isinstance(value, SupportsFloat):
+        raise ContactError(f"{name} = {brief(repr(value))} must be a number")
 
 
 def _check_models(models: ContactModels) -> None:
@@ -330,14 +336,20 @@ def _check_models(models: ContactModels) -> None:
         raise ContactError(f"normal = {models.normal!r} {removed}")
     _check_name("normal", models.normal, NORMAL_MODELS)
     _check_name("tangential", models.tangential, TANGENTIAL_MODELS)
+    _check_number("youngs_modulus", models.youngs_modulus)
     if not 0.0 < models.youngs_modulus < np.inf:
         raise ContactError(f"youngs_modulus = {models.youngs_modulus:g} must be above 0 Pa and finite")
     for name in ("poisson_ratio", "strips", "cells", "cell_size", "most_cells"):
         if fault := QUANTITIES[name].fault(getattr(models, name)):
             raise ContactError(fault)
     known = sorted({name for model in NORMAL_MODELS.values() for name in model.parameters} - {"cells"})
-    for name, value in models.parameters:
+    try:
+        parameters = [(name, value) for name, value in models.parameters]
+    except (TypeError, ValueError):
+        raise ContactError(say("contact.parameters", given=brief(str(models.parameters)))) from None
+    for name, value in parameters:
         _check_name("name of a parameter", name, known)
+        _check_number(name, value)
         if not 0.0 < value < np.inf:
             raise ContactError(f"{name} = {value:g} must be above 0 and finite")
         if name in QUANTITIES and (fault := QUANTITIES[name].fault(value)):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import MISSING, dataclass, fields, replace
 from functools import cached_property
 from typing import Any
 
@@ -13,7 +13,7 @@ from wearsim.contact.equilibrium import RULES
 from wearsim.contact.geometry import CounterfaceProfile, WheelSurface, counterface_profile, wheel_surface
 from wearsim.contact.patch import FloatArray, IntArray, Patch, Resolution, SurfaceFields
 from wearsim.contact.registry import unknown
-from wearsim.errors import ContactError, Fault, SceneError, say
+from wearsim.errors import ContactError, Fault, SceneError, brief, say, suggestion
 from wearsim.profile.shape import Profile
 from wearsim.quantities import QUANTITIES
 
@@ -159,7 +159,8 @@ class ContactConditions:
         Raises
         ------
         ContactError
-            A name is unknown, arrays differ in length, or a value is out of its range in `QUANTITIES`.
+            A name is unknown, a value is no number or out of its range in `QUANTITIES`, or arrays differ in
+            length.
 
         Examples
         --------
@@ -179,7 +180,12 @@ class ContactConditions:
             if rotation not in RULES:
                 known = ", ".join(RULES)
                 raise ContactError(f"rotation = {rotation!r} must be a number [rad/s] or one of {known}")
-        arrays = {name: np.asarray(value, dtype=float) for name, value in given.items() if value is not None}
+        needed = [field.name for field in fields(cls) if field.default is MISSING]
+        arrays = {
+            name: _numbers(name, value)
+            for name, value in given.items()
+            if value is not None or name in needed
+        }
         # Numbers of a point: three creepages, the loads of both wheels if they differ.
         columns = {"creepage": 3, "nearby": NEARBY} | (
             {"wheel_load": 2} if arrays["wheel_load"].ndim == 2 else {}
@@ -206,6 +212,15 @@ class ContactConditions:
             size = (columns[name],) if name in columns else ()
             whole[name] = np.array(np.broadcast_to(array, (*shape, *size)))
         return cls(**whole)
+
+
+def _numbers(name: str, value: Any) -> FloatArray:
+    """Array of numbers; refuses other values by their name."""
+    try:
+        return np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        given = brief(str(value))
+        raise ContactError(f"{name} = {given} must be a number, or an array of numbers for points") from None
 
 
 @dataclass(frozen=True)
@@ -256,15 +271,26 @@ class ContactModels:
         ------
         SceneError
             If the pair is not known, or was removed.
+        ContactError
+            If one of the others is not known, or is a model: the pair has both.
 
         Examples
         --------
         >>> ContactModels.of("accurate", strips=50).normal
         'half_space'
         """
-        if model not in PAIRS:
+        if str(model) not in PAIRS:
             removed = Fault(say("removed.auto")) if model == "auto" else None
             raise SceneError([removed or unknown("pair of contact models", model, PAIRS)])
+        names = [field.name for field in fields(cls)]
+        for name in others:
+            if name in ("normal", "tangential"):
+                raise ContactError(say("contact.pair", name=name, model=model))
+            if name == "tolerance":
+                raise ContactError(say("removed.tolerance"))
+            if name not in names:
+                known = ", ".join(names[2:])
+                raise ContactError(f"{name} is unknown; there is {known}{suggestion(name, names[2:])}")
         normal, tangential = PAIRS[model]
         return cls(normal, tangential, **others)
 
@@ -397,6 +423,7 @@ class ContactPatches:
     approach: FloatArray
     normal_force: FloatArray
     load_scale: FloatArray  # on the forces of the wheel to carry its load, 1 where no load jumps [-]
+    stood_in: IntArray  # 1 where another model stood in for one that has no solution of the wheel, else 0
     creepage_x: FloatArray
     creepage_y: FloatArray
     spin: FloatArray

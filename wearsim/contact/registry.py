@@ -73,7 +73,7 @@ def discover(
 def unknown(kind: str, name: str, known: Iterable[str]) -> Fault:
     """Return the fault of an unknown name, with the known ones and the one that is similar."""
     names = sorted(known)
-    return Fault(f'{kind} "{name}" is unknown; there is {", ".join(names)}{suggestion(name, names)}')
+    return Fault(f'{kind} "{name}" is unknown; there is {", ".join(names)}{suggestion(str(name), names)}')
 
 
 def check_grid(

@@ -310,6 +310,8 @@ def _finish(
     # Adding 0.0 below turns a mirrored -0.0 into 0.0.
     power = np.maximum(-(force * motion).sum(axis=2).sum(axis=1) * solved.speed, 0.0)
     assert contact.cells is not None
+    assert normal.stood_in is not None
+    assert contact.stood_in is not None
     cells, local_power = plain(contact.cells), np.empty(power.size)
     work = np.empty(cells.shape[1:]) if len(cells) > 1 else cells[0]
     cell_area = contact.cell_length * patch.width[:, None]
@@ -342,6 +344,7 @@ def _finish(
         approach=normal.approach,
         normal_force=normal.normal_force,
         load_scale=normal.load_scale,
+        stood_in=(normal.stood_in | contact.stood_in).astype(np.int64),
         creepage_x=creepage[:, 0],
         creepage_y=sign * creepage[:, 1] + 0.0,
         spin=sign * creepage[:, 2] + 0.0,

@@ -175,7 +175,8 @@ def normal_of(
     in_full = not rough and start is None
     try:
         resolution = COARSE if rough else models.resolution
-        return model(side.gap, row, load, resolution=resolution, start=start, rough=rough, **options)
+        found = model(side.gap, row, load, resolution=resolution, start=start, rough=rough, **options)
+        return replace(found, stood_in=np.zeros(found.patch.row.size, dtype=bool))
     except ContactError as error:
         if error.row is None:
             raise
@@ -222,7 +223,8 @@ def _stood_in(
         peak=patch.pressure_slope * half,
         angle=np.repeat(found.contact_angle[:, None], y.shape[1], axis=1),
     )
-    return replace(found, patch=replace(patch, grid=None, planes=planes))
+    stood_in = np.ones(patch.row.size, dtype=bool)
+    return replace(found, patch=replace(patch, grid=None, planes=planes), stood_in=stood_in)
 
 
 def by_row(parts: list[NormalSolution]) -> NormalSolution:
@@ -439,28 +441,77 @@ def forces_of(
     **options: Any,
 ) -> Forces:
     """Creep forces of patches at rotation speeds (n,) [rad/s]; further options as of `TangentialSolver`."""
-    motion, normal, strips = wheels.kinematics, wheels.normal, wheels.normal.patch.planes
-    creepage = motion.creepage(speed[normal.patch.row])
-    if strips is None:
-        normal_force = normal.normal_force[:, None]
-    else:
-        normal_force = strips.normal_force
-        options["strips"] = StripMotion(wheels.place, creepage, wheels.friction, motion.x[:, 0])
-    contact = model(
-        normal.patch,
-        mean_over_planes(creepage, normal_force),
-        mean_over_planes(wheels.friction, normal_force),
-        shear_modulus=task.models.shear_modulus,
-        poisson_ratio=task.models.poisson_ratio,
-        fields=fields and (model.warm or task.fields),
-        **options,
-    )
+    options["fields"] = fields and (model.warm or task.fields)
+    contact = _contact_of(task, wheels, speed, model, options)
+    motion, normal_force = wheels.kinematics, planes_of(wheels.normal).normal_force
     torque, vertical = np.zeros((2, 2 * speed.size))
     _add_up(
         plain(contact.plane_force), motion.per_speed, motion.down, plain(normal_force), wheels.speed,
         wheels.place, torque, vertical,
     )  # fmt: skip
     return Forces(contact, torque.reshape(-1, 2), vertical.reshape(-1, 2))
+
+
+def _contact_of(
+    task: Task, wheels: Wheels, speed: FloatArray, model: TangentialModel, options: dict[str, Any]
+) -> TangentialSolution:
+    """Tangential solution of patches; a wheel that fails is solved by itself, the others without it."""
+    row = wheels.normal.patch.row
+    try:
+        return _solved_by(model, task, wheels, speed, options)
+    except NumericalError as error:
+        if not model.instead or error.row is None:
+            raise
+        failed = np.isin(row, error.rows)
+    masks = [wheels.place == place for place in np.unique(wheels.place[failed])]
+    parts = [_alone(task, patches_where(wheels, mask), speed, model, options) for mask in masks]
+    if not failed.all():
+        start = options.get("start")
+        near = None if start is None else contact_where(start, ~failed)
+        rest = patches_where(wheels, ~failed)
+        masks.append(~failed)
+        parts.append(_contact_of(task, rest, speed, model, options | {"start": near}))
+    return contact_joined(parts, np.argsort(np.concatenate([np.flatnonzero(mask) for mask in masks])))
+
+
+def _alone(
+    task: Task, wheel: Wheels, speed: FloatArray, model: TangentialModel, options: dict[str, Any]
+) -> TangentialSolution:
+    """Solve one wheel from nothing, by the model that stands in if that fails."""
+    options = options | {"start": None}
+    try:
+        return _solved_by(model, task, wheel, speed, options)
+    except NumericalError as error:
+        patch = wheel.normal.patch
+        try:
+            found = _solved_by(TANGENTIAL_MODELS[model.instead], task, wheel, speed, options)
+        except ContactError:
+            raise error from None
+    if patch.planes is not None:  # in one plane: the same force per load of all strips
+        share = patch.planes.normal_force / patch.planes.normal_force.sum(axis=1, keepdims=True)
+        found = replace(found, strip_force=share[:, :, None] * found.force[:, None])
+    return replace(found, stood_in=np.ones(patch.row.size, dtype=bool))
+
+
+def _solved_by(
+    model: TangentialModel, task: Task, wheels: Wheels, speed: FloatArray, options: dict[str, Any]
+) -> TangentialSolution:
+    """Tangential solution of patches by a model."""
+    patch = wheels.normal.patch
+    creepage = wheels.kinematics.creepage(speed[patch.row])
+    if patch.planes is not None and model.by_strips:
+        motion = StripMotion(wheels.place, creepage, wheels.friction, wheels.kinematics.x[:, 0])
+        options = options | {"strips": motion}
+    normal_force = planes_of(wheels.normal).normal_force
+    found = model(
+        patch,
+        mean_over_planes(creepage, normal_force),
+        mean_over_planes(wheels.friction, normal_force),
+        shear_modulus=task.models.shear_modulus,
+        poisson_ratio=task.models.poisson_ratio,
+        **options,
+    )
+    return replace(found, stood_in=np.zeros(patch.row.size, dtype=bool))
 
 
 @kernel
@@ -490,6 +541,8 @@ def contact_where(contact: TangentialSolution, which: NDArray[np.bool_] | IntArr
 def contact_joined(parts: list[TangentialSolution], order: IntArray) -> TangentialSolution:
     """Tangential solutions one behind the other, in another order."""
     by_patch = [np.moveaxis(part.cells, 0, 1) for part in parts if part.cells is not None]
-    cells = joined(by_patch, order, name="cells")
     whole: TangentialSolution = joined([replace(part, cells=None) for part in parts], order)
+    if not by_patch:
+        return whole
+    cells = joined(by_patch, order, name="cells")
     return replace(whole, cells=np.moveaxis(cells, 1, 0))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass, replace
+from typing import SupportsFloat
 
 import numpy as np
 
@@ -93,8 +94,8 @@ def placement(
     of the wheel profile, from the running circle.
     """
     steepest = 1.0 / QUANTITIES["inclination_ratio"].range.low
-    if not 0.0 <= inclination <= steepest:
-        raise ProfileError(f"rail inclination = {inclination:g} must be in 0 .. {steepest:g} (1:40 is 0.025)")
+    if not (isinstance(inclination, SupportsFloat) and 0.0 <= inclination <= steepest):
+        raise ProfileError(f"rail inclination = {inclination} must be in 0 .. {steepest:g} (1:40 is 0.025)")
     for name, value in (("gauge", gauge), ("half_span", half_span), ("gauge_height", gauge_height)):
         if fault := QUANTITIES[name].fault(value):
             raise ProfileError(fault)

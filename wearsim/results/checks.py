@@ -31,6 +31,9 @@ TREAD_SLOPE = 0.2
 LOAD_TOLERANCE = 0.01
 """Deviation from 1 of the factor on the normal forces that deserves a word."""
 
+STOOD_IN_SHARE = 0.05
+"""Share of the wear by wheels solved by a contact model that stood in, from which on it deserves a word."""
+
 SEIZURE_SHARE = 0.01
 """Share of the worn area by seizure that deserves a word."""
 
@@ -241,6 +244,28 @@ def load_scale_warning(dataset: xr.Dataset) -> str | None:
     return say("result.scaled", scaling=scaling, most=f"{LOAD_TOLERANCE:.0%}", share=share)
 
 
+def stood_in_share(dataset: xr.Dataset) -> float:
+    """Share of the worn area so far by wheels that another contact model solved than that of the scene [-].
+
+    Contacts count in the state that a step leads to. 0 without wear, and in results of versions that did not
+    count it.
+    """
+    wear = worn_by_patch(dataset)
+    if "stood_in" not in dataset or wear.sum() <= 0.0:
+        return 0.0
+    return float(wear[dataset["stood_in"].values == 1].sum() / wear.sum())
+
+
+def stood_in_warning(dataset: xr.Dataset) -> str | None:
+    """Warn of much wear by wheels for which the contact models of the scene had no solution."""
+    share = stood_in_share(dataset)
+    if share <= STOOD_IN_SHARE:
+        return None
+    here = (dataset["stood_in"].values == 1).any(axis=(0, 2))
+    most = percent(STOOD_IN_SHARE)
+    return say("result.stood_in", share=percent(share), most=most, count=here.sum(), all=here.size)
+
+
 def regime_shares(dataset: xr.Dataset, sought: str) -> dict[str, float]:
     """Share of the worn area that each law with a regime of that name takes off in it, both wheels.
 
@@ -344,8 +369,8 @@ def cracks_warning(dataset: xr.Dataset) -> str | None:
 def result_warnings(dataset: xr.Dataset) -> list[str]:
     """Return all warnings of this module for one result, one line each."""
     checks = (
-        tread_wear_warning, left_out_warning, load_scale_warning, seizure_warning, low_friction_warning,
-        outside_warning, cracks_warning,
+        tread_wear_warning, left_out_warning, load_scale_warning, stood_in_warning, seizure_warning,
+        low_friction_warning, outside_warning, cracks_warning,
     )  # fmt: skip
     return [line for check in checks if (line := check(dataset)) is not None]
 

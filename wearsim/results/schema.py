@@ -42,7 +42,7 @@ CHANGES = "settings_changed"
 COORDINATES = ("distance", "wheel_name", "regime_name", "operating_point_name", "arc_length")
 """Coordinates; they never carry a fill value."""
 
-LATER: frozenset[str] = frozenset()
+LATER: frozenset[str] = frozenset({"stood_in"})
 """Variables that came after version 0.2.0: they are absent in result files of versions before them."""
 
 LABELS = (*COORDINATES, *(next(iter(group)) for group in GROUPS.values()))

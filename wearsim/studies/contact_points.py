@@ -13,21 +13,20 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from wearsim.contact.dataset import Side, solve_patches
+from wearsim.contact.dataset import Side, solve_contact
 from wearsim.contact.equilibrium import RULES
 from wearsim.contact.normal import NORMAL_MODELS
+from wearsim.contact.patch import FloatArray
 from wearsim.contact.problem import (
     PAIRS,
     ContactConditions,
     ContactModels,
-    ContactPatches,
     Counterface,
     Wheelset,
 )
 from wearsim.contact.solve import available_cores
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.errors import LONGEST_ECHO, ContactError, NumericalError, ProfileError
-from wearsim.operation.resultants import resultants
 from wearsim.operation.states import Controlled, StateError, settle
 from wearsim.profile.files import load_profile
 from wearsim.profile.placement import slope_of
@@ -309,7 +308,7 @@ def solve_batch(points: Sequence[Request], *, fields: bool = False) -> tuple[xr.
     load = "wheel" if first.normal_force is None else "normal_force"
     options: Any = {"sides": _SIDES[first.side], "load": load, "threads": available_cores()}
     try:
-        contact, solved = solve_patches(wheelset, counterface, found, models, fields=fields, **options)
+        contact = solve_contact(wheelset, counterface, found, models, fields=fields, **options)
     except ContactError as error:  # the user does not know the index of the point in the batch
         text = str(error).removeprefix(f"point {error.row}, ")
         raise type(error)(text, row=error.row, rows=error.rows) from None
@@ -331,20 +330,28 @@ def solve_batch(points: Sequence[Request], *, fields: bool = False) -> tuple[xr.
         for k, point in enumerate(points)
     ]
     if first.side == "both":
-        forces = _forces(solved, found).to_dict("records")
+        forces = _forces(contact).to_dict("records")
         results = [result | {"wheelset": each} for result, each in zip(results, forces, strict=True)]
     for patch in patches.assign(normal=first.normal, tangential=first.tangential).to_dict("records"):
         results[patch.pop("point")]["patches"].append(patch)
     return contact, results
 
 
-def _forces(patches: ContactPatches, found: ContactConditions) -> pd.DataFrame:
+def _forces(contact: xr.Dataset) -> pd.DataFrame:
     """Table of the forces on the wheelset at each point, names as in results."""
-    forces = resultants(patches, found.shift.size)
-    columns = {"lateral_force": -forces.force}
-    for name, values in ("derailment_quotient", forces.derailment_quotient), ("wheel_load", forces.vertical):
+    count = contact.sizes["operating_point"]
+    place = 2 * contact["point"].values + (contact["side"].values == "left")
+
+    def of_wheels(name: str) -> FloatArray:
+        return np.bincount(place, contact[name].values, 2 * count).astype(float).reshape(-1, 2)
+
+    lateral, vertical = of_wheels("track_lateral"), of_wheels("track_vertical")
+    quotient = np.array([-1.0, 1.0]) * lateral / vertical
+    columns = {"lateral_force": -lateral.sum(axis=1)}
+    for name, values in ("derailment_quotient", quotient), ("wheel_load", vertical):
         columns |= {f"{name}_right": values[:, 0], f"{name}_left": values[:, 1]}
-    columns |= {"steering_moment": forces.moment, "axle_wear_number": forces.power / found.speed}
+    columns["steering_moment"] = of_wheels("track_yaw_moment").sum(axis=1)
+    columns["axle_wear_number"] = of_wheels("power").sum(axis=1) / contact["speed"].values
     return pd.DataFrame(columns)
 
 

@@ -322,6 +322,30 @@ def test_friction_is_that_of_the_strip():
     assert np.isfinite(result.cells).all()
 
 
+def test_strips_without_friction_beside_others_slide_freely():
+    """They carry their pressure and slip as rigid bodies do, without traction; the others do not notice."""
+    planes = strips_of(EQUAL)
+    patch, motion = patch_of(planes), motion_of(planes, (-1.6e-3, 4e-4, -0.8))
+    rubbed = solved(patch, motion)
+    motion.friction[0, 4:6] = 0.0
+    result = solved(patch, motion)
+    pressure, shear_x, shear_y, slip_x, slip_y = result.cells[:, 0, :, 4:6]
+    np.testing.assert_array_equal(pressure, rubbed.cells[0, 0, :, 4:6])
+    assert not shear_x.any()
+    assert not shear_y.any()
+    along, across, spin = motion.creepage[0, 4:6].T
+    x = planes.middle[0, 4:6] + planes.half[0, 4:6] * (1.0 - (2.0 * np.arange(20) + 1.0) / 20)[:, None]
+    np.testing.assert_allclose(slip_x, along + 0.0 * x, rtol=1e-12)
+    np.testing.assert_allclose(slip_y, across + spin * x, rtol=1e-12)
+    assert not result.strip_force[0, 4:6].any()
+    # as if the two strips were not there
+    rest = np.r_[0:4, 6:12]
+    without = StripPlanes(**{name: value[:, rest] for name, value in vars(planes).items()})
+    motion = StripMotion(motion.wheel, motion.creepage[:, rest], motion.friction[:, rest])
+    alone = solved(patch_of(without), motion).strip_force[0]
+    np.testing.assert_allclose(result.strip_force[0, rest] / SIZE, alone / SIZE, atol=1e-6)
+
+
 def test_motion_that_is_not_finite_is_refused():
     """But that of padding has no meaning."""
     planes = strips_of(EQUAL)
@@ -360,26 +384,24 @@ def test_wheels_without_friction_have_no_forces():
 # ---- cells
 
 
-def test_cells_keep_the_work_of_the_solved_strips():
-    """Three solved strips in each strip of the patch: 1e-9."""
-    planes = strips_of(np.linspace(-B, B, 25))
-    planes = replace(planes, half=planes.half * (1.0 + 0.3 * np.sin(4e3 * planes.station)))
-    motion = motion_of(planes)
-    work = []
+@pytest.mark.parametrize(("count", "error"), [(24, 0.01), (48, 0.003)])
+def test_cells_have_the_work_of_the_solved_strips(count, error):
+    """Three solved strips in each strip of the patch; work per pressure is interpolated: second order."""
+    planes, work = strips_of(np.linspace(-B, B, count + 1)), []
     for cut in (None, 3):
         patch = patch_of(planes, cut)
-        result = solved(patch, motion)
+        result = solved(patch, motion_of(planes))
         _, shear_x, shear_y, slip_x, slip_y = result.cells[:, 0]
         each = -(shear_x * slip_x + shear_y * slip_y).sum(axis=0) * result.cell_length[0] * patch.width[0]
         work.append(each)
-    fine, coarse = work
-    np.testing.assert_allclose(coarse, fine.reshape(-1, 3).sum(axis=1), rtol=1e-9)
+    fine, coarse = work[0].reshape(-1, 3).sum(axis=1), work[1]
+    assert abs(coarse - fine).sum() < error * fine.sum()
     power = frictional_power(result.force, CREEPAGE[None], 1.0)[0]
     assert coarse.sum() == pytest.approx(power, rel=0.03)
 
 
 def test_work_stays_in_the_patch_of_its_strips():
-    """Also where strips of a patch reach over those of the next one: 1e-9."""
+    """Also where strips of a patch reach over those of the next one: a fifth of a strip is 4 % of a patch."""
     planes = strips_of(EQUAL)
     halves = joined([part_of(planes, 0, 5), part_of(planes, 5, 12)])
     patch, work = patch_of(halves), []
@@ -388,7 +410,7 @@ def test_work_stays_in_the_patch_of_its_strips():
         _, shear_x, shear_y, slip_x, slip_y = solved(moved, motion_of(halves)).cells
         each = -(shear_x * slip_x + shear_y * slip_y).sum(axis=1) * (patch.x_lead - patch.x_trail)
         work.append(each.sum(axis=1))
-    np.testing.assert_allclose(work[1:], [work[0], work[0]], rtol=1e-9)
+    np.testing.assert_allclose(work[1:], [work[0], work[0]], rtol=0.05)
 
 
 def test_pressure_of_the_cells_is_that_of_the_patch():

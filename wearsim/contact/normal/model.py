@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wearsim.contact.geometry import Gap
 from wearsim.contact.kernel import bare_kernel, plain
@@ -56,6 +57,8 @@ class NormalSolution:
         of the balance; more where a model's load jumps past the given one [-].
     vertical_displacement : (m,) array
         Of the wheel under the load from its design height, downwards, alike for its patches [m].
+    stood_in : (m,) array, optional
+        Whether another model stood in for one that has no solution; models leave it to their caller.
     """
 
     patch: Patch
@@ -67,6 +70,7 @@ class NormalSolution:
     edge_y: FloatArray
     load_scale: FloatArray
     vertical_displacement: FloatArray
+    stood_in: NDArray[np.bool_] | None = None
 
 
 class NormalSolver(Protocol):

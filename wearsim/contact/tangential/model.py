@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wearsim.contact.patch import FloatArray, IntArray, Patch
 from wearsim.contact.registry import check_grid
@@ -61,6 +62,8 @@ class TangentialSolution:
     strip_force : (m, N, 3) array, optional
         Of strips in planes of their own: longitudinal and lateral force in the strip's plane [N, N], and
         moment of the lateral traction about its normal through its middle at x = 0 [N m]; zeros in padding.
+    stood_in : (m,) array, optional
+        Whether another model stood in for one that has no solution; models leave it to their caller.
     """
 
     force: FloatArray
@@ -69,6 +72,7 @@ class TangentialSolution:
     cell_length: FloatArray
     cells: FloatArray | None
     strip_force: FloatArray | None = None
+    stood_in: NDArray[np.bool_] | None = None
 
     @property
     def plane_force(self) -> FloatArray:
@@ -162,6 +166,8 @@ class TangentialModel:
         trailing edge, so that only its work over the patch can be trusted.
     by_strips : bool
         Whether it takes strips in planes of their own; for other models each patch lies in one plane.
+    instead : str
+        Name of the model that solves a wheel for which this one finds no solution; "": none.
     """
 
     name: str
@@ -174,6 +180,7 @@ class TangentialModel:
     chunk: int = 256
     bounded_slip: bool = True
     by_strips: bool = False
+    instead: str = ""
 
     def __call__(
         self, patch: Patch, creepage: FloatArray, friction: FloatArray, **options: Any

@@ -46,7 +46,6 @@ from wearsim.contact.kernel import plain
 from wearsim.contact.patch import FloatArray, Patch
 from wearsim.contact.tangential.coupled_strips import rolling
 from wearsim.contact.tangential.coupled_strips.cells import (
-    cell_means,
     cells_of_patches,
     fill_cells,
     guess_from_cells,
@@ -92,7 +91,7 @@ def solve(
     count, ny = patch.y.shape
     points = strip_points(POINTS)
     wheels = strips_of_wheels(patch, creepage, friction, strips, STRIPS)
-    cells = cells_of_patches(patch, strips is not None, POINTS)
+    cells = cells_of_patches(patch, POINTS)
     rigid, slip = np.empty((2, 2 * wheels.peak.size * (POINTS + 1)))
     traction, marks = np.empty(2 * wheels.peak.size * POINTS), np.empty(wheels.peak.size * POINTS)
     rolling.prepare(points, poisson_ratio, wheels, rigid, traction)
@@ -110,8 +109,6 @@ def solve(
     out = np.zeros((5, count, int(patch.cells.max(initial=1)) if fields else 0, ny))
     force, slip_area = np.zeros((count, 3)), np.zeros(count)
     fill_cells(points, wheels, cells, shear_modulus, traction, slip, marks, out, force, slip_area)
-    for m in np.flatnonzero(np.bincount(wheels.patch, minlength=count) == 0).tolist():
-        slip_area[m] = _slide_freely(patch, m, creepage[m], out[:, m])
     of_strips = None
     if strips is not None:
         of_strips = np.zeros(strips.creepage.shape)
@@ -156,21 +153,6 @@ def _roll(
     return left
 
 
-def _slide_freely(patch: Patch, m: int, creepage: FloatArray, cells: FloatArray) -> float:
-    """Fill pressure and rigid slip (5, nx, ny) of a patch whose strips have no friction; area that slips."""
-    count, half = int(patch.cells[m]), 0.5 * (patch.x_lead[m] - patch.x_trail[m])
-    place = 1.0 - (2.0 * np.arange(count)[:, None] + 1.0) / count
-    slip_x = creepage[0] - creepage[2] * patch.y[m] + 0.0 * place
-    slip_y = creepage[1] + creepage[2] * (patch.x_trail[m] + half * (1.0 + place))
-    touches = half > 0.0
-    if cells.shape[1] > 0:
-        root = cell_means(count, POINTS).sum(axis=0)
-        cells[0, :count] = root[:, None] * (patch.pressure_slope[m] * half)
-        cells[3, :count], cells[4, :count] = slip_x * touches, slip_y * touches
-    moves = ((slip_x != 0.0) | (slip_y != 0.0)) & touches
-    return float((moves * half).sum() * 2.0 / count * patch.width[m])
-
-
 MODEL = TangentialModel(
     name="coupled_strips",
     solve=solve,
@@ -180,4 +162,5 @@ MODEL = TangentialModel(
     fewest=2,
     chunk=16,
     by_strips=True,
+    instead="half_space",
 )

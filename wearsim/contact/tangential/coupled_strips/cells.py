@@ -56,10 +56,6 @@ class PatchCells(NamedTuple):
         Of the patch's strips, see `Patch`.
     width : (m,) array
         Of these strips [m].
-    in_planes : bool
-        Whether solved strips are in planes of their own. The patch's strips then have been cut from them:
-        cells keep the work of each, where else work per pressure is interpolated; and forces are those of the
-        solved strips.
     """
 
     means: FloatArray
@@ -70,18 +66,17 @@ class PatchCells(NamedTuple):
     x_trail: FloatArray
     slope: FloatArray
     width: FloatArray
-    in_planes: bool
 
 
-def cells_of_patches(patch: Patch, in_planes: bool, count: int) -> PatchCells:
-    """Cells of patches, with the means of tractions at `count` points; `in_planes`: of strips in planes."""
+def cells_of_patches(patch: Patch, count: int) -> PatchCells:
+    """Cells of patches, with the means of tractions at `count` points."""
     kinds, number = np.unique(patch.cells, return_inverse=True)
     means = np.zeros((kinds.size, count, int(kinds.max(initial=1))))
     for k, cells in enumerate(kinds.tolist()):
         means[k, :, :cells] = cell_means(cells, count)
     return PatchCells(
         means, plain(number, np.int64), plain(patch.cells, np.int64), plain(patch.y), plain(patch.x_lead),
-        plain(patch.x_trail), plain(patch.pressure_slope), plain(patch.width), in_planes,
+        plain(patch.x_trail), plain(patch.pressure_slope), plain(patch.width),
     )  # fmt: skip
 
 
@@ -94,8 +89,8 @@ class WorkArrays(NamedTuple):
         Tractions of the solved strips over their largest pressure, and work over it.
     slopes : (2, N, nx) array
         Slopes of the tractions across [1/m].
-    sliding, total, kept : (N,) array
-        Share of each strip that slips; work of all its cells; factor that keeps its work.
+    sliding : (N,) array
+        Share of each strip that slips.
     rate : (n + 1,) array
         Work over pressure where strains are computed.
     root : (nx,) array
@@ -107,8 +102,6 @@ class WorkArrays(NamedTuple):
     solved: FloatArray
     slopes: FloatArray
     sliding: FloatArray
-    total: FloatArray
-    kept: FloatArray
     rate: FloatArray
     root: FloatArray
     line: FloatArray
@@ -119,7 +112,7 @@ def fill_cells(
     points: StripPoints, strips: WheelStrips, patches: PatchCells, shear_modulus: float, traction: FloatArray,
     slip: FloatArray, marks: FloatArray, out: FloatArray, force: FloatArray, slip_area: FloatArray,
 ) -> None:  # fmt: skip
-    """Fill the cells of patches, and add up their forces.
+    """Fill the cells of patches with tractions and interpolated work per pressure, and add up their forces.
 
     Parameters
     ----------
@@ -137,7 +130,7 @@ def fill_cells(
     out : (5, m, nx, ny) array
         Filled with pressure, traction and slip; without cells (nx = 0) the forces alone are wanted.
     force : (m, 3) array
-        The sums over the cells are added, if the patches lie in one plane.
+        The sums over the cells are added: of patches in one plane their forces and moments.
     slip_area : (m,) array
         Filled with the area that slips [m2].
     """
@@ -146,8 +139,8 @@ def fill_cells(
     for w in range(strips.begin.size - 1):
         widest = max(widest, strips.begin[w + 1] - strips.begin[w])
     work = WorkArrays(
-        np.empty((3, widest, most)), np.empty((2, widest, most)), np.empty(widest), np.empty(widest),
-        np.empty(widest), np.empty(n + 1), np.empty(most), np.empty((5, most)),
+        np.empty((3, widest, most)), np.empty((2, widest, most)), np.empty(widest), np.empty(n + 1),
+        np.empty(most), np.empty((5, most)),
     )  # fmt: skip
     for w in range(strips.begin.size - 1):
         begin, end = strips.begin[w], strips.begin[w + 1]
@@ -199,7 +192,7 @@ def _along(
         work.sliding[i] = _rates(
             points.between, traction[:, own], slip[:, own], marks[own], scale, strips.friction[s], work.rate
         )
-        work.total[i] = _work_along(points.between, work.rate, root, work.solved[2, i, :cells])
+        _work_along(points.between, work.rate, root, work.solved[2, i, :cells])
     _slopes_across(work.solved, strips, low, high, cells, work.slopes)
 
 
@@ -213,11 +206,6 @@ def _hand_out(
     cells, width = patches.cells[m], patches.width[m]
     solved, slopes, root = work.solved, work.slopes, work.root
     x, y, rate, slip_x, slip_y = work.line[0], work.line[1], work.line[2], work.line[3], work.line[4]
-    if patches.in_planes:
-        _keep_work(strips, patches, low, first, last, high, work)
-    else:
-        for i in range(first - low, last - low):
-            work.kept[i] = 1.0
     area = 0.0
     for j in range(patches.y.shape[1]):
         half = 0.5 * (patches.x_lead[m, j] - patches.x_trail[m, j])
@@ -238,36 +226,61 @@ def _hand_out(
             _add_line(solved[0, i], slopes[0, i], share, off * share, x, cells)
             _add_line(solved[1, i], slopes[1, i], share, off * share, y, cells)
             other, to_other = _next_to(strips, s, place, low, high)
-            kept = share * work.kept[i]
             _add_line(
-                solved[2, i], solved[2, other - low], kept * (1.0 - to_other), kept * to_other, rate, cells
+                solved[2, i], solved[2, other - low], share * (1.0 - to_other), share * to_other, rate, cells
             )
-        # A strip that sticks out of the solved ones has the tractions of its other part.
+        # A strip that sticks out of the solved ones has the tractions and work of its other part.
         per_share, limit = 1.0 / covered, bound / covered
-        of_work = largest if patches.in_planes else largest * per_share
-        for c in range(cells):
-            t_x, t_y, most = per_share * x[c], per_share * y[c], limit * root[c]
-            size = np.sqrt(t_x * t_x + t_y * t_y)
-            scale = largest * most / (size if size > most else most)
-            t_x, t_y = scale * t_x, scale * t_y
-            square = t_x * t_x + t_y * t_y
-            against = -of_work * rate[c] / (square if square > 0.0 else 1.0)
-            x[c], y[c] = t_x, t_y
-            slip_x[c], slip_y[c] = against * t_x, against * t_y
+        if bound > 0.0:
+            for c in range(cells):
+                t_x, t_y, most = per_share * x[c], per_share * y[c], limit * root[c]
+                size = np.sqrt(t_x * t_x + t_y * t_y)
+                scale = largest * most / (size if size > most else most)
+                t_x, t_y = scale * t_x, scale * t_y
+                square = t_x * t_x + t_y * t_y
+                against = -largest * per_share * rate[c] / (square if square > 0.0 else 1.0)
+                x[c], y[c] = t_x, t_y
+                slip_x[c], slip_y[c] = against * t_x, against * t_y
+        else:
+            middle = 0.5 * (patches.x_lead[m, j] + patches.x_trail[m, j])
+            sliding = covered * _slide_freely(
+                strips, p, q, lower, upper, middle, half, x[:cells], y[:cells], slip_x, slip_y
+            )
         area += 2.0 * half * width * per_share * sliding
         if out.shape[2] > 0:
             for c in range(cells):
                 out[0, m, c, j], out[1, m, c, j], out[2, m, c, j] = largest * root[c], x[c], y[c]
                 out[3, m, c, j], out[4, m, c, j] = slip_x[c], slip_y[c]
-        if not patches.in_planes:
-            f_x, f_y, moment, length = 0.0, 0.0, 0.0, 2.0 * half / cells
-            for c in range(cells):
-                f_x, f_y, moment = f_x + x[c], f_y + y[c], moment + (c + 0.5) * y[c]
-            force[m, 0] += f_x * length * width
-            force[m, 1] += f_y * length * width
-            turning = patches.x_lead[m, j] * f_y - length * moment - patches.y[m, j] * f_x
-            force[m, 2] += turning * length * width
+        f_x, f_y, moment, length = 0.0, 0.0, 0.0, 2.0 * half / cells
+        for c in range(cells):
+            f_x, f_y, moment = f_x + x[c], f_y + y[c], moment + (c + 0.5) * y[c]
+        force[m, 0] += f_x * length * width
+        force[m, 1] += f_y * length * width
+        turning = patches.x_lead[m, j] * f_y - length * moment - patches.y[m, j] * f_x
+        force[m, 2] += turning * length * width
     slip_area[m] = area
+
+
+@inner_bare_kernel
+def _slide_freely(
+    strips: WheelStrips, p: int, q: int, lower: float, upper: float, middle: float, half: float,
+    x: FloatArray, y: FloatArray, slip_x: FloatArray, slip_y: FloatArray,
+) -> float:  # fmt: skip
+    """Fill the cells of a strip without friction with the slip of rigid bodies; share of them that slides."""
+    along, across, spin, covered, slide = 0.0, 0.0, 0.0, 0.0, 0
+    for s in range(p, q):
+        share, _ = _part(strips, s, lower, upper, q - p == 1)
+        turning = strips.creepage[s, 2]
+        covered += share
+        along += share * (strips.creepage[s, 0] - turning * (0.5 * (lower + upper) - strips.station[s]))
+        across += share * strips.creepage[s, 1]
+        spin += share * turning
+    for c in range(x.size):
+        place = middle + half * (1.0 - (2.0 * c + 1.0) / x.size)
+        x[c], y[c] = 0.0, 0.0
+        slip_x[c], slip_y[c] = along / covered, (across + spin * place) / covered
+        slide += slip_x[c] != 0.0 or slip_y[c] != 0.0
+    return float(slide / x.size)
 
 
 @inner_bare_kernel
@@ -277,29 +290,6 @@ def _add_line(
     """Add two lines of cells times factors."""
     for c in range(cells):
         out[c] += of_one * one[c] + of_other * other[c]
-
-
-@inner_bare_kernel
-def _keep_work(
-    strips: WheelStrips, patches: PatchCells, low: int, first: int, last: int, high: int, work: WorkArrays
-) -> None:
-    """Fill the factors with which the cells of a patch hold the work of each of its solved strips."""
-    m = strips.patch[first]
-    for i in range(first - low, last - low):
-        work.kept[i] = 0.0
-    for j in range(patches.y.shape[1]):
-        half = 0.5 * (patches.x_lead[m, j] - patches.x_trail[m, j])
-        lower, upper = _edges(strips, patches, first, j)
-        p, q = _overlapped(strips, first, last, lower, upper)
-        for s in range(p, q):
-            share, place = _part(strips, s, lower, upper, q - p == 1)
-            other, to_other = _next_to(strips, s, place, low, high)
-            value = work.total[s - low] + to_other * (work.total[other - low] - work.total[s - low])
-            work.kept[s - low] += share * patches.width[m] * half * half * patches.slope[m, j] * value
-    for s in range(first, last):
-        i = s - low
-        whole = strips.width[s] * strips.half[s] * strips.peak[s] * work.total[i]
-        work.kept[i] = whole / work.kept[i] if work.kept[i] > 0.0 else 0.0
 
 
 @inner_bare_kernel
@@ -429,8 +419,8 @@ def _rates(
 
 
 @inner_bare_kernel
-def _work_along(between: FloatArray, rate: FloatArray, root: FloatArray, work: FloatArray) -> float:
-    """Fill the work of the cells of a strip, the square of its rate linear between places; the exact sum.
+def _work_along(between: FloatArray, rate: FloatArray, root: FloatArray, work: FloatArray) -> None:
+    """Fill the work of the cells of a strip, the square of its rate linear between places; the sum is exact.
 
     Near the onset of slip and at the trailing end it goes on in a straight line.
     """
@@ -440,7 +430,7 @@ def _work_along(between: FloatArray, rate: FloatArray, root: FloatArray, work: F
     if total <= 0.0:
         for c in range(cells):
             work[c] = 0.0
-        return 0.0
+        return
     behind = 0
     for c in range(cells):
         place = 1.0 - (2.0 * c + 1.0) / cells
@@ -458,7 +448,6 @@ def _work_along(between: FloatArray, rate: FloatArray, root: FloatArray, work: F
         have += work[c] * 2.0 / cells
     for c in range(cells):
         work[c] *= total / have if have > 0.0 else 0.0
-    return 0.5 * cells * total if have > 0.0 else 0.0
 
 
 @bare_kernel

@@ -96,7 +96,7 @@ def strips_of_wheels(
     Returns
     -------
     WheelStrips
-        Strips without load, length or friction are left out, and with them wheels that have no others.
+        Strips without load or length are left out, and with them wheels that have no others.
     """
     if patch.planes is None or motion is None:
         strips = solved_strips(patch, fewest)
@@ -120,7 +120,7 @@ def strips_of_wheels(
         along = middle if x is None else middle + x[:, None]
         normal, y = planes.normal_force, planes.offset
         turned = np.arctan2((normal * np.sin(angle)).sum(axis=1), (normal * np.cos(angle)).sum(axis=1))
-    carries = (peak > 0.0) & (width > 0.0) & (half > _SHORTEST * width) & (coefficient > 0.0)
+    carries = (peak > 0.0) & (width > 0.0) & (half > _SHORTEST * width)
     at, number = np.nonzero(carries)
     order = np.lexsort((station[carries], wheel[at]))
     at, number = at[order], number[order]
