@@ -162,6 +162,8 @@ class TangentialModel:
         trailing edge, so that only its work over the patch can be trusted.
     by_strips : bool
         Whether it takes strips in planes of their own; for other models each patch lies in one plane.
+    on_rows : bool
+        Whether it takes them only where they are the rows of the grid of the normal model's pressures.
     """
 
     name: str
@@ -174,6 +176,11 @@ class TangentialModel:
     chunk: int = 256
     bounded_slip: bool = True
     by_strips: bool = False
+    on_rows: bool = False
+
+    def takes_strips_of(self, patch: Patch) -> bool:
+        """Whether it takes the strips of patches that have `planes`."""
+        return self.by_strips and not (self.on_rows and patch.grid is None)
 
     def __call__(
         self, patch: Patch, creepage: FloatArray, friction: FloatArray, **options: Any
