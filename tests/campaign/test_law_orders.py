@@ -38,7 +38,7 @@ def settings_of(name, form):
 
 
 def fields_of(state, largest):
-    """Fields of both wheels: slip rises from no slip in the leading half to its largest at the trailing end."""
+    """Fields of both wheels; slip rises from none in the leading half to its largest at the trailing end."""
     band = np.exp(-((state.y / 8e-3) ** 2))[:, None, :]
     worn = state.wear_depth[:, None, :] / DEPTH
     t = 1.0 - (2.0 * np.arange(CELLS)[None, :, None] + 1.0) / CELLS
