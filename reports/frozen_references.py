@@ -150,6 +150,18 @@ def frozen_contact(number):
     return row | {"fault": ""}
 
 
+def errors_of_contact(row, normal, tangential, cells):
+    """Errors of a pair of models in a contact of the table [%]; force over friction times load."""
+    ours = contact_sums(contact(row["contact"]), normal, tangential, cells)
+    y = np.linspace(row["y_first"], row["y_last"], PIECES + 1)
+    work, theirs = np.diff(ours.work_up_to(y)), np.array([row[f"work_{k + 1}"] for k in range(PIECES)])
+    force = np.hypot(ours.force_x - row["force_x"], ours.force_y - row["force_y"])
+    errors = {"force": force / (row["friction"] * row["wheel_load"])}
+    errors |= {name: getattr(ours, name) / row[name] - 1.0 for name in FIELDS[2:]}
+    errors["strip_work"] = np.abs(work - theirs).sum() / theirs.sum()
+    return {name: 100.0 * abs(error) for name, error in errors.items()}
+
+
 def freeze_contacts(path, end):
     """Contacts drawn one after the other, those without solution too, until there are enough."""
     table = pd.read_csv(path) if path.exists() else pd.DataFrame()
