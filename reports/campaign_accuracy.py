@@ -15,7 +15,15 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from frozen_references import KINDS, SAMPLES, contact, errors_of_contact, point_rows, wheelset_of
+from frozen_references import (
+    KINDS,
+    SAMPLES,
+    contact,
+    errors_of_contact,
+    point_rows,
+    read_contacts,
+    wheelset_of,
+)
 from made_up_campaigns import CASES, FINER, load_kernels, places_of, run, setup_of, with_pair
 from real_wheels import kernel_time
 from writing import HERE, Table, options, write_csv, write_report
@@ -122,7 +130,7 @@ def grids(references):
 
 def of_contacts(folder):
     """Errors of pairs of models in the frozen contacts [%]: median, 90 % and 97 % quantile."""
-    table = pd.read_csv(folder / "reference_contacts.csv").to_dict("records")
+    table = read_contacts(folder).to_dict("records")
     rows = []
     for name, pair in [*((pair, MODELS[pair]) for pair in PAIRS), ("accurate", MODELS["accurate"])]:
         errors = pd.DataFrame([errors_of_contact(row, *pair, 30) for row in table])

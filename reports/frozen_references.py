@@ -65,7 +65,7 @@ def main(arguments=None):
     chosen = options(__file__, __doc__, arguments, more=more)
     end = time.monotonic() + chosen.seconds
     if chosen.cases is None:
-        freeze_contacts(chosen.out / "reference_contacts.csv", end)
+        freeze_contacts(chosen.out, end)
     if not chosen.contacts:
         freeze_campaigns(chosen.out, chosen.cases, end)
 
@@ -162,9 +162,16 @@ def errors_of_contact(row, normal, tangential, cells):
     return {name: 100.0 * abs(error) for name, error in errors.items()}
 
 
-def freeze_contacts(path, end):
+def read_contacts(folder):
+    """Table of the contacts; none of the names of rails is a number."""
+    table = pd.read_csv(folder / "reference_contacts.csv", dtype={"rail": str, "fault": str})
+    return table.fillna({"fault": ""})
+
+
+def freeze_contacts(folder, end):
     """Contacts drawn one after the other, those without solution too, until there are enough."""
-    table = pd.read_csv(path) if path.exists() else pd.DataFrame()
+    path = folder / "reference_contacts.csv"
+    table = read_contacts(folder) if path.exists() else pd.DataFrame()
     number = len(table)
     while time.monotonic() < end and (len(table) == 0 or table["power"].notna().sum() < CONTACTS):
         table = pd.concat([table, pd.DataFrame([frozen_contact(number)])], ignore_index=True)

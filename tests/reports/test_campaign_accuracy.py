@@ -9,7 +9,14 @@ import numpy as np
 import pandas as pd
 import pytest
 from campaign_accuracy import MOST, QUANTITIES, ratios_of, read_references, read_table
-from frozen_references import CONTACTS, contact, errors_of_contact, frozen_campaign, frozen_contact
+from frozen_references import (
+    CONTACTS,
+    contact,
+    errors_of_contact,
+    frozen_campaign,
+    frozen_contact,
+    read_contacts,
+)
 from made_up_campaigns import CASES, WORN, places_of, scene
 
 from wearsim.contact.problem import PAIRS
@@ -23,7 +30,7 @@ def test_campaigns_are_those_of_the_references():
 
 
 def test_contacts_are_those_of_the_references(reports):
-    table = pd.read_csv(reports / "reference_contacts.csv", dtype={"fault": str}).fillna({"fault": ""})
+    table = read_contacts(reports)
     assert (table["power"].notna().sum(), len(table)) == (CONTACTS, CONTACTS)
     for row in table.to_dict("records"):
         for name, value in contact(row["contact"]).items():
@@ -37,7 +44,7 @@ def test_contacts_are_those_of_the_references(reports):
 
 def test_contact_of_the_table(reports):
     """An eighth of a second; the digits of the table."""
-    table = pd.read_csv(reports / "reference_contacts.csv", dtype={"fault": str}).fillna({"fault": ""})
+    table = read_contacts(reports)
     (frozen,) = table[table["contact"] == 1].to_dict("records")
     row = frozen_contact(1)
     for name in ("force_x", "force_y", "power", "max_pressure", "area", "work_4", "work_30"):
@@ -47,7 +54,7 @@ def test_contact_of_the_table(reports):
 @pytest.mark.slow
 def test_standard_in_the_contacts_of_the_table(reports):
     """Strip work 2 % in the median and 5 % in 90 %, power 2 % in 90 %, largest pressure 3 % in 97 %."""
-    table = pd.read_csv(reports / "reference_contacts.csv").to_dict("records")
+    table = read_contacts(reports).to_dict("records")
     errors = pd.DataFrame([errors_of_contact(row, *PAIRS["standard"], 30) for row in table])
     assert errors["strip_work"].median() < 2.0
     assert errors["strip_work"].quantile(0.9) < 5.0
