@@ -1,10 +1,13 @@
 """S1002 on 60E1 1:40, the pair of the seed paper, and operating points from plain numbers."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from wearsim.contact.patch import Patch
 from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
+from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.profile import standard
 
 
@@ -83,3 +86,10 @@ def _ellipse(a, b, load, strips, offset=0.0, cells=50):
 def ellipse():
     """Factory of a patch with semi-axes a (rolling direction) and b [m] that carries `load` [N]."""
     return _ellipse
+
+
+@pytest.fixture
+def one_creepage(monkeypatch):
+    """Tangential half-space with one creepage and spin about the centre of a patch: other programs."""
+    model = replace(TANGENTIAL_MODELS["half_space"], by_strips=False)
+    monkeypatch.setitem(TANGENTIAL_MODELS, "half_space", model)

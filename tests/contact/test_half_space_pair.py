@@ -17,6 +17,8 @@ from wearsim.contact.problem import ContactConditions, ContactModels, Counterfac
 from wearsim.contact.solve import solve
 from wearsim.profile import standard
 
+pytestmark = pytest.mark.usefixtures("one_creepage")  # that of the other program
+
 DATA = Path(__file__).parents[1] / "data"
 RAILS = {"s1002_60e1": "60E1", "mbench": "60E1_benchmark"}
 MODELS = ContactModels("half_space", "half_space", strips=50, cells=50)

@@ -18,6 +18,8 @@ from wearsim.contact.problem import ContactConditions, ContactModels, Counterfac
 from wearsim.contact.solve import solve
 from wearsim.profile import standard
 
+pytestmark = pytest.mark.usefixtures("one_creepage")  # that of the other program
+
 DATA = Path(__file__).parents[1] / "data"
 RAILS = {"s1002_60e1": "60E1", "mbench": "60E1_benchmark"}
 NEAR = 0.75e-3  # m, of shift from the next jump

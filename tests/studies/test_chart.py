@@ -44,11 +44,11 @@ def test_every_combination_has_times_and_an_error_or_a_refusal(table):
     assert table["pareto"].any()
 
 
-def test_pressures_on_strips_are_nearer_than_those_of_virtual_penetration(table):
-    """With slip in one plane per patch, as the half-space has it; strips in planes of their own differ."""
+def test_strips_that_slip_as_the_wheels_own_radius_are_nearer_than_patches_in_one_plane(table):
+    """1 mm off centre on a wide tread, by 1 m rollers; rows of cells of the half-space slip so, too."""
     error = table.set_index("models")["depth_error"]
-    assert error["coupled_strips + half_space"] < 0.2 * error["kik_piotrowski + half_space"]
-    assert error["half_space + coupled_strips"] < 0.5 * error["half_space + fastsim"] + 0.01
+    assert error["coupled_strips + coupled_strips"] < 0.4 * error["kik_piotrowski + half_space"]
+    assert error["half_space + coupled_strips"] < 0.5 * error["half_space + fastsim"]
 
 
 @pytest.mark.parametrize("programme", [False, True])

@@ -6,8 +6,8 @@ counterface. Both surface velocities are those of the undeformed bodies at the p
 the patch, in the planes that stand for them: half-spaces meet in one plane. That of the counterface goes
 through its profile at the centre; that of the wheel lies the rigid approach deeper along the normal, where
 the wheel would be in its way the most. In a patch that is bent this is some micrometres off the wheel's
-profile at the centre. Strips in planes of their own take the wheel's own points. The counterface turns with
-:math:`\omega = (0, \kappa V, -V/R)`; a rail has kappa = 0.
+profile at the centre. Strips, also those that are rows of cells in one plane, take the wheel's own points.
+The counterface turns with :math:`\omega = (0, \kappa V, -V/R)`; a rail has kappa = 0.
 """
 
 from __future__ import annotations

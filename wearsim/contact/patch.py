@@ -74,7 +74,7 @@ class PatchGrid:
 
 @dataclass(frozen=True)
 class StripPlanes:
-    """Strips along the rolling direction, each in a contact plane of its own.
+    """Strips along the rolling direction, each in a contact plane of its own, or all in that of the patch.
 
     Widths of neighbours differ. Strips of a patch are in the order of rising y; behind them the arrays are
     padded with strips of width 0.
@@ -170,7 +170,8 @@ class Patch:
         Pressure of models that find it cell by cell; the strips then are those of `from_grid`.
     planes : StripPlanes, optional
         Of a patch that is bent: the strips the normal model solved, each in its own plane; `y` then is along
-        the arc, from their mean station weighted with the normal forces. None: the patch lies in one plane.
+        the arc, from their mean station weighted with the normal forces. Of a patch with a `grid`: its rows.
+        None: the patch lies in one plane, with one creepage and spin about its centre.
     """
 
     row: IntArray

@@ -17,7 +17,7 @@ from wearsim.contact.gap import between_points
 from wearsim.contact.geometry import CounterfaceProfile, Gap, WheelsetPose, WheelSurface, gap
 from wearsim.contact.kernel import kernel, plain
 from wearsim.contact.normal import NORMAL_MODELS, NormalModel, NormalSolution
-from wearsim.contact.patch import FloatArray, IntArray, PatchGrid, Resolution, StripPlanes, mean_over_planes
+from wearsim.contact.patch import FloatArray, IntArray, PatchGrid, Resolution, mean_over_planes
 from wearsim.contact.problem import ContactConditions, ContactModels, Wheelset
 from wearsim.contact.tangential import (
     TANGENTIAL_MODELS,
@@ -27,7 +27,6 @@ from wearsim.contact.tangential import (
     Wanted,
 )
 from wearsim.errors import ContactError, NumericalError
-from wearsim.profile.shape import arc_length
 
 COARSE = Resolution(cell=1.0, strips=12, cells=12, most=12)
 """Of rough solutions."""
@@ -211,20 +210,8 @@ def _stood_in(
     fine = models.resolution
     resolution = replace(fine, strips=max(fine.strips, model.fewest), cells=max(fine.cells, model.fewest))
     found = model(gap, row, load, resolution=resolution, start=None, rough=False, **options)
-    patch, face = found.patch, gap.counterface
-    half = 0.5 * (patch.x_lead - patch.x_trail)
-    y = 0.5 * (found.edge_y[:, 1:] + found.edge_y[:, :-1])
-    planes = StripPlanes(
-        y=y,
-        station=np.interp(y, face.y, arc_length(face.y, face.z)),
-        width=np.where(half > 0.0, patch.width[:, None], 0.0),
-        half=half,
-        middle=0.5 * (patch.x_lead + patch.x_trail),
-        peak=patch.pressure_slope * half,
-        angle=np.repeat(found.contact_angle[:, None], y.shape[1], axis=1),
-    )
-    stood_in = np.ones(patch.row.size, dtype=bool)
-    return replace(found, patch=replace(patch, grid=None, planes=planes), stood_in=stood_in)
+    stood_in = np.ones(found.patch.row.size, dtype=bool)
+    return replace(found, patch=replace(found.patch, grid=None), stood_in=stood_in)
 
 
 def by_row(parts: list[NormalSolution]) -> NormalSolution:
@@ -241,8 +228,8 @@ def wheels_of(
 
     Patches lie in one plane each where the tangential model does not take strips in planes of their own.
     """
-    by_strips = TANGENTIAL_MODELS[task.models.tangential].by_strips
-    if normal.patch.planes is not None and not by_strips:
+    tangential = TANGENTIAL_MODELS[task.models.tangential]
+    if normal.patch.planes is not None and not tangential.takes_strips_of(normal.patch):
         normal = replace(normal, patch=replace(normal.patch, planes=None))
     row, here = normal.patch.row, side.gap
     planes = planes_of(normal)

@@ -168,6 +168,8 @@ class TangentialModel:
         Whether it takes strips in planes of their own; for other models each patch lies in one plane.
     instead : str
         Name of the model that solves a wheel for which this one finds no solution; "": none.
+    on_rows : bool
+        Whether it takes them only where they are the rows of the grid of the normal model's pressures.
     """
 
     name: str
@@ -181,6 +183,11 @@ class TangentialModel:
     bounded_slip: bool = True
     by_strips: bool = False
     instead: str = ""
+    on_rows: bool = False
+
+    def takes_strips_of(self, patch: Patch) -> bool:
+        """Whether it takes the strips of patches that have `planes`."""
+        return self.by_strips and not (self.on_rows and patch.grid is None)
 
     def __call__(
         self, patch: Patch, creepage: FloatArray, friction: FloatArray, **options: Any

@@ -53,7 +53,8 @@ from wearsim.contact.normal.model import (
     NormalSolution,
     fault_of,
 )
-from wearsim.contact.patch import FloatArray, IntArray, PatchGrid, Resolution, from_grid
+from wearsim.contact.patch import FloatArray, IntArray, PatchGrid, Resolution, StripPlanes, from_grid
+from wearsim.profile.shape import arc_length
 
 DEFAULTS = {"half_space_tolerance": TOLERANCE, "half_space_iterations": float(MOST_ITERATIONS)}
 
@@ -94,7 +95,8 @@ def solve(
     """Patches and pressures of every row; contract in `normal.model`.
 
     Strips are rows of cells, of which 1.5 on each side are left free for the patch's edge; `patch.grid` has
-    the pressure of the cells. A rough solution is that of the search, or the first one on fitted grids. Own
+    the pressure of the cells, `patch.planes` the rows: at their own places on the profile, all in the plane
+    of the patch. A rough solution is that of the search, or the first one on fitted grids. Own
     parameters: "half_space_tolerance", change of the pressures at which the iteration stops, 3e-5 by default
     [-]; "half_space_iterations", its limit, 1000 by default.
     """
@@ -104,7 +106,12 @@ def solve(
         )
         for here, weight in zip(row.tolist(), load.tolist(), strict=True)
     ]
-    return _assembled(gap, row, states, options["vertical"])
+    found = _assembled(gap, row, states, options["vertical"])
+    return (
+        found
+        if options.get("rough")
+        else replace(found, patch=replace(found.patch, planes=_rows(gap, found)))
+    )
 
 
 def solve_wheel(
@@ -359,6 +366,22 @@ def _assembled(gap: Gap, row: IntArray, states: list[WheelPressure], vertical: b
         edge_y=edges,
         load_scale=column("scale"),
         vertical_displacement=column("vertical_displacement"),
+    )
+
+
+def _rows(gap: Gap, found: NormalSolution) -> StripPlanes:
+    """Rows of cells as strips: in the plane of their patch, at their own places on the profile."""
+    patch, face = found.patch, gap.counterface
+    half = 0.5 * (patch.x_lead - patch.x_trail)
+    station = np.interp(found.centre_y, face.y, arc_length(face.y, face.z))
+    return StripPlanes(
+        y=0.5 * (found.edge_y[:, 1:] + found.edge_y[:, :-1]),
+        station=station[:, None] + patch.y,
+        width=np.where(half > 0.0, patch.width[:, None], 0.0),
+        half=half,
+        middle=0.5 * (patch.x_lead + patch.x_trail),
+        peak=patch.pressure_slope * half,
+        angle=np.repeat(found.contact_angle[:, None], half.shape[1], axis=1),
     )
 
 

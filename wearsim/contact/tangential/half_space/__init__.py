@@ -12,6 +12,10 @@ and this place leaves about the least. Errors of the forces are of first order i
 contact reached half a cell farther at its trailing end. Agreement with the program CONTACT:
 reports/half_space_fields.md.
 
+Rows of cells that are strips of the normal model have the creepage of their own place on the wheel: the
+rigid slip :math:`w = (\xi_x, \xi_y + \varphi x)` of a row is that of its own rolling radius. Tractions act
+on each other in one plane.
+
 References
 ----------
 .. [1] J. J. Kalker, Three-dimensional elastic bodies in rolling contact, Kluwer 1990.
@@ -58,11 +62,15 @@ def solve(
     grid = on_grid(patch)
     count, nx, ny = grid.pressure.shape
     fault = ~(np.isfinite(creepage).all(axis=1) & np.isfinite(friction))
+    if strips is not None:
+        fault |= ~(np.isfinite(strips.creepage).all(axis=(1, 2)) & np.isfinite(strips.friction).all(axis=1))
     if fault.any():
         row = int(patch.row[np.argmax(fault)])
         raise ContactError("creepage and friction coefficient must be finite", row=row)
     force, slip_area = np.zeros((count, 3)), np.zeros(count)
     out = np.zeros((5, count, nx, ny))
+    rows, coefficient = _of_rows(patch, creepage, friction, strips)
+    of_rows = np.zeros((count, ny, 3))
     known = None if start is None else start.cells
     warm = np.zeros(count, bool) if known is None else known[0].any(axis=(1, 2))
     first = np.empty((3, 0)) if warm.all() else _first_guess(patch, shear_modulus, poisson_ratio)
@@ -72,23 +80,38 @@ def solve(
         cells[0] = pressure = np.ascontiguousarray(grid.pressure[m][box])
         x, y = grid.x_lead[m] - dx * (np.arange(box[0].start, box[0].stop) + 0.5), plain(patch.y[m][box[1]])
         rigid, guess = np.empty((2, 2, *pressure.shape))
-        if friction[m] > 0.0:
-            bound = friction[m] * pressure
+        moving, bound = plain(rows[m, box[1]]), coefficient[m, box[1]] * pressure
+        if bound.any():
             operator = steady_rolling.slip_operator(bound.shape, dx, dy, shear_modulus, poisson_ratio)
-            _rigid_slip(creepage[m], x + PLACE * dx, y, pressure, rigid)
+            _rigid_slip(moving, x + PLACE * dx, pressure, rigid)
             if known is not None and warm[m]:
                 guess = _carried_over(known[:3, m][(slice(None), *box)], pressure)
             else:
-                _march(rigid[0], creepage[m], x, plain(first[:, m]), bound, dx, guess)
+                _march(rigid[0], moving, x, plain(first[:, m]), bound, dx, guess)
             rolling = _rolled(operator, rigid, bound, guess, int(patch.row[m]), looser)
-            slipping = _sum_up(rolling.traction, rolling.slip, rolling.slipping, x, y, cells, force[m])
+            sums = of_rows[m, box[1]]
+            slipping = _sum_up(rolling.traction, rolling.slip, rolling.slipping, x, y, cells, force[m], sums)
             force[m] *= dx * dy
+            sums *= dx * dy
         else:
-            _rigid_slip(creepage[m], x, y, pressure, rigid)
+            _rigid_slip(moving, x, pressure, rigid)
             cells[3:], slipping = rigid, int((rigid != 0.0).any(axis=0).sum())
         slip_area[m] = slipping * dx * dy
     lead, size = (np.repeat(part[:, None], ny, axis=1) for part in (grid.x_lead, grid.cell_length))
-    return TangentialSolution(force, slip_area, lead, size, out if fields else None)
+    return TangentialSolution(
+        force, slip_area, lead, size, out if fields else None, of_rows if strips is not None else None
+    )
+
+
+def _of_rows(
+    patch: Patch, creepage: FloatArray, friction: FloatArray, strips: StripMotion | None
+) -> tuple[FloatArray, FloatArray]:
+    """Creepage (m, ny, 3) and friction (m, ny) of the rows of cells, at their middles."""
+    if strips is not None:
+        return strips.creepage, strips.friction
+    rows = np.repeat(creepage[:, None], patch.y.shape[1], axis=1)
+    rows[:, :, 0] -= creepage[:, 2, None] * patch.y
+    return rows, np.repeat(friction[:, None], patch.y.shape[1], axis=1)
 
 
 def _box(pressure: FloatArray) -> tuple[slice, slice]:
@@ -99,15 +122,13 @@ def _box(pressure: FloatArray) -> tuple[slice, slice]:
 
 
 @kernel
-def _rigid_slip(
-    creepage: FloatArray, x: FloatArray, y: FloatArray, pressure: FloatArray, slip: FloatArray
-) -> None:
-    """Fill the slip (2, nx, ny) without deformation, zero outside the contact."""
+def _rigid_slip(creepage: FloatArray, x: FloatArray, pressure: FloatArray, slip: FloatArray) -> None:
+    """Fill the slip (2, nx, ny) of rows (ny, 3) without deformation, zero outside the contact."""
     for i in range(x.size):
-        for j in range(y.size):
+        for j in range(len(creepage)):
             loaded = pressure[i, j] > 0.0
-            slip[0, i, j] = creepage[0] - creepage[2] * y[j] if loaded else 0.0
-            slip[1, i, j] = creepage[1] + creepage[2] * x[i] if loaded else 0.0
+            slip[0, i, j] = creepage[j, 0] if loaded else 0.0
+            slip[1, i, j] = creepage[j, 1] + creepage[j, 2] * x[i] if loaded else 0.0
 
 
 def _first_guess(patch: Patch, shear_modulus: float, poisson_ratio: float) -> FloatArray:
@@ -126,8 +147,8 @@ def _march(
 ) -> None:  # fmt: skip
     """Fill tractions (2, nx, ny) of simplified theory, from the leading end downstream: to start from."""
     for i in range(bound.shape[0]):
-        across = (creepage[1] / flexibility[1] + creepage[2] / flexibility[2] * x[i]) * dx
         for j in range(bound.shape[1]):
+            across = (creepage[j, 1] / flexibility[1] + creepage[j, 2] / flexibility[2] * x[i]) * dx
             t_x, t_y = -slip_x[i, j] * (dx / flexibility[0]), -across
             if i > 0:
                 t_x += traction[0, i - 1, j]
@@ -173,9 +194,11 @@ def _rolled(
 @kernel
 def _sum_up(
     traction: FloatArray, slip: FloatArray, slipping: NDArray[np.bool_], x: FloatArray, y: FloatArray,
-    cells: FloatArray, force: FloatArray,
+    cells: FloatArray, force: FloatArray, rows: FloatArray,
 ) -> int:  # fmt: skip
     """Fill the cells (5, nx, ny) but for the pressure, add up tractions and their moment; cells that slip.
+
+    Those of the rows (ny, 3) about their own middles.
 
     The slip of whole cells, against the traction, from that at their upstream edges.
     """
@@ -189,6 +212,8 @@ def _sum_up(
             t_x, t_y = traction[0, i, j], traction[1, i, j]
             force[0], force[1] = force[0] + t_x, force[1] + t_y
             force[2] += x[i] * t_y - y[j] * t_x
+            rows[j, 0], rows[j, 1] = rows[j, 0] + t_x, rows[j, 1] + t_y
+            rows[j, 2] += x[i] * t_y
             cells[1, i, j], cells[2, i, j] = t_x, t_y
             size = np.sqrt(t_x * t_x + t_y * t_y)
             if slipping[i, j] and size > 0.0:
@@ -211,4 +236,13 @@ def _sum_up(
     return count
 
 
-MODEL = TangentialModel(name="half_space", solve=solve, tolerance=1e-5, warm=True, fewest=8, chunk=2)
+MODEL = TangentialModel(
+    name="half_space",
+    solve=solve,
+    tolerance=1e-5,
+    warm=True,
+    fewest=8,
+    chunk=2,
+    by_strips=True,
+    on_rows=True,
+)
