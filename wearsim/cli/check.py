@@ -7,7 +7,7 @@ from typing import Any
 
 from wearsim.cli import print_json
 from wearsim.cli.flags import load_overridden
-from wearsim.scene import SweepScene
+from wearsim.scene import SweepScene, prepare
 from wearsim.scene.initial_contact import check_contact
 from wearsim.studies.plan import plan, plan_text
 from wearsim.studies.sweep import checked_plan, checked_plan_text
@@ -21,10 +21,11 @@ def execute(arguments: argparse.Namespace) -> int:
         value = checked_plan(scene)
         texts = [checked_plan_text(value)]
     else:
-        warnings = check_contact(scene)
+        prepared = [prepare(part) for part in scene.parts]
+        warnings = check_contact(scene, prepared=prepared)
         plans = [
-            plan(part, [item for item in warnings if item.file == str(part.origin.path)])
-            for part in scene.parts
+            plan(part, known, [item for item in warnings if item.file == str(part.origin.path)])
+            for part, known in zip(scene.parts, prepared, strict=True)
         ]
         value, texts = {"campaigns": plans}, [plan_text(item) for item in plans]
     kind = scene.scene.kind

@@ -30,7 +30,7 @@ from wearsim.quantities import QUANTITIES, duration
 from wearsim.results.checks import percent
 from wearsim.results.limits import LIMITED, ending_limits, worst_of
 from wearsim.results.schema import FILL_FLOAT
-from wearsim.scene import CampaignSetup, FieldScene, RigScene, build
+from wearsim.scene import CampaignSetup, FieldScene, Prepared, RigScene, build
 from wearsim.texts import text_table, written
 
 _EFFORT = 6.0
@@ -319,9 +319,12 @@ def states_text(rows: Sequence[dict[str, Any]]) -> list[str]:
 
 
 def plan(
-    scene: RigScene | FieldScene, warnings: Sequence[Fault], threads: int | None = None
+    scene: RigScene | FieldScene,
+    prepared: Prepared,
+    warnings: Sequence[Fault],
+    threads: int | None = None,
 ) -> dict[str, Any]:
-    """Return what a scene would run, with the warnings of `check_contact`.
+    """Return what a scene would run, with what is solved from it and the warnings of `check_contact`.
 
     Returns
     -------
@@ -330,7 +333,7 @@ def plan(
         time and the end, with the limit met there, are estimates for `threads`, by default those of
         `run_scene`; null where one of the first steps fails, `trial_fault` states why.
     """
-    setup = build(scene)
+    setup = build(scene, prepared)
     points = setup.points
     count = len(points.label)
     foreseen = _foreseen(setup, threads or available_cores())
