@@ -14,6 +14,7 @@ from wearsim.campaign.state import State, flattened, rebuilt
 from wearsim.contact.problem import NEARBY
 from wearsim.operation import states
 from wearsim.operation.points import where_it_runs
+from wearsim.operation.search import Search
 from wearsim.operation.states import TOLERANCE, BeyondJump
 from wearsim.profile.standard import shipped_path
 from wearsim.quantities import QUANTITIES
@@ -185,7 +186,7 @@ def test_a_stored_state_keeps_both_sides_of_a_jump(steps):
 @pytest.fixture(scope="module")
 def worn_by_force():
     """Rows of the shipped scene to 700 km; solutions of each search at each block, and how far it moved."""
-    solve, settle, searches = states.Search.solve, running_of_states.settle, []
+    solve, settle, searches = Search.solve, running_of_states.settle, []
 
     def counting(search, rows, *others, **options):
         if searches:  # not yet while the scene is built
@@ -200,7 +201,7 @@ def worn_by_force():
 
     rows = []
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(states.Search, "solve", counting)
+        patch.setattr(Search, "solve", counting)
         patch.setattr(running_of_states, "settle", settled_and_counted)
         scene = load_scene(shipped_path("workflows", "rig.toml"), overrides=FAST)
         evolution = WheelsetEvolution(build(scene))

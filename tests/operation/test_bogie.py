@@ -17,7 +17,8 @@ from wearsim.operation.bogie import GRAVITY, Bogies, Vehicle, suspension
 from wearsim.operation.curving import ACCEPTED, TOLERANCE, Balance, continued
 from wearsim.operation.resultants import Resultants, resultants
 from wearsim.operation.route import Motion, resting
-from wearsim.operation.states import Controlled, Search, StateError, settle
+from wearsim.operation.search import Controlled, Search
+from wearsim.operation.states import StateError, settle
 from wearsim.profile import standard
 from wearsim.profile.standard import shipped_path
 from wearsim.scene.vehicle import VehicleFile

@@ -16,7 +16,8 @@ from wearsim.contact.solve import ContactConditions, ContactModels, Counterface,
 from wearsim.errors import ContactError
 from wearsim.operation import states
 from wearsim.operation.resultants import Resultants, resultants
-from wearsim.operation.states import BeyondJump, Controlled, Running, StateError, settle
+from wearsim.operation.search import Controlled, Search
+from wearsim.operation.states import BeyondJump, Running, StateError, settle
 from wearsim.profile import standard
 
 AXLE = 160e3
@@ -37,13 +38,13 @@ def under(force, count):
 def solutions(monkeypatch):
     """Number of contact solutions of each point so far."""
     counted = np.zeros(8, dtype=int)
-    solve_rows = states.Search.solve
+    solve_rows = Search.solve
 
     def counting(search, rows, *others, **options):
         np.add.at(counted, rows, 1)
         return solve_rows(search, rows, *others, **options)
 
-    monkeypatch.setattr(states.Search, "solve", counting)
+    monkeypatch.setattr(Search, "solve", counting)
     return counted
 
 
@@ -311,7 +312,7 @@ def jumping(monkeypatch):
         forces = Resultants(np.stack([-force(shift), nothing], 1), load, sides, sides, *[nothing] * 4, sides)
         return forces, (shift <= place["at"]) | (shift >= place["at"] + place["gap"])
 
-    monkeypatch.setattr(states.Search, "solve", solve_rows)
+    monkeypatch.setattr(Search, "solve", solve_rows)
 
     def settled(wanted, start=None):
         count["solutions"] = 0
@@ -375,7 +376,7 @@ def test_loads_of_both_sides_of_a_jump_are_those_their_own_levers_ask_for(jumpin
     def levers(search, rows, forces, load, share=1.0):
         return sides[(search.shift[rows] > place["at"]).astype(int)]
 
-    monkeypatch.setattr(states.Search, "loads", levers)
+    monkeypatch.setattr(Search, "loads", levers)
     for wanted in (200.0, 2000.0, 3900.0):
         running = settled([wanted])
         found = np.stack([running.load[0], running.beyond.load[0]])

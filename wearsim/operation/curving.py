@@ -32,16 +32,14 @@ References
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.operation.bogie import Bogies, spring_slope, suspension
-
-if TYPE_CHECKING:
-    from wearsim.operation.states import Search
+from wearsim.operation.search import Search
 
 TOLERANCE = 2e-5
 """Largest residual of force, moment (at 1 m) and wheel load at the end of a wear step, over the axle load."""

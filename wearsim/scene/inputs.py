@@ -17,7 +17,7 @@ from wearsim.profile.shape import Profile
 from wearsim.profile.smoothing import smoothed
 from wearsim.profile.standard import shipped_path
 from wearsim.scene.models import CompareScene, FieldScene, Origin, RigScene, find_file
-from wearsim.scene.vehicle import Rails, Route
+from wearsim.scene.route import Rails, Route
 from wearsim.toml_faults import LARGEST_FILE, LARGEST_TABLE, KeyPath, content_of
 
 INPUTS = "inputs.json"

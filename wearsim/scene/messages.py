@@ -22,7 +22,7 @@ from wearsim.scene.campaign import LIMIT_KEYS, STABILITY, RollerWearSection
 from wearsim.scene.damage import damage_faults
 from wearsim.scene.implausible import implausible
 from wearsim.scene.models import BlockSection, ClassSection, FieldScene, RigScene
-from wearsim.scene.vehicle import cut_motion, rails_of
+from wearsim.scene.route import cut_motion, rails_of
 from wearsim.toml_faults import KeyPath, suggestion
 
 SHARES_ROUNDED = 0.01

@@ -41,8 +41,9 @@ from wearsim.scene.damage import wear_settings
 from wearsim.scene.inputs import inputs_of
 from wearsim.scene.messages import by_line, places_of
 from wearsim.scene.models import ContactSection, FieldScene, RigScene
+from wearsim.scene.route import Route
 from wearsim.scene.section import Section
-from wearsim.scene.vehicle import Route, VehicleSection
+from wearsim.scene.vehicle import VehicleSection
 from wearsim.toml_faults import KeyPath
 
 _Bodies = tuple[Wheelset, Counterface]

@@ -26,8 +26,8 @@ from wearsim.scene.models import AnyScene, CompareScene, FieldScene, Origin, Rig
 from wearsim.scene.overrides import Override, at_its_source, merge, overridden_text, toml_text
 from wearsim.scene.recorded import read_record
 from wearsim.scene.rig import with_programme, with_rig
+from wearsim.scene.route import Rails, Route, rails_of, read_vehicle
 from wearsim.scene.sweep import SweepScene, read_sweep
-from wearsim.scene.vehicle import Rails, Route, rails_of, read_vehicle
 from wearsim.scene.wear_table import read_wear_table
 from wearsim.toml_faults import (
     LARGEST_TABLE,
