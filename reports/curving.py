@@ -23,7 +23,8 @@ from wearsim.contact.wheels import joined
 from wearsim.operation.bogie import Bogies, suspension
 from wearsim.operation.resultants import resultants
 from wearsim.operation.route import Curve
-from wearsim.operation.states import Controlled, StateError, settle
+from wearsim.operation.search import Controlled
+from wearsim.operation.states import StateError, settle
 from wearsim.profile.placement import slope_of
 from wearsim.profile.standard import shipped_path
 from wearsim.scene.vehicle import VehicleFile

@@ -20,7 +20,8 @@ from wearsim.contact.solve import ContactConditions, ContactModels, Counterface,
 from wearsim.operation.bogie import Bogies
 from wearsim.operation.resultants import resultants
 from wearsim.operation.route import Curve
-from wearsim.operation.states import Controlled, settle
+from wearsim.operation.search import Controlled
+from wearsim.operation.states import settle
 from wearsim.profile import standard
 from wearsim.profile.standard import shipped_path
 from wearsim.report.style import save_svg

@@ -3,7 +3,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from wearsim.campaign.comparison import ComparisonPassage
-from wearsim.campaign.evaluate import Passage
+from wearsim.campaign.passage import Passage
 from wearsim.campaign.row import summarise
 from wearsim.campaign.state import PatchWear
 from wearsim.results import FILL_FLOAT, PATCH_SLOTS

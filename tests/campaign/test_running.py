@@ -6,20 +6,21 @@ import numpy as np
 import pytest
 
 from wearsim.campaign import running as running_of_states
-from wearsim.campaign.evaluate import setup_of, solved
+from wearsim.campaign.evaluate import setup_of, solve_passage, solved
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.row import summarise
 from wearsim.campaign.running import row_running
 from wearsim.campaign.state import State, flattened, rebuilt
 from wearsim.operation import states
 from wearsim.operation.points import where_it_runs
+from wearsim.operation.search import Search
 from wearsim.operation.states import TOLERANCE, BeyondJump
 from wearsim.profile.standard import shipped_path
 from wearsim.quantities import QUANTITIES
 from wearsim.results import FILL_FLOAT
 from wearsim.scene import build, load_scene
 from wearsim.scene.overrides import Override
-from wearsim.studies.plan import states as states_of
+from wearsim.studies.states import states as states_of
 
 FEW = 5
 """Contact solutions of a search that starts near its end."""
@@ -182,7 +183,7 @@ def test_a_stored_state_keeps_both_sides_of_a_jump(steps):
 @pytest.fixture(scope="module")
 def worn_by_force():
     """Rows of the shipped scene to 700 km; solutions of each search at each block, and how far it moved."""
-    solve, settle, searches = states.Search.solve, running_of_states.settle, []
+    solve, settle, searches = Search.solve, running_of_states.settle, []
 
     def counting(search, rows, *others, **options):
         if searches:  # not yet while the scene is built
@@ -197,7 +198,7 @@ def worn_by_force():
 
     rows = []
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(states.Search, "solve", counting)
+        patch.setattr(Search, "solve", counting)
         patch.setattr(running_of_states, "settle", settled_and_counted)
         scene = load_scene(shipped_path("workflows", "rig.toml"), overrides=FAST)
         evolution = WheelsetEvolution(build(scene))
@@ -253,15 +254,19 @@ def test_check_marks_a_block_that_runs_on_both_sides_of_a_jump(steps):
     past = BeyondJump(
         np.array([1]), running.shift[[1]] + 1e-6, running.load[[1]], np.array([0.5]), np.ones(1)
     )
-    marked = states_of(replace(setup, points=where_it_runs(setup.points, replace(running, beyond=past))))
+
+    def shown(there):
+        points, state = where_it_runs(setup.points, there), steps[1][0][0]
+        return states_of(points, solve_passage(state, points, setup_of(setup)))
+
+    marked = shown(replace(running, beyond=past))
     jumps = [any("both sides of the jump" in mark for mark in one["marks"]) for one in marked]
     assert jumps == [False, True]
     right = running.shift.copy()
     right[1] += 0.2e-3
     past = replace(past, shift=right[[1]], share=np.array([0.3]))
     near, far, both = (
-        states_of(replace(setup, points=where_it_runs(setup.points, there)))[1]
-        for there in (running, replace(running, shift=right), replace(running, beyond=past))
+        shown(there)[1] for there in (running, replace(running, shift=right), replace(running, beyond=past))
     )
     for name in ("lateral_force", "steering_moment", "wear_number", "load_right"):
         assert both[name] == pytest.approx(0.7 * near[name] + 0.3 * far[name], rel=1e-9)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from wearsim.contact.solve import ContactModels, Counterface, Wheelset
-from wearsim.operation import states
+from wearsim.operation import search
 from wearsim.profile import standard
 
 DATA = Path(__file__).parents[1] / "data"
@@ -45,7 +45,7 @@ def reference():
 def begun(monkeypatch):
     """Whether contact began nearby, of the points of each solution that a search asked for."""
     found = []
-    solve_each = states.solve_each
+    solve_each = search.solve_each
 
     def watching(conditions, *others, **options):
         nearby = conditions.nearby
@@ -53,5 +53,5 @@ def begun(monkeypatch):
         found.append(tuple(known.tolist()))
         return solve_each(conditions, *others, **options)
 
-    monkeypatch.setattr(states, "solve_each", watching)
+    monkeypatch.setattr(search, "solve_each", watching)
     return found

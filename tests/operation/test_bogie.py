@@ -11,13 +11,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from wearsim.contact.problem import NEARBY, ContactModels
+from wearsim.contact.problem import ContactModels
 from wearsim.contact.solve import ContactConditions, Counterface, Wheelset, solve
 from wearsim.operation.bogie import GRAVITY, Bogies, Vehicle, suspension
 from wearsim.operation.curving import ACCEPTED, TOLERANCE, Balance, continued
 from wearsim.operation.resultants import Resultants, resultants
 from wearsim.operation.route import Motion, resting
-from wearsim.operation.states import Controlled, Search, StateError, settle
+from wearsim.operation.search import Controlled, Search
+from wearsim.operation.states import StateError, settle
 from wearsim.profile import standard
 from wearsim.profile.standard import shipped_path
 from wearsim.scene.vehicle import VehicleFile
@@ -282,10 +283,8 @@ def test_springs_of_a_bogie_exert_no_force_on_it_as_a_whole():
 
 
 def test_contacts_of_a_bogie_are_solved_anew(bodies, models, begun):
-    """Where they ended before is kept for the passage, but the forces of a state hang on nothing else."""
+    """The forces of a state hang on nothing else."""
     conditions, controlled = task(600.0, 0.04)
-    nearby = np.full((2, NEARBY), np.nan)
-    running = settle(conditions, controlled, *bodies(0.0), models, nearby=nearby)
-    assert np.isfinite(nearby).all()
-    settle(conditions, controlled, *bodies(0.0), models, running, nearby=nearby)
+    running = settle(conditions, controlled, *bodies(0.0), models)
+    settle(conditions, controlled, *bodies(0.0), models, running)
     assert {known for solution in begun for known in solution} == {False}

@@ -8,6 +8,7 @@ import xarray as xr
 from routes import BY_NAME, CASES, COLUMNS
 
 from wearsim.scene import load_scene
+from wearsim.scene.inputs import inputs_of
 
 
 def test_the_report_is_what_its_table_says(reports, tmp_path):
@@ -30,7 +31,7 @@ def test_campaigns_reach_the_life_of_a_wheel(reports):
 @pytest.mark.parametrize("case", CASES[1:], ids=lambda case: case.name)
 def test_scenes_have_the_whole_route(case, tmp_path):
     scene = load_scene(case.scene(tmp_path))
-    assert len(scene._route.track) == 220
+    assert len(inputs_of(scene).route.track) == 220
     assert scene.wheelset.profile == case.wheel
 
 

@@ -11,7 +11,7 @@ from wearsim.errors import SceneError
 from wearsim.report import plates
 from wearsim.report.html import write_report
 from wearsim.results import open_results
-from wearsim.scene import build, load_scene
+from wearsim.scene import build, load_scene, prepare
 from wearsim.scene.setup import warnings_of
 
 FIELD = """[scene]
@@ -58,6 +58,18 @@ def test_a_record_becomes_points_with_the_stated_signs_and_constants(run):
     text = " ".join(map(str, warnings_of(scene)))
     assert "33.3 % of the samples lie beyond the flange clearance" in text
     assert any("recorded.file run.csv" in name for name, _ in setup.input_hashes)
+
+
+def test_a_scene_stays_as_it_was_read_whatever_is_solved_from_it(run):
+    Path("scene.toml").write_text(FIELD)
+    scene = load_scene("scene.toml")
+    before = scene.model_dump(), dict(scene.__pydantic_private__)
+    setup = build(scene)
+    assert (scene.model_dump(), dict(scene.__pydantic_private__)) == before
+    prepared = prepare(scene)
+    assert build(scene, prepared).points is prepared.points
+    np.testing.assert_array_equal(setup.points.weight, prepared.points.weight)
+    assert prepared.places == (("recorded", "file"),) * len(prepared.points.label)
 
 
 def test_the_binning_error_is_taken_again_on_the_worn_wheels(run, changed):

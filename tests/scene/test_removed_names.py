@@ -9,8 +9,8 @@ import wearsim
 from wearsim import ContactModels, cli
 from wearsim.errors import ContactError, SceneError
 from wearsim.scene import load_scene
+from wearsim.scene.draws import dimensions_of
 from wearsim.scene.overrides import Override
-from wearsim.scene.uncertainty import dimensions_of
 
 DATA = Path(__file__).parents[1] / "data"
 RIG = (DATA / "scene_rig.toml").read_text()

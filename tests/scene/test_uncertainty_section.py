@@ -6,7 +6,7 @@ import pytest
 from wearsim.errors import SceneError
 from wearsim.profile.standard import shipped_path
 from wearsim.scene import load_scene
-from wearsim.scene.uncertainty import dimensions_of, draws_of, overrides_of
+from wearsim.scene.draws import dimensions_of, draws_of, overrides_of
 
 COMPARE = """\
 [scene]

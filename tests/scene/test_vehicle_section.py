@@ -17,7 +17,8 @@ from wearsim.profile import standard
 from wearsim.profile.standard import shipped_path
 from wearsim.report.html import write_report
 from wearsim.results import open_results
-from wearsim.scene import build, load_scene, setup, take_over
+from wearsim.scene import build, load_scene, prepare, prepare_again, prepared
+from wearsim.scene.inputs import inputs_of
 from wearsim.scene.setup import warnings_of
 
 FIELD = """[scene]
@@ -67,7 +68,9 @@ def test_a_vehicle_gives_points_with_its_loads_and_positions(folder):
     assert shift[-4] == pytest.approx(-shift[-2], abs=1e-6)
     assert shift[-4] > 4e-3 > abs(shift[-3])
     assert points.conditions.yaw[-4] > 2e-4
-    np.testing.assert_allclose(points.conditions.wheel_load.sum(axis=1), scene._route.vehicle.axle_load)
+    np.testing.assert_allclose(
+        points.conditions.wheel_load.sum(axis=1), inputs_of(scene).route.vehicle.axle_load
+    )
     np.testing.assert_array_equal(points.environment[-4:], 0.5)
     np.testing.assert_array_equal(points.conditions.friction_flange[-4:], 0.15)
     assert any("vehicle.file" in name for name, _ in setup.input_hashes)
@@ -317,24 +320,23 @@ def test_a_route_by_segments_becomes_classes_once_and_resumed_they_are_the_same(
     scene = load_scene("scene.toml")
     searched = []
     for name in ("reduced", "settle"):
-        search = getattr(setup, name)
-        monkeypatch.setattr(setup, name, lambda *a, of=search, **k: (searched.append(of), of(*a, **k))[1])
-    build(scene)
+        search = getattr(prepared, name)
+        monkeypatch.setattr(prepared, name, lambda *a, of=search, **k: (searched.append(of), of(*a, **k))[1])
+    known = prepare(scene)
     before = len(searched)
     run_scene(scene, "out")
-    assert len(searched) == before > 0
+    assert len(searched) == 2 * before > 0
     Path("other.toml").write_text(of_route.replace("friction = 0.35", "friction = 0.34"))
     resumed, other = load_scene("out/scene/scene.toml", copied=True), load_scene("other.toml")
-    take_over(other, scene)
-    assert other._running is None
-    assert other._track == ()
-    found, known = (build(one).points.conditions for one in (resumed, scene))
-    np.testing.assert_array_equal(found.shift, known.shift)
-    np.testing.assert_array_equal(found.yaw, known.yaw)
-    assert resumed._track == scene._track
-    assert len(searched) > before
-    assert [one.name for one in scene._track][-2:] == ["R 600 left 90 km/h", "straight 120 km/h"]
-    assert sum(one.share for one in scene._track) == pytest.approx(4.7)
+    assert prepare_again(resumed, scene, known) is known
+    assert prepare_again(other, scene, known) is not known
+    found = prepare(resumed)
+    assert found.track == known.track
+    for name in ("shift", "yaw"):
+        there, here = (getattr(one.points.conditions, name) for one in (found, known))
+        np.testing.assert_array_equal(there, here)
+    assert [one.name for one in known.track][-2:] == ["R 600 left 90 km/h", "straight 120 km/h"]
+    assert sum(one.share for one in known.track) == pytest.approx(4.7)
     assert list(Path("out").rglob("line.csv"))  # the run directory has what the run needs
     with open_results("out/field.nc") as result:
         assert set(result["environment"].values) == {0.5}
@@ -362,7 +364,7 @@ def test_straight_segments_may_state_that_they_have_no_cant(of_route, changed):
     for text in (LINE, changed(LINE, (",3,,,120,", ",3,,0,120,"))):
         Path("line.csv").write_text(text)
         Path("scene.toml").write_text(of_route)
-        found.append(load_scene("scene.toml")._route.track)
+        found.append(inputs_of(load_scene("scene.toml")).route.track)
     assert found[0] == found[1]
 
 

@@ -1,18 +1,18 @@
-"""Steps and end of campaigns, foreseen from a few steps."""
+"""Steps and end of campaigns, foreseen from one step."""
 
 import itertools
-import math
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from wearsim.campaign.evolution import WheelsetEvolution
+from wearsim.campaign.run import run_scene
+from wearsim.results import open_results
 from wearsim.scene import build, load_scene
 from wearsim.scene.campaign import ReprofilingRules
 from wearsim.scene.overrides import Override
-from wearsim.studies import plan
-from wearsim.studies.plan import _end_of, _Leg
+from wearsim.studies.estimate import Leg, count, end_of, estimate
 
 NAMES = np.array(["hollowing", "wheel_diameter"])
 
@@ -26,9 +26,9 @@ def test_the_first_limit_that_ends_the_campaign_is_foreseen():
     slope, lathe = np.array([-1e-8, -1e-7]), [(0.0, new)]
     for ending, expected in (([True, True], (3e5, "hollowing")), ([False, True], (4e5, "wheel_diameter"))):
         limits = NAMES, np.array(ending), margin, slope
-        assert _end_of(setup_of(), limits, 1e5, lathe) == (pytest.approx(expected[0]), expected[1], 1.0)
+        assert end_of(setup_of(), limits, 1e5, lathe) == (pytest.approx(expected[0]), expected[1], 1.0)
     limits = (*limits[:3], 0.1 * slope)  # too slow for the distance
-    assert _end_of(setup_of(), limits, 1e5, lathe) == (1e6, None, 1.0)
+    assert end_of(setup_of(), limits, 1e5, lathe) == (1e6, None, 1.0)
 
 
 @pytest.mark.parametrize("diameter", [1.5e-3, 4e-3, 7.9e-3])
@@ -45,41 +45,45 @@ def test_the_diameter_falls_by_wear_and_at_the_lathe(diameter):
     slope = np.array([-2e-3, -1e-3]) / 1e5
     now = np.array([2e-3, diameter]) + 3e4 * slope
     limits = NAMES, np.array([False, True]), now, slope
-    end, name, lives = _end_of(setup_of(rules), limits, 3e4, [(0.0, np.array([2e-3, diameter]))])
+    end, name, lives = end_of(setup_of(rules), limits, 3e4, [(0.0, np.array([2e-3, diameter]))])
     assert (end, name) == (pytest.approx(place, abs=2.0), "wheel_diameter")
     assert lives == pytest.approx(max(end / 1e5, 1.0))
 
 
-@pytest.mark.parametrize("later", ["error", "max step"])
-def test_steps_that_grow_with_the_root_of_the_distance_and_steps_that_do_not(later):
-    """Counted one by one: to the one that is not whole."""
-    run, length, distance, steps = 100.0, 5.0, 100.0, 0
+@pytest.mark.parametrize("reason", ["stability", "max step"])
+def test_steps_that_grow_with_the_third_root_of_the_distance_and_steps_that_do_not(reason):
+    """Counted one by one."""
+    length, distance, steps = 5.0, 5.0, 1
     while distance < 1e4:
-        distance += length * (math.sqrt(distance / run) if later == "error" else 1.0)
+        distance += length * ((distance / length) ** (1.0 / 3.0) if reason == "stability" else 1.0)
         steps += 1
-    leg = _Leg(None, run=run, length=length, later=later)
-    leg.reasons["growth"] = 7
-    leg.extend(1e4, 1.0, 0.0)
-    assert leg.reasons.total() == pytest.approx(steps + 7, rel=0.03)  # rises within a step are left out
-    leg.extend(0.0, 1.0, 5000.0)
-    assert leg.reasons["block border"] == 5000 - leg.reasons["growth"] - leg.reasons[later]
+    assert count(1e4, length, reason) == pytest.approx(steps, rel=0.03)
+    assert count(4.0, length, reason) == 1.0
+
+
+def test_a_block_takes_a_step_in_each_of_its_passes_at_least():
+    leg = Leg(np.ones(1), 0.25, pieces=5000, first=100.0, length=300.0, reason="block border")
+    assert leg.steps(1e4, 1.0) == 5000
+    once = leg._replace(pieces=1)
+    assert once.steps(1200.0, 1.0) == pytest.approx(1.0 + count(300.0, 300.0, "block border"))
+    assert once.steps(2400.0, 2.0) == pytest.approx(2.0 * once.steps(1200.0, 1.0))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("scene", "distance"), [("rig", 400), ("field", 3_000), ("limits", 30_000), ("fatigue", 2_000)]
+    ("scene", "distance"), [("rig_given", 1260), ("field", 3_000), ("limits", 30_000), ("fatigue", 2_000)]
 )
-def test_a_few_steps_of_the_shipped_scenes_tell_how_they_end(scene, distance, monkeypatch):
-    """Within a factor of 2: the time of the trial is counted in steps. By force over a third of the way."""
-    ticks = itertools.count()
-    monkeypatch.setattr(plan, "time", SimpleNamespace(perf_counter=lambda: float(next(ticks))))
+def test_one_step_of_the_shipped_scenes_tells_how_they_end(scene, distance, tmp_path):
+    """Within a factor of 2."""
     overrides = [Override("campaign.distance_km", distance), Override("contact.model", "fast")]
-    setup = build(load_scene(f"workflows/{scene}.toml", overrides=overrides))
-    start, _ = WheelsetEvolution(setup).start()
-    few, every = [], []
-    for result, effort in ((few, 20.0), (every, math.inf)):
-        monkeypatch.setattr(plan, "_EFFORT", effort)
-        result.append(plan.estimate(setup, start))
-    assert 0.5 < few[0].steps / every[0].steps < 2.0
-    assert 0.5 < few[0].end / every[0].end < 2.0
-    assert few[0].limit == every[0].limit == ("wheel_diameter" if scene == "limits" else None)
+    loaded = load_scene(f"workflows/{scene}.toml", overrides=overrides)
+    setup = build(loaded)
+    evolution = WheelsetEvolution(setup)
+    start, _ = evolution.start()
+    found = estimate(setup, start, evolution.evaluate(start))
+    (path,) = run_scene(loaded, tmp_path)
+    with open_results(path) as result:
+        steps, end = result.sizes["step"] - 1, float(result["distance"][-1])
+    assert 0.5 < found.steps / steps < 2.0
+    assert 0.5 < found.end / end < 2.0
+    assert found.limit == ("wheel_diameter" if scene == "limits" else None)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from wearsim.scene.uncertainty import draws_of
+from wearsim.scene.draws import draws_of
 from wearsim.translation.bands import quantiles_of, rank_materials, sensitivity
 
 

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.campaign.comparison import ComparisonLaws, ComparisonPassage, comparison_laws, comparison_passage
+from wearsim.campaign.comparison import ComparisonLaws, comparison_laws, comparison_passage
 from wearsim.campaign.counterface import with_counterface, worn_counterface
 from wearsim.campaign.faint import faded, shared
 from wearsim.campaign.left_out import Failed, judged
+from wearsim.campaign.passage import Passage
 from wearsim.campaign.state import PatchWear, PointHistory, State, WearRate, worn_wheels
 from wearsim.campaign.vertices import sample, share_out, stretches, strip_heights
 from wearsim.contact.patch import FloatArray, IntArray
@@ -69,25 +70,6 @@ def setup_of(campaign: CampaignSetup, threads: int = 1) -> Setup:
         campaign.wheelset, campaign.counterface, campaign.models, campaign.wear, comparison_laws(campaign),
         campaign.counterface_wear, threads, campaign.brake,
     )  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Passage:
-    """One passage of each of `m` patches over the wheel: contact, and what the laws make of its cells."""
-
-    contact: ContactPatches
-    strip_work: FloatArray  # (m, ny) frictional work per area of each strip [J/m2]
-    work_density_max: FloatArray  # (m,) of all cells [Pa]
-    depth: tuple[FloatArray, ...]  # (m, ny) by the regimes of the active wear law, along the normal [m]
-    comparison: ComparisonPassage
-    weight: FloatArray  # (m,) with which each patch acts: below 1 where it is faint [-]
-    lost: FloatArray  # (m, 3) share of load, power and wear that faint patches of its wheel lost [-]
-    share: FloatArray  # (m,) of the distance of its point that each acts in; forces and wear are means [-]
-    failed: Mapping[int, ContactError] = field(default_factory=dict)  # points without contact solution
-    # what follows from the profiles, of `solve_passage` alone
-    wear: PatchWear | None = None
-    strip_edges_arc: FloatArray | None = None  # (m, ny + 1) arc length at the edges of strips [m]
-    wheels: Mapping[bytes, Wheels] | None = None  # of its chunks, for another passage to begin with
 
 
 def passage_of(solution: ContactSolution, setup: Setup) -> Passage:

@@ -6,34 +6,32 @@ import hashlib
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from wearsim.campaign import control, step
+from wearsim.campaign.attempt import Attempt, Rates, Way, is_shallow, refusal, without_contact
 from wearsim.campaign.comparison import comparison_laws, start_comparison
 from wearsim.campaign.counterface import new_counterface, redressed
 from wearsim.campaign.evaluate import (
     Evaluation,
-    Passage,
     Setup,
-    accumulate,
-    rate,
     setup_of,
     solved,
 )
-from wearsim.campaign.left_out import Failed, new_history, with_failed
+from wearsim.campaign.left_out import new_history, with_failed
+from wearsim.campaign.passage import Passage
 from wearsim.campaign.reprofiling import reprofile, reprofiling_due, to_next_reprofiling
 from wearsim.campaign.row import NO_STEP, StepTaken, build_row, header_of, recorded_measures
 from wearsim.campaign.running import new_running, settled_state, with_help
-from wearsim.campaign.state import State, WearRate, worn_wheels
+from wearsim.campaign.state import State, WearRate, spacing_of, worn_wheels
 from wearsim.contact.patch import FloatArray
 from wearsim.damage.wear import WEAR_LAWS
 from wearsim.errors import ContactError, NumericalError
 from wearsim.operation.points import OperatingPoints, where_it_runs
 from wearsim.operation.recorded import binning_error
-from wearsim.profile.shape import arc_length
 from wearsim.results import Header
 from wearsim.results.schema import CHANGES
 from wearsim.scene.campaign import ControlSettings
@@ -43,15 +41,6 @@ if TYPE_CHECKING:
 
 
 _ATTEMPTS = 30  # at one step
-
-# largest share of a step's area that may be clipped: more means that patches moved too far in it
-_CLIPPED = 0.01
-
-_SHORTER = 0.3  # of a step that was clipped, or whose stages have no contact solution
-
-# depth of a step from which both are no matter of its length: a patch vanishes, a point has no solution [m]
-_SHALLOW = 1e-7
-
 
 _REMEMBERED = 0.8  # share of the stiffness of the step before that stays known
 
@@ -197,85 +186,65 @@ class WheelsetEvolution:
 
     def _advance(self, state: State, evaluation: Evaluation) -> tuple[State, StepTaken]:
         """Take the next wear step, or reprofile the wheels where that is due."""
-        setup, here = self._where(state), self._contact
-        points, wave = setup.points, setup.control.smoothing_wavelength
+        setup = self._where(state)
         state = replace(state, points=evaluation.points)
         if reprofiling_due(state, setup, evaluation.measures):
             return self._on_new_profiles(reprofile(state, setup)), NO_STEP
-        settings = to_next_reprofiling(state, setup.control)
-        known, passage = {evaluation.weight.tobytes(): evaluation.collective}, evaluation.passage
+        return self._redressed(*self._stepped(state, evaluation, setup))
 
-        def rate_for(weight: FloatArray) -> WearRate:
-            key = weight.tobytes()
-            if key not in known:
-                there = [*passage.contact.point, *passage.failed]
-                known[key] = (
-                    accumulate(passage, points, weight, state, here)
-                    if np.isin(np.flatnonzero(weight), there).all()
-                    else rate(state, points, weight, here)
-                )
-            return known[key]
-
-        def spacing() -> float:
-            bodies = (state, state.counterface or state)
-            arcs = [arc_length(*line) for body in bodies for line in zip(body.y, body.z, strict=True)]
-            return min(float(np.diff(arc).min()) for arc in arcs)
-
-        def depth_limit(now: WearRate, weight: FloatArray) -> float:
-            return control.half_space_depth_limit(now, weight, setup.models, spacing(), wave)
-
+    def _stepped(self, state: State, evaluation: Evaluation, setup: CampaignSetup) -> tuple[State, StepTaken]:
+        """Try steps, each shorter than the one before, until one is taken."""
+        points, settings = setup.points, to_next_reprofiling(state, setup.control)
+        wave = setup.control.smoothing_wavelength
+        rates = Rates(state, points, self._contact, evaluation)
+        depth_limit = partial(
+            control.half_space_depth_limit, models=setup.models, spacing=spacing_of(state), wavelength=wave
+        )
         rule = step.StepRule(
-            setup.wheelset.radius, setup.wear.density, wave, setup.control.integrator,
-            crack_depth=here.comparison.crack_depth,
-        )  # fmt: skip
+            setup.wheelset.radius,
+            setup.wear.density,
+            wave,
+            setup.control.integrator,
+            self._contact.comparison.crack_depth,
+        )
         limit, error, length, stiffness = (math.inf, "error"), 0.0, 0.0, 0.0
         for rejected in range(_ATTEMPTS):
             choice = control.choose(
-                state, points, rate_for, settings, depth_limit=depth_limit, length_limit=limit,
-                stiffness=stiffness, counterface_wear=setup.counterface_wear,
-            )  # fmt: skip
-            weight, length = choice.weight, choice.limit.step_length
-            now = rate_for(weight)
-            shallow = float(now.depth.max()) * length < _SHALLOW
+                state,
+                points,
+                rates.of,
+                settings,
+                depth_limit=depth_limit,
+                length_limit=limit,
+                stiffness=stiffness,
+                counterface_wear=setup.counterface_wear,
+            )
+            length, now = choice.limit.step_length, rates.of(choice.weight)
+            shallow = is_shallow(now, length)
             try:
-                tried, error, stiffness, end = self._try(state, now, choice, rule, passage)
+                attempt = self._try(state, now, choice, rule, evaluation.passage)
             except ContactError:
                 if shallow:
                     raise
-                limit = _SHORTER * length, "no contact"
+                limit = without_contact(length)
                 continue
-            clipped = tried.clipped > _CLIPPED and not shallow
-            if error > settings.error_tolerance or clipped:
-                limit = control.error_limit(length, error, settings), "error"
-                if clipped:
-                    limit = min(limit, (_SHORTER * length, "clipping"))
-                continue
-            taken = StepTaken(
-                length,
-                choice.limit.stiffness * length,
-                error,
-                rejected,
-                tried.stages,
-                choice.limit.reason,
-                end,
-            )
-            break
-        else:
-            raise NumericalError(
-                f"after {state.distance / 1e3:.6g} km no wear step keeps the tolerance of "
-                f"{1e6 * settings.error_tolerance:.4g} um: a step of {length:.4g} m, limited by "
-                f"{limit[1]}, has an error of {1e6 * error:.4g} um; raise error_tolerance_um in [campaign]"
-            )
-        stiffest = np.maximum(stiffness, _REMEMBERED * state.point_stiffness)
-        acted: dict[str, Any] = {"length": weight * length, "error": error, "stiffness": stiffest}
-        kept = {
-            f"point_{name}": np.where(weight > 0.0, value, getattr(state, f"point_{name}"))
-            for name, value in acted.items()
-        }
-        after = replace(tried.state, active_weight=weight, **kept)
-        if setup.counterface_wear is None or self.ended(after):
+            error, stiffness = attempt.error, attempt.stiffness
+            shorter = refusal(attempt, length, shallow, settings)
+            if shorter is None:
+                return _accepted(state, choice, attempt, rejected)
+            limit = shorter
+        raise NumericalError(
+            f"after {state.distance / 1e3:.6g} km no wear step keeps the tolerance of "
+            f"{1e6 * settings.error_tolerance:.4g} um: a step of {length:.4g} m, limited by "
+            f"{limit[1]}, has an error of {1e6 * error:.4g} um; raise error_tolerance_um in [campaign]"
+        )
+
+    def _redressed(self, after: State, taken: StepTaken) -> tuple[State, StepTaken]:
+        """Redress the rollers where that is due at the end of a step."""
+        wear = self.setup.counterface_wear
+        if wear is None or self.ended(after):
             return after, taken
-        changed = redressed(after, setup.counterface, setup.counterface_wear)
+        changed = redressed(after, self.setup.counterface, wear)
         if changed is after:
             return after, taken
         return self._on_new_profiles(changed), replace(taken, end=None)
@@ -287,37 +256,55 @@ class WheelsetEvolution:
         choice: control.StepChoice,
         rule: step.StepRule,
         earlier: Passage,
-    ) -> tuple[step.Step, float, float, Evaluation]:
-        """Take a step: its end, its error [m], its stiffness [1/m], and the contact at its end.
+    ) -> Attempt:
+        """Take a step: its stages, its end and the contact there.
 
         The contact of each stage begins at that of the one before, of the first one at that of the state; the
         contact at the end begins anew, because a campaign resumed there knows none.
         """
-        points, weight, limit = self._where(state).points, choice.weight, choice.limit
-        length, wave = limit.step_length, rule.smoothing_wavelength
-        failed: Failed = {}
-        running, wears = state.running, WEAR_LAWS[self._contact.wear.law].wears  # else all stages are alike
-
-        def rate_at(ahead: State) -> WearRate:
-            nonlocal running, earlier
-            ahead = replace(ahead, running=running)
-            ahead = settled_state(ahead, self.setup.points, self._contact, stage=weight > 0.0)
-            running = ahead.running
-            stage = solved(
-                ahead, self._where(ahead).points, weight, self._contact, earlier=earlier if wears else None
-            )
-            earlier = stage.passage
-            failed.update(stage.passage.failed)
-            return stage.collective
-
-        tried = step.advance(state, now, length, rule, rate_at, limit.stiffness * length)
+        weight, limit = choice.weight, choice.limit
+        stages = step.begun(state, now, limit.step_length, rule, limit.stiffness * limit.step_length)
+        way = Way(state.running, earlier, {})
+        while stages.left:
+            ahead = stages.ahead()
+            found, way = self._stage(ahead, weight, way)
+            stages = stages.with_rate(ahead, found)
+        tried = stages.end()
         after = tried.state
         if after.points is not None:
-            after = replace(after, points=with_failed(after.points, points, failed))
+            after = replace(after, points=with_failed(after.points, self._where(state).points, way.failed))
         # where the wheelset runs after the step: what the shift changed in it is part of the error
-        tried = tried._replace(state=self._settled(replace(after, running=running)))
+        tried = tried._replace(state=self._settled(replace(after, running=way.running)))
         # with the history that is stored: a resumed campaign solves the same batches, to the last bit
         end = self._solved(tried.state, self._where(tried.state).points, weight)
-        last = step.smoothed_at_end(state, tried.state, end.collective, wave)
+        last = step.smoothed_at_end(state, tried.state, end.collective, rule.smoothing_wavelength)
         error = step.error_of(state, tried.state, tried.start, last)
-        return tried, error, step.stiffness_of(tried, last), end
+        return Attempt(tried, error, step.stiffness_of(tried, last), end)
+
+    def _stage(self, ahead: State, weight: FloatArray, way: Way) -> tuple[WearRate, Way]:
+        """Wear rate in a stage of a step, and what the next one begins with."""
+        ahead = replace(ahead, running=way.running)
+        ahead = settled_state(ahead, self.setup.points, self._contact, stage=weight > 0.0)
+        wears = WEAR_LAWS[self._contact.wear.law].wears  # else the contact is the same in every stage
+        earlier = way.passage if wears else None
+        found = solved(ahead, self._where(ahead).points, weight, self._contact, earlier=earlier)
+        failed = {**way.failed, **found.passage.failed}
+        return found.collective, Way(ahead.running, found.passage, failed)
+
+
+def _accepted(
+    state: State, choice: control.StepChoice, attempt: Attempt, rejected: int
+) -> tuple[State, StepTaken]:
+    """Return the state after a step that is taken, with what the next one remembers of it."""
+    weight, limit = choice.weight, choice.limit
+    length, made = limit.step_length, attempt.step
+    taken = StepTaken(
+        length, limit.stiffness * length, attempt.error, rejected, made.stages, limit.reason, attempt.end
+    )
+    stiffest = np.maximum(attempt.stiffness, _REMEMBERED * state.point_stiffness)
+    acted: dict[str, Any] = {"length": weight * length, "error": attempt.error, "stiffness": stiffest}
+    kept = {
+        f"point_{name}": np.where(weight > 0.0, value, getattr(state, f"point_{name}"))
+        for name, value in acted.items()
+    }
+    return replace(made.state, active_weight=weight, **kept), taken

@@ -18,17 +18,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from wearsim.campaign.passage import Passage
 from wearsim.contact.normal.model import FAINT
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.wheels import joined
-
-if TYPE_CHECKING:
-    from wearsim.campaign.evaluate import Passage
-    from wearsim.operation.points import OperatingPoints
+from wearsim.operation.points import OperatingPoints
 
 _GONE = 0.1 * FAINT
 

@@ -9,17 +9,14 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from wearsim.campaign.passage import Passage
 from wearsim.campaign.state import PatchWear, PointHistory
 from wearsim.errors import ContactError
 from wearsim.operation.points import LARGEST_SHARE, OperatingPoints, carried_share, mask_of
 from wearsim.results import FILL_FLOAT
-
-if TYPE_CHECKING:
-    from wearsim.campaign.evaluate import Passage
 
 Failed = dict[int, ContactError]
 """Errors of operating points without contact solution, by their number."""

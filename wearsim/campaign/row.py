@@ -22,9 +22,10 @@ from wearsim.campaign.counterface import (
     counterface_row,
     static_counterface,
 )
-from wearsim.campaign.evaluate import Evaluation, Passage
+from wearsim.campaign.evaluate import Evaluation
 from wearsim.campaign.faint import lost_row
 from wearsim.campaign.left_out import row_left_out
+from wearsim.campaign.passage import Passage
 from wearsim.campaign.running import row_running
 from wearsim.campaign.state import PatchWear, State, worn_wheels
 from wearsim.contact.problem import ContactConditions

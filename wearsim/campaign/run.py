@@ -55,16 +55,21 @@ from wearsim.scene import (
     CampaignSetup,
     CompareScene,
     FieldScene,
+    Prepared,
     RigScene,
     build,
     files_to_copy,
     load_campaign,
-    take_over,
+    prepare,
+    prepare_again,
 )
 from wearsim.scene.initial_contact import check_contact
 from wearsim.scene.overrides import Override, at_its_source
 from wearsim.scene.read import by_key
 from wearsim.whole_files import raising_handlers, signals_wait
+
+_Known = tuple[tuple[RigScene | FieldScene, Prepared], ...]
+"""Scenes of rig and field, and what was solved from them."""
 
 
 def run_scene(
@@ -135,7 +140,8 @@ def run_scene(
         raise SceneError([Fault("overrides act on a scene file or a dict, not on a loaded scene")])
     lines = scene.origin.lines if isinstance(given, Mapping) else None
     try:
-        for warning in check_contact(scene, threads):
+        prepared = [prepare(part) for part in scene.parts]
+        for warning in check_contact(scene, threads, prepared):
             if warn is not None:
                 placed = at_its_source(warning)
                 warn(placed if lines is None else by_key(placed, lines))
@@ -146,7 +152,8 @@ def run_scene(
     with locked(out):
         manifest = claim(out, files, command)
         distances = _distances(scene, require_same_scene(out, manifest, files))
-        return _continued(out, manifest, distances, observer, threads, scene)
+        known = tuple(zip(scene.parts, prepared, strict=True))
+        return _continued(out, manifest, distances, observer, threads, known)
 
 
 def _distances(scene: CampaignScene, campaigns: Sequence[str]) -> tuple[Override, ...]:
@@ -212,9 +219,12 @@ def _continued(
     overrides: Sequence[Override],
     observer: Observer | None,
     threads: int | None = None,
-    built: CampaignScene | None = None,
+    known: _Known = (),
 ) -> tuple[Path, ...]:
-    """Run the campaigns of a locked run directory, with changes of settings from their next step on."""
+    """Run the campaigns of a locked run directory, with changes of settings from their next step on.
+
+    What was solved from its scenes is not solved again.
+    """
     if manifest.version != __version__:
         return _finished_by_another_version(out, manifest, overrides, observer)
     if overrides:
@@ -231,7 +241,7 @@ def _continued(
             return Standing(rows, float(writer.records.row(rows - 1)["distance"]) if rows else 0.0)
 
         manifest = with_changes(out, manifest, overrides, standing_of)
-    return _run_claimed(out, manifest, observer, threads, built)
+    return _run_claimed(out, manifest, observer, threads, known)
 
 
 def _finished_by_another_version(
@@ -264,13 +274,15 @@ def _run_claimed(
     manifest: Manifest,
     observer: Observer | None,
     threads: int | None = None,
-    built: CampaignScene | None = None,
+    known: _Known = (),
 ) -> tuple[Path, ...]:
     # from the copy also at the first start, so that run and resume cannot differ
     scene = load_campaign(out / SCENE_FOLDER / manifest.main, copied=True)
-    for part, known in zip(scene.parts, built.parts if built else (), strict=False):
-        take_over(part, known)
-    setups = [build(part) for part in scene.parts]
+    if known:
+        pairs = zip(scene.parts, known, strict=True)
+        setups = [build(part, prepare_again(part, *before)) for part, before in pairs]
+    else:
+        setups = [build(part) for part in scene.parts]
     threads = threads or available_cores()
     paths = []
     for setup in setups:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.campaign.evaluate import Passage, Setup, forces_of, worn_bodies
+from wearsim.campaign.evaluate import Setup, forces_of, worn_bodies
+from wearsim.campaign.passage import Passage
 from wearsim.campaign.state import PatchWear, State
 from wearsim.contact.patch import FloatArray
 from wearsim.errors import ContactError, NumericalError

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import ContactPatches, Wheelset
 from wearsim.operation.states import Running
-from wearsim.profile.shape import Profile
+from wearsim.profile.shape import Profile, arc_length
 
 
 @dataclass(frozen=True)
@@ -122,6 +122,13 @@ class PatchWear:
 def worn_wheels(wheelset: Wheelset, y: FloatArray, z: FloatArray) -> tuple[Profile, Profile]:
     """Return the right and left wheel of a wheelset with other profiles, (2, n) each [m]."""
     return replace(wheelset.right, y=y[0], z=z[0]), replace(wheelset.left, y=y[1], z=z[1])
+
+
+def spacing_of(state: State) -> float:
+    """Return the shortest distance of vertices of the wheels, and of a counterface that wears [m]."""
+    bodies = (state, state.counterface or state)
+    arcs = [arc_length(*line) for body in bodies for line in zip(body.y, body.z, strict=True)]
+    return min(float(np.diff(arc).min()) for arc in arcs)
 
 
 def flattened(value: Any, name: str = "") -> dict[str, np.ndarray]:

@@ -177,19 +177,55 @@ def advance(
     Stages are not clipped. Negative depths of the sum, where a patch has left, are set to 0 and the area is
     restored.
     """
-    wave = rule.smoothing_wavelength
-    tableau = tableau_of(
-        rule.integrator, stability_rate(rate) * step_length if stability is None else stability
-    )
-    rates, depths = [smoothed(state, rate, wave)], [state.wear_depth]
-    for shares in tableau.shares[1:-1]:
-        ahead = _moved(state, _sum(rates, shares * step_length), float(shares.sum()) * step_length)
-        depths.append(ahead.wear_depth)
-        rates.append(_scaled(state, ahead, smoothed(ahead, rate_at(ahead), wave)))
-    increment = _sum(rates, tableau.shares[-1] * step_length)
-    worn, clipped = worn_by(state, increment, step_length, rule)
-    each = tuple(one.regime_depth.sum(axis=1) for one in rates)
-    return Step(worn, clipped, increment, rates[0], tuple(depths), each)
+    stages = begun(state, rate, step_length, rule, stability)
+    while stages.left:
+        ahead = stages.ahead()
+        stages = stages.with_rate(ahead, rate_at(ahead))
+    return stages.end()
+
+
+@dataclass(frozen=True)
+class Stages:
+    """The stages of a wear step of which the rates are known."""
+
+    state: State  # at the beginning of the step
+    length: float  # of the step [m]
+    rule: StepRule
+    tableau: Tableau
+    rates: tuple[Increment, ...]  # after smoothing, per stretches of the vertices at the beginning
+    depths: tuple[FloatArray, ...]  # (2, n) of each stage [m]
+
+    @property
+    def left(self) -> int:
+        """Number of stages whose rates are still to be found."""
+        return len(self.tableau.shares) - 1 - len(self.rates)
+
+    def ahead(self) -> State:
+        """State of the next stage: profiles, depth and distance alone."""
+        shares = self.tableau.shares[len(self.rates)]
+        return _moved(self.state, _sum(self.rates, shares * self.length), float(shares.sum()) * self.length)
+
+    def with_rate(self, ahead: State, rate: WearRate) -> Stages:
+        """Return the stages with the rate found in the state of the next one."""
+        found = _scaled(self.state, ahead, smoothed(ahead, rate, self.rule.smoothing_wavelength))
+        return replace(self, rates=(*self.rates, found), depths=(*self.depths, ahead.wear_depth))
+
+    def end(self) -> Step:
+        """Return the step, once the rates of all stages are known."""
+        increment = _sum(self.rates, self.tableau.shares[-1] * self.length)
+        worn, clipped = worn_by(self.state, increment, self.length, self.rule)
+        each = tuple(one.regime_depth.sum(axis=1) for one in self.rates)
+        return Step(worn, clipped, increment, self.rates[0], self.depths, each)
+
+
+def begun(
+    state: State, rate: WearRate, step_length: float, rule: StepRule, stability: float | None = None
+) -> Stages:
+    """Begin a wear step: its first stage, at the rate in the state; arguments are those of `advance`."""
+    asked = stability_rate(rate) * step_length if stability is None else stability
+    tableau = tableau_of(rule.integrator, asked)
+    first = smoothed(state, rate, rule.smoothing_wavelength)
+    return Stages(state, step_length, rule, tableau, (first,), (state.wear_depth,))
 
 
 def worn_by(state: State, increment: Increment, step_length: float, rule: StepRule) -> tuple[State, float]:

@@ -3,14 +3,37 @@
 from __future__ import annotations
 
 import argparse
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from threading import Timer
 from typing import Any
 
 from wearsim.cli import print_json
 from wearsim.cli.flags import load_overridden
-from wearsim.scene import SweepScene
+from wearsim.scene import SweepScene, prepare
 from wearsim.scene.initial_contact import check_contact
 from wearsim.studies.plan import plan, plan_text
 from wearsim.studies.sweep import checked_plan, checked_plan_text
+
+_PATIENCE = 2.0
+"""Time after which the command tells what takes it so long [s]."""
+
+
+@contextmanager
+def _progress() -> Iterator[Callable[[str], None]]:
+    """Give what is called with each thing that is done; those that take longer than a moment are told."""
+    told = [Timer(_PATIENCE, print)]
+
+    def report(text: str) -> None:
+        told.pop().cancel()
+        told.append(Timer(_PATIENCE, print, [f"wearsim: {text} ..."], {"file": sys.stderr}))
+        told[0].start()
+
+    try:
+        yield report
+    finally:
+        told.pop().cancel()
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -21,11 +44,15 @@ def execute(arguments: argparse.Namespace) -> int:
         value = checked_plan(scene)
         texts = [checked_plan_text(value)]
     else:
-        warnings = check_contact(scene)
-        plans = [
-            plan(part, [item for item in warnings if item.file == str(part.origin.path)])
-            for part in scene.parts
-        ]
+        with _progress() as report:
+            report("where the wheelset runs")
+            prepared = [prepare(part) for part in scene.parts]
+            report("initial contact")
+            warnings = check_contact(scene, prepared=prepared)
+            plans = []
+            for part, known in zip(scene.parts, prepared, strict=True):
+                own = [item for item in warnings if item.file == str(part.origin.path)]
+                plans.append(plan(part, known, own, report=report))
         value, texts = {"campaigns": plans}, [plan_text(item) for item in plans]
     kind = scene.scene.kind
     if arguments.json:

@@ -32,16 +32,14 @@ References
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.operation.bogie import Bogies, spring_slope, suspension
-
-if TYPE_CHECKING:
-    from wearsim.operation.states import Search
+from wearsim.operation.search import Search
 
 TOLERANCE = 2e-5
 """Largest residual of force, moment (at 1 m) and wheel load at the end of a wear step, over the axle load."""
@@ -124,9 +122,7 @@ class Balance:
         return Balance(**whole)
 
 
-def evaluated(
-    search: Search, bogies: Bogies, state: FloatArray, share: FloatArray, *, keep: bool = True
-) -> Balance:
+def evaluated(search: Search, bogies: Bogies, state: FloatArray, share: FloatArray) -> Balance:
     """Solve the contact of bogies in given states.
 
     Parameters
@@ -137,15 +133,13 @@ def evaluated(
         `m` of them; their points are rows of the search.
     state, share
         As in `Balance`; axles with a share are moved to the jump nearest to their state.
-    keep : bool
-        Whether the search keeps what the contact came to.
     """
     rows = np.stack([bogies.leading, bogies.trailing], axis=1)
     state, contact, change = state.copy(), np.zeros((*share.shape, 4)), np.zeros((*share.shape, 4))
     solved, on_jump = np.zeros(share.shape, dtype=bool), np.isfinite(share)
     if not on_jump.all():
         alone = ~on_jump
-        contact[alone], solved[alone] = _contact(search, bogies, rows[alone], state[alone], keep=keep)
+        contact[alone], solved[alone] = _contact(search, bogies, rows[alone], state[alone])
     if on_jump.any():
         jump = _jump_near(search, bogies, rows[on_jump], state[on_jump])
         part = share[on_jump][:, None]
@@ -177,11 +171,11 @@ def evaluated_nearby(search: Search, bogies: Bogies, state: FloatArray, share: F
 
 
 def _contact(
-    search: Search, bogies: Bogies, rows: IntArray, state: FloatArray, *, keep: bool = False
+    search: Search, bogies: Bogies, rows: IntArray, state: FloatArray
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
     """Contact (k, 4) of axles in states (k, 3), as in `Balance`, and which have one."""
     load = np.stack([state[:, 2], bogies.vehicle.axle_load - state[:, 2]], axis=1)
-    forces, solved = search.solve(rows, state[:, 0], load, yaw=state[:, 1], keep=keep)
+    forces, solved = search.solve(rows, state[:, 0], load, yaw=state[:, 1])
     right = search.loads(rows, forces, load)[:, 0]
     aside = search.conditions.at(rows).axle_shift(forces.roll) - search.conditions.shift[rows]
     return np.stack([forces.force, forces.moment, right, aside], axis=1), solved
@@ -240,7 +234,7 @@ def _slopes(search: Search, bogies: Bogies, now: Balance) -> tuple[FloatArray, N
         state[column * count : (column + 1) * count, :, column] += apart[:, :, column]
     # the slope by the share is known, so that shifts are moved off jumps
     share = np.concatenate([np.full_like(now.share, np.nan), now.share, now.share])
-    there = evaluated(search, bogies.at(np.tile(np.arange(count), 3)), state, share, keep=False)
+    there = evaluated(search, bogies.at(np.tile(np.arange(count), 3)), state, share)
     springs = spring_slope(bogies.vehicle).reshape(2, 2, 2, 2)
     slope = np.zeros((count, 2, 3, 2, 3))
     for axle in (0, 1):

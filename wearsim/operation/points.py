@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.solve import ContactConditions
-from wearsim.operation.states import BeyondJump, Controlled, Running
+from wearsim.operation.search import Controlled
+from wearsim.operation.states import BeyondJump, Running
 
 REACH = 3.0
 """Standard deviations from the mean to the outermost positions."""

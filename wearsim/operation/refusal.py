@@ -10,7 +10,8 @@ import numpy as np
 from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
 from wearsim.errors import say
 from wearsim.operation.bogie import Bogies
-from wearsim.operation.states import Controlled, StateError, settle
+from wearsim.operation.search import Controlled
+from wearsim.operation.states import StateError, settle
 
 
 def bogie_of(controlled: Controlled | None, point: int) -> Bogies | None:

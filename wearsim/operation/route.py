@@ -26,7 +26,7 @@ from wearsim.contact.solve import solve
 from wearsim.operation.bogie import GRAVITY, Bogies, Vehicle, spring_slope, suspension
 from wearsim.operation.points import OperatingPoints, points_of
 from wearsim.operation.recorded import bisected
-from wearsim.operation.states import Controlled
+from wearsim.operation.search import Controlled
 
 BASE = 1.5
 """Distance of the contact points on both rails, by which cant turns the track [m]."""

@@ -35,24 +35,18 @@ from numpy.typing import NDArray
 
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import (
-    NEARBY,
     ContactConditions,
     ContactModels,
-    ContactPatches,
     Counterface,
     Wheelset,
 )
-from wearsim.contact.solve import ContactSolution, solve_each
-from wearsim.contact.tangential import TANGENTIAL_MODELS
-from wearsim.contact.wheels import joined
 from wearsim.errors import ContactError, say
 from wearsim.operation import curving
 from wearsim.operation.bogie import Bogies
 from wearsim.operation.curving import ACCEPTED, TOLERANCE
-from wearsim.operation.resultants import Resultants, resultants
+from wearsim.operation.search import Controlled, Search
 
 _STRIDE, _STRIDES, _FURTHEST = 0.25e-3, 8, 16e-3  # of the walk [m]; strides solved together
-_COARSE, _COARSE_CELL = 12, 2e-3  # strips, cells and their size of the walk: its end is solved as asked for
 _LONGEST = 0.5e-3  # step of the shift [m]
 _STIFFEST, _GENTLE = 1e9, 1e4  # dH/dy that steps are taken with [N/m]
 _FALL = 0.5  # of the force missing, by which steps along its slope go on
@@ -68,25 +62,6 @@ _MOST_UNSOLVED = 6  # trials without contact in one direction
 _MOST_STAYS = 3  # at a shift with other loads
 _LEAST_SHARE = 1e-3  # of the distance on one side of a jump: with less an axle runs on the other one alone
 _LEAST_LOAD = 0.02  # of a wheel, over the axle load: below it is unloaded
-
-
-@dataclass(frozen=True)
-class Controlled:
-    """What is controlled of `n` operating points in place of shift and wheel loads; NaN: those are given."""
-
-    lateral_force: FloatArray  # (n,) on the wheelset at axle height, to the right [N]
-    axle_load: FloatArray  # (n,) that both wheels carry [N]
-    box_moment: FloatArray  # (n,) of the axle boxes, right side down positive [N m]
-    bogies: Bogies | None = None  # points whose shift and yaw follow from the balance of a bogie
-
-    @property
-    def any(self) -> NDArray[np.bool_]:
-        """Points (n,) whose shift or wheel loads follow from forces."""
-        return np.isfinite(self.lateral_force) | np.isfinite(self.axle_load)
-
-    def at(self, index: IntArray) -> Controlled:
-        """Return forces and loads of the points at `index`; bogies are those of all points."""
-        return Controlled(self.lateral_force[index], self.axle_load[index], self.box_moment[index])
 
 
 @dataclass(frozen=True)
@@ -143,74 +118,6 @@ class StateError(ContactError):
         super().__init__("; ".join(f"point {k}: {text}" for k, text in messages.items()))
 
 
-@dataclass
-class Search:
-    """Points on their way to balance; arrays over all `n` of them."""
-
-    conditions: ContactConditions
-    controlled: Controlled
-    wheelset: Wheelset
-    counterface: Counterface
-    models: ContactModels
-    threads: int
-    shift: FloatArray
-    yaw: FloatArray
-    roll: FloatArray
-    load: FloatArray
-    stiffness: FloatArray
-    beyond: FloatArray  # shift, both loads, share and gap past a jump (n, 5); NaN: there is none
-    nearby: FloatArray  # (n, 20) what contact came to at last, as in `ContactPatches`; NaN: unknown
-
-    def solve(
-        self,
-        rows: IntArray,
-        shift: FloatArray,
-        load: FloatArray,
-        coarse: bool = False,
-        yaw: FloatArray | None = None,
-        keep: bool = True,
-    ) -> tuple[Resultants, NDArray[np.bool_]]:
-        """Resultants at shifts (k,) under loads (k, 2) of `rows` (k,), and which have a solution.
-
-        Where a `yaw` (k,) is given it takes the place of that of the search. What the contact came to is kept
-        for later unless it is not to be.
-        """
-        here = replace(
-            self.conditions.at(rows), shift=shift, wheel_load=load, yaw=self.yaw[rows] if yaw is None else yaw
-        )
-        models, failed = self.models, dict[int, ContactError]()
-        if coarse:
-            models = replace(models, strips=_COARSE, cells=_COARSE, cell_size=_COARSE_CELL)
-        found: list[ContactPatches] = solve_each(
-            here, self.wheelset, self.counterface, models, ContactSolution.patches, threads=self.threads,
-            failed=failed, fields="work",
-        )  # fmt: skip
-        if keep and not coarse and not TANGENTIAL_MODELS[models.tangential].warm:
-            for part in found:
-                self.nearby[rows[part.point]] = part.nearby
-        solved = np.ones(rows.size, dtype=bool)
-        solved[list(failed)] = False
-        return resultants(joined(found), rows.size), solved
-
-    def loads(self, rows: IntArray, forces: Resultants, load: FloatArray, share: float = 1.0) -> FloatArray:
-        """Wheel loads (k, 2) that balance the roll with the levers of `forces`, under the forces wanted.
-
-        Where the lateral force is controlled its moment is that of the force wanted: what is still missing of
-        it does not shift load. `share` of the force wanted acts.
-        """
-        own = self.controlled.at(rows)
-        wanted, vertical = share * own.lateral_force, np.where(forces.vertical > 0.0, forces.vertical, 1.0)
-        given = np.isfinite(wanted)
-        arm = forces.roll_moment / vertical
-        held = (forces.roll_moment - forces.height[:, None] * forces.lateral) / vertical
-        arm = np.where(given[:, None], held, arm)
-        moment = own.box_moment + np.where(given, forces.height * wanted, 0.0)
-        apart = arm[:, 0] - arm[:, 1]  # 0 without a solution
-        right = (moment - arm[:, 1] * own.axle_load) / np.where(apart == 0.0, 1.0, apart)
-        both = np.stack((right, own.axle_load - right), axis=1)
-        return np.where((np.isfinite(own.axle_load) & (apart != 0.0))[:, None], both, load)
-
-
 def settle(
     conditions: ContactConditions,
     controlled: Controlled,
@@ -220,7 +127,6 @@ def settle(
     start: Running | None = None,
     *,
     stage: NDArray[np.bool_] | None = None,
-    nearby: FloatArray | None = None,
     threads: int = 1,
 ) -> Running:
     """Shift and wheel loads at which the controlled forces are balanced.
@@ -239,9 +145,6 @@ def settle(
     stage : (n,) bool array, optional
         Points that act in a stage of a wear step: only they move, and all bogies, and by a last step of up to
         10 um without solution where at most 1e-3 of the axle load were missing.
-    nearby : (n, 20) array, optional
-        Takes where the contact of each point can begin when it is solved there again, as in
-        `ContactPatches`, of points that were solved by models that begin so; NaN at jumps.
     threads : int
         Of the contact solver; their number does not change the bits.
 
@@ -271,7 +174,7 @@ def settle(
         conditions, controlled, wheelset, counterface, models, threads,
         np.where(forced, start.shift, conditions.shift), conditions.yaw.copy(), conditions.roll.copy(),
         np.where(loaded[:, None], start.load, load), np.where(forced, start.stiffness, 0.0),
-        np.full((count, 5), np.nan), np.full((count, NEARBY), np.nan) if nearby is None else nearby,
+        np.full((count, 5), np.nan),
     )  # fmt: skip
     if (two := start.beyond) is not None:
         search.beyond[two.point] = np.column_stack([two.shift, two.load, two.share, two.gap])
@@ -340,7 +243,6 @@ def _curved(search: Search, bogies: Bogies, start: Running | None, stage: bool) 
     search.shift[two_sided] -= 0.5 * curving.WIDTH
     right = search.shift[two_sided] + curving.WIDTH
     search.beyond[two_sided] = np.column_stack([right, search.load[two_sided], share[jumps], gap])
-    search.nearby[axles[found.on_jump.any(axis=1) | (found.size > tolerance)]] = np.nan
     left = np.flatnonzero(~found.accepted)
     if left.size:
         curvature = search.conditions.track_curvature
@@ -543,7 +445,6 @@ def _corrected(search: Search, rows: IntArray, stage: bool) -> IntArray:
             lost.append(row)
             continue
         search.shift[row], search.load[row] = best.shift, best.load
-        search.nearby[row] = np.nan  # solved last elsewhere
     for row, course in courses.items():
         if course.forced:
             search.stiffness[row] = course.stiffness
@@ -556,7 +457,6 @@ def _both_sides(search: Search, row: int, left: _Trial, right: _Trial) -> None:
     gap = right.off - left.off
     search.shift[row], search.load[row] = left.shift, left.load
     search.beyond[row] = [right.shift, *right.load, -left.off / gap, gap]
-    search.nearby[row] = np.nan
 
 
 def _walked(search: Search, rows: IntArray) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -17,9 +17,10 @@ from wearsim.operation.points import LARGEST_SHARE, carried_share, mask_of
 from wearsim.profile.shape import Profile, arc_length
 from wearsim.profile.smoothing import ROUGH_BELOW, change, longest_wavelength, roughness, smoothed
 from wearsim.scene.inputs import inputs_of
-from wearsim.scene.messages import by_line, key_of, shift_ranges
+from wearsim.scene.messages import by_line, key_of
 from wearsim.scene.models import FieldScene, RigScene
 from wearsim.scene.overrides import at_its_source
+from wearsim.scene.prepared import Prepared, prepare
 from wearsim.scene.read import CampaignScene
 from wearsim.scene.setup import CampaignSetup, build, warnings_of
 from wearsim.toml_faults import KeyPath
@@ -32,10 +33,13 @@ _Failed = Mapping[int, ContactError]
 """Errors of points without contact, by their row."""
 
 
-def check_contact(scene: CampaignScene, threads: int | None = None) -> tuple[Fault, ...]:
+def check_contact(
+    scene: CampaignScene, threads: int | None = None, prepared: Sequence[Prepared] | None = None
+) -> tuple[Fault, ...]:
     """Solve the contact of the new wheels at all operating points of a scene of `load_scene`.
 
-    With FASTSIM, whatever the tangential model; on so many threads, by default all available.
+    With FASTSIM, whatever the tangential model; on so many threads, by default all available. What is solved
+    from each of its parts may be given, else it is solved here.
 
     Returns
     -------
@@ -53,9 +57,9 @@ def check_contact(scene: CampaignScene, threads: int | None = None) -> tuple[Fau
     faults: list[Fault] = []
     warnings: list[Fault] = []
     threads = threads or available_cores()
-    for part in scene.parts:
-        setup = build(part)
-        places = [path for path, _, _, points in shift_ranges(part) for _ in range(points)]
+    prepared = [prepare(part) for part in scene.parts] if prepared is None else prepared
+    for part, known in zip(scene.parts, prepared, strict=True):
+        setup, places = build(part, known), known.places
         try:
             # a contact that noise decides has no faults of the scene
             if noise := noise_faults(part, setup, threads):
@@ -71,7 +75,7 @@ def check_contact(scene: CampaignScene, threads: int | None = None) -> tuple[Fau
             continue
         text = f"; such points are left out, together they carry {100.0 * share:.2g} % of the wear"
         own = [replace(fault, message=f"{fault.message}{text}") for fault in own]
-        warnings += by_line([*own, *warnings_of(part), *_roll_warnings(part, setup, places, failed)])
+        warnings += by_line([*own, *warnings_of(part, known), *_roll_warnings(part, setup, places, failed)])
     if faults:
         raise SceneError([at_its_source(fault) for fault in faults])
     return tuple(warnings)
@@ -100,7 +104,7 @@ def _failed(setup: CampaignSetup, threads: int) -> tuple[dict[int, ContactError]
 
 
 def _faults(
-    scene: RigScene | FieldScene, setup: CampaignSetup, places: list[KeyPath], failed: _Failed
+    scene: RigScene | FieldScene, setup: CampaignSetup, places: Sequence[KeyPath], failed: _Failed
 ) -> list[Fault]:
     """One fault for each place with points that failed, of the first of them."""
     faults: dict[KeyPath, Fault] = {}
@@ -129,7 +133,7 @@ def _faults(
 
 
 def _roll_warnings(
-    scene: RigScene | FieldScene, setup: CampaignSetup, places: list[KeyPath], failed: _Failed
+    scene: RigScene | FieldScene, setup: CampaignSetup, places: Sequence[KeyPath], failed: _Failed
 ) -> list[Fault]:
     """Where the wheelset would roll much further: the worst outermost point of each block or class."""
     conditions = setup.points.conditions

@@ -10,13 +10,14 @@ from pathlib import Path
 
 from wearsim.damage.wear.table import WearTable
 from wearsim.errors import Fault, ProfileError, SceneError, say
+from wearsim.operation.recorded import Samples
 from wearsim.profile import placement, standard
 from wearsim.profile.files import ProfileReading, read_profile
 from wearsim.profile.shape import Profile
 from wearsim.profile.smoothing import smoothed
 from wearsim.profile.standard import shipped_path
 from wearsim.scene.models import CompareScene, FieldScene, Origin, RigScene, find_file
-from wearsim.scene.vehicle import Rails
+from wearsim.scene.route import Rails, Route
 from wearsim.toml_faults import LARGEST_FILE, LARGEST_TABLE, KeyPath, content_of
 
 INPUTS = "inputs.json"
@@ -65,6 +66,8 @@ class Inputs:
     files: tuple[InputFile, ...]  # the scene file first
     wear_table: WearTable | None = None  # of the file that `table_file` names
     templates: tuple[Profile, Profile] | None = None
+    samples: Samples | None = None  # of a record
+    route: Route | None = None  # of a vehicle
     warnings: tuple[Fault, ...] = ()  # of what the files say
 
     @property

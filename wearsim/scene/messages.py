@@ -12,7 +12,7 @@ from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.damage.fatigue import FATIGUE_LAWS, counts_cycles
 from wearsim.damage.wear import WEAR_LAWS
 from wearsim.errors import Fault, ProfileError, say, shown
-from wearsim.operation.points import REACH
+from wearsim.operation.points import REACH, OperatingPoints
 from wearsim.profile import measures
 from wearsim.profile.conicity import equivalent_conicity
 from wearsim.profile.shape import Profile
@@ -22,7 +22,7 @@ from wearsim.scene.campaign import LIMIT_KEYS, STABILITY, RollerWearSection
 from wearsim.scene.damage import damage_faults
 from wearsim.scene.implausible import implausible
 from wearsim.scene.models import BlockSection, ClassSection, FieldScene, RigScene
-from wearsim.scene.vehicle import cut_motion, rails_of
+from wearsim.scene.route import cut_motion, rails_of
 from wearsim.toml_faults import KeyPath, suggestion
 
 SHARES_ROUNDED = 0.01
@@ -287,9 +287,15 @@ def _reprofiling_faults(scene: Campaign) -> _Messages:
         yield _REPROFILING, say("scene.reprofiled_compared")
 
 
-def shift_ranges(scene: Campaign) -> Iterator[tuple[KeyPath, float, float, int]]:
-    """Path of each shift in the scene, ends of its range [mm], number of operating points in it."""
-    runs = list(scene.operation.runs.items())
+def shift_ranges(
+    scene: Campaign, points: OperatingPoints | None = None
+) -> Iterator[tuple[KeyPath, float, float, int]]:
+    """Path of each shift in the scene, ends of its range [mm], number of operating points in it.
+
+    A route or a record is one range; given its points, as many of one each.
+    """
+    runs, monitor = list(scene.operation.runs.items()), scene.operation.monitor
+    watched = () if monitor is None else monitor.shifts_mm
     for k, (path, run) in enumerate(runs):
         if isinstance(run, ClassSection):
             mean, spread = run.shift_mean_mm, REACH * run.shift_std_mm
@@ -302,14 +308,19 @@ def shift_ranges(scene: Campaign) -> Iterator[tuple[KeyPath, float, float, int]]
             key = "shift_mm" if run.shift_mm is not None else "lateral_force_kN"
             yield (*path, key), min(shifts), max(shifts), run.positions or 1
     if scene.vehicle is not None:
-        for k in scene._of_track or (0,):
+        for k in (0,) if points is None else points.of_track:
             path = ("vehicle", "class", k) if scene.vehicle.route is None else ("vehicle", "route")
             yield path, 0.0, 0.0, 1  # within what the flange allows
     if scene.recorded is not None:
-        yield ("recorded", "file"), 0.0, 0.0, 1 if scene._reduction is None else len(scene._reduction.group)
-    if scene.operation.monitor is not None:
-        for index, shift in enumerate(scene.operation.monitor.shifts_mm):
-            yield ("operation", "monitor", "shifts_mm", index), shift, shift, 1
+        samples = 1 if points is None else len(points.label) - len(watched)
+        yield ("recorded", "file"), 0.0, 0.0, samples
+    for index, shift in enumerate(watched):
+        yield ("operation", "monitor", "shifts_mm", index), shift, shift, 1
+
+
+def places_of(scene: Campaign, points: OperatingPoints) -> tuple[KeyPath, ...]:
+    """Path of the key in the scene that each operating point comes from."""
+    return tuple(path for path, _, _, count in shift_ranges(scene, points) for _ in range(count))
 
 
 def key_of(path: KeyPath) -> str:

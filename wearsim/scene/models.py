@@ -13,16 +13,13 @@ from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.problem import PAIRS
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.errors import Fault, say, shown
-from wearsim.operation.recorded import Reduction, Samples
-from wearsim.operation.route import Curve, Tangent
-from wearsim.operation.states import Running as Settled
 from wearsim.profile.standard import shipped_path
 from wearsim.scene.campaign import CampaignSection, RailWearSection, RollerWearSection
 from wearsim.scene.damage import FatigueSection, WearSection
 from wearsim.scene.overrides import Override
 from wearsim.scene.section import Registered, Section, SetPoints, Text, range_of
 from wearsim.scene.uncertainty import UncertaintySection
-from wearsim.scene.vehicle import CurveRadius, Inclination, Route, VehicleSection
+from wearsim.scene.vehicle import CurveRadius, Inclination, VehicleSection
 from wearsim.toml_faults import KeyPath, Lines, line_of
 
 Shift = Annotated[float, Field(**range_of("shift"))]
@@ -289,6 +286,7 @@ class Origin:
     role: str
     content: bytes
     lines: Lines
+    row_overrides: tuple[Override, ...] = ()  # of rows of the programme it names
 
 
 def find_file(name: str, folders: tuple[Path, ...], shipped: str) -> Path | None:
@@ -343,15 +341,6 @@ class _Campaign(SceneModel):
     operation: RigOperation | FieldOperation
     campaign: CampaignSection
     uncertainty: UncertaintySection | None = None
-    # set once the files they follow from were read, or once they are asked for
-    _row_overrides: tuple[Override, ...] = PrivateAttr(())  # of rows of its programme
-    _running: Settled | None = PrivateAttr(None)  # where the new wheelset runs under controlled forces
-    _samples: Samples = PrivateAttr()  # of a record
-    _reduction: Reduction | None = PrivateAttr(None)  # of a record to operating points
-    _route: Route = PrivateAttr()  # of a vehicle
-    _track: tuple[Curve | Tangent, ...] = PrivateAttr(())  # its classes; once known, those of segments
-    _of_track: tuple[int, ...] = PrivateAttr(())  # number of the class of each operating point
-    _error: float = PrivateAttr(0.0)  # of the wear of classes that stand for segments
 
 
 class RigScene(_Campaign):

@@ -14,6 +14,7 @@ from pydantic import ValidationError
 
 from wearsim.damage.wear.table import WearTable
 from wearsim.errors import Fault, ProfileError, SceneError, raise_any, say, shown
+from wearsim.operation.recorded import Samples
 from wearsim.profile import placement, standard
 from wearsim.profile.conicity import flange_clearance
 from wearsim.profile.shape import Profile, resample
@@ -25,8 +26,8 @@ from wearsim.scene.models import AnyScene, CompareScene, FieldScene, Origin, Rig
 from wearsim.scene.overrides import Override, at_its_source, merge, overridden_text, toml_text
 from wearsim.scene.recorded import read_record
 from wearsim.scene.rig import with_programme, with_rig
+from wearsim.scene.route import Rails, Route, rails_of, read_vehicle
 from wearsim.scene.sweep import SweepScene, read_sweep
-from wearsim.scene.vehicle import Rails, rails_of, read_vehicle
 from wearsim.scene.wear_table import read_wear_table
 from wearsim.toml_faults import (
     LARGEST_TABLE,
@@ -172,9 +173,7 @@ def _read(path: Path, role: str, overrides: Sequence[Override] = (), content: by
         raise SceneError(
             [Fault(unknown_key(item.keys, model), item.source or file, item.line) for item in unknown]
         )
-    scene._origin = Origin(path, role, content, lines)
-    if isinstance(scene, RigScene):
-        scene._row_overrides = tuple(rows)
+    scene._origin = Origin(path, role, content, lines, tuple(rows))
     return scene
 
 
@@ -306,8 +305,12 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
         clearances.append((free, flange_clearance(wheels[1], other or rail) if unlike else free))
     clearance = clearances[0]
     faults += messages.limit_faults(scene, wheels, counterface, end=True)
+    samples, track = None, None
     with _gathered(faults):
-        noted += _operated(scene, clearance, files) if isinstance(scene, FieldScene) else []
+        if isinstance(scene, FieldScene):
+            track = _route_of(scene, files)
+            samples, notes = _record_of(scene, clearance, files)
+            noted += notes
     known = {fault.line for fault in faults}
     faults += [fault for fault in messages.beyond_clearance(scene, clearance)[0] if fault.line not in known]
     raise_any(by_line(faults))
@@ -321,14 +324,14 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
         if getattr(scene, body).smooth_mm is not None and shipped:
             noted.append(scene.fault((body, "smooth_mm"), say("scene.nothing_smoothed", body=body)))
     scene._inputs = Inputs(
-        *wheels, tuple(rails), half_span, tuple(clearances), tuple(files.read), table, templates,
-        tuple(noted),
+        *wheels, tuple(rails), half_span, tuple(clearances), tuple(files.read), table, templates, samples,
+        track, tuple(noted),
     )  # fmt: skip
     return scene
 
 
-def _operated(scene: FieldScene, clearance: tuple[float | None, float | None], files: Files) -> list[Fault]:
-    """Read the record or the vehicle of a scene, if it has one; warnings."""
+def _route_of(scene: FieldScene, files: Files) -> Route | None:
+    """Read the vehicle of a scene and its route, if it has one; a scene has one way of operation."""
     given = {name: f"[{name}]" for name in ("vehicle", "recorded") if getattr(scene, name) is not None}
     given |= {"operation": "[[operation.class]]"} if scene.operation.classes else {}
     if not given:
@@ -336,18 +339,25 @@ def _operated(scene: FieldScene, clearance: tuple[float | None, float | None], f
     if len(given) > 1:
         text = say("scene.two_operations", given=given.values())
         raise SceneError([scene.fault((next(iter(given)),), text)])
-    if scene.vehicle is not None:
-        scene._route = read_vehicle(scene, files.place)
-        scene._track = scene._route.track if scene.vehicle.route is None else ()
-        for file in scene._route.files:
-            files.note(*file)
+    if scene.vehicle is None:
+        return None
+    found = read_vehicle(scene, files.place)
+    for file in found.files:
+        files.note(*file)
+    return found
+
+
+def _record_of(
+    scene: FieldScene, clearance: tuple[float | None, float | None], files: Files
+) -> tuple[Samples | None, list[Fault]]:
+    """Read the record of a scene, if it has one: its samples, and warnings."""
     if scene.recorded is None:
-        return []
+        return None, []
     name, shipped = scene.recorded.file, find_file(scene.recorded.file, (), "workflows")
     path = files.found(("recorded", "file"), name, "a CSV or netCDF file", shipped)
-    scene._samples, notes = read_record(scene, path, clearance)
+    found = read_record(scene, path, clearance)
     files.note("recorded.file", name, path, LARGEST_TABLE)
-    return notes
+    return found
 
 
 def _with_rig(scene: RigScene, files: Files) -> RigScene:

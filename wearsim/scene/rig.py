@@ -98,8 +98,8 @@ def with_programme(scene: RigScene, place: Place) -> tuple[RigScene, Path | None
         raise SceneError([scene.fault(key, say("rig.no_programme", operation=operation))])
     table, file, lines = csv_rows(path, "block"), str(path), list[Lines]()
     content = None
-    if scene._row_overrides and not table.faults:
-        table, lines = _overridden(table, file, scene._row_overrides)
+    if scene.origin.row_overrides and not table.faults:
+        table, lines = _overridden(table, file, scene.origin.row_overrides)
         content = csv_text(table).encode()
     blocks = validated_rows(table, file, BlockSection, "block", lines=lines)
     changed = operation.model_copy(update={"blocks": blocks})

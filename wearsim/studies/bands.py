@@ -24,9 +24,9 @@ from wearsim.campaign.record import write_atomically
 from wearsim.errors import ResultError, say
 from wearsim.results import load_results
 from wearsim.scene import CampaignScene, load_campaign
+from wearsim.scene.draws import Dimension, dimensions_of, draws_of, material_overrides, overrides_of
 from wearsim.scene.overrides import Override
 from wearsim.scene.sweep import Case
-from wearsim.scene.uncertainty import Dimension, dimensions_of, draws_of, material_overrides, overrides_of
 from wearsim.studies.ensemble import Outcome, check_cases, outcome_in, run_cases
 from wearsim.translation import bands
 from wearsim.translation.bands import FILE, MATERIALS

@@ -22,7 +22,7 @@ from wearsim.errors import Fault, ResultError, SceneError, WearsimError, brief, 
 from wearsim.quantities import QUANTITIES
 from wearsim.results import LAYOUT, open_results
 from wearsim.results.checks import last_worn_row
-from wearsim.scene import load_campaign
+from wearsim.scene import load_campaign, prepare
 from wearsim.scene.sweep import Case, Sweep, SweepScene
 from wearsim.studies.ensemble import Outcome, check_cases, outcome_in, run_case, run_cases
 from wearsim.studies.plan import plan, steps_text
@@ -302,7 +302,11 @@ def checked_plan(scene: SweepScene) -> dict[str, Any]:
     sweep = sweep_of(scene)
     warnings = [str(warning) for warning in check_cases(sweep.cases)]
     first = load_campaign(sweep.cases[0].base, overrides=sweep.cases[0].overrides)
-    return {**plan_of(sweep), "first": [plan(part, (), 1) for part in first.parts], "warnings": warnings}
+    return {
+        **plan_of(sweep),
+        "first": [plan(part, prepare(part), (), 1) for part in first.parts],
+        "warnings": warnings,
+    }
 
 
 def checked_plan_text(item: dict[str, Any]) -> str:

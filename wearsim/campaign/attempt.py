@@ -1,0 +1,85 @@
+"""A wear step that is tried: what its stages begin with, rates it is chosen by, and whether it is taken."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from wearsim.campaign import control, step
+from wearsim.campaign.evaluate import Evaluation, Setup, accumulate, rate
+from wearsim.campaign.left_out import Failed
+from wearsim.campaign.passage import Passage
+from wearsim.campaign.state import State, WearRate
+from wearsim.contact.patch import FloatArray
+from wearsim.operation.points import OperatingPoints
+from wearsim.operation.states import Running
+from wearsim.scene.campaign import ControlSettings
+
+# largest share of a step's area that may be clipped: more means that patches moved too far in it
+_CLIPPED = 0.01
+
+_SHORTER = 0.3  # of a step that was clipped, or whose stages have no contact solution
+
+# depth of a step from which both are no matter of its length: a patch vanishes, a point has no solution [m]
+_SHALLOW = 1e-7
+
+
+class Way(NamedTuple):
+    """What a stage of a wear step begins with, and what it leaves to the next one."""
+
+    running: Running | None  # where the wheelset runs
+    passage: Passage  # that the contact of the next stage begins at
+    failed: Failed  # points without contact solution in any stage
+
+
+class Attempt(NamedTuple):
+    """A wear step that was tried."""
+
+    step: step.Step
+    error: float  # of its depth [m]
+    stiffness: float  # that it showed [1/m]
+    end: Evaluation  # contact at its end
+
+
+class Rates:
+    """Wear rates of a state by the weights of its points, each solved once."""
+
+    def __init__(self, state: State, points: OperatingPoints, setup: Setup, evaluation: Evaluation) -> None:
+        self._state, self._points, self._setup = state, points, setup
+        self._passage = evaluation.passage
+        self._known = {evaluation.weight.tobytes(): evaluation.collective}
+
+    def of(self, weight: FloatArray) -> WearRate:
+        """Wear rate of points that act with a weight (n,)."""
+        key = weight.tobytes()
+        if key not in self._known:
+            self._known[key] = self._found(weight)
+        return self._known[key]
+
+    def _found(self, weight: FloatArray) -> WearRate:
+        passage, known = self._passage, [*self._passage.contact.point, *self._passage.failed]
+        if np.isin(np.flatnonzero(weight), known).all():
+            return accumulate(passage, self._points, weight, self._state, self._setup)
+        return rate(self._state, self._points, weight, self._setup)
+
+
+def is_shallow(now: WearRate, length: float) -> bool:
+    """Whether a step at a rate is so shallow that a shorter one [m] would not help."""
+    return float(now.depth.max()) * length < _SHALLOW
+
+
+def without_contact(length: float) -> tuple[float, str]:
+    """Return the limit of the length [m] of the next attempt where stages of this one have no contact."""
+    return _SHORTER * length, "no contact"
+
+
+def refusal(
+    attempt: Attempt, length: float, shallow: bool, settings: ControlSettings
+) -> tuple[float, str] | None:
+    """Limit of the length [m] of the next attempt, and its reason; None if this one is taken."""
+    clipped = attempt.step.clipped > _CLIPPED and not shallow
+    if attempt.error <= settings.error_tolerance and not clipped:
+        return None
+    limit = control.error_limit(length, attempt.error, settings), "error"
+    return min(limit, (_SHORTER * length, "clipping")) if clipped else limit

@@ -1,0 +1,185 @@
+"""Drawn values of the uncertain inputs of a scene, and its steels, as overrides."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from itertools import chain
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtri
+
+from wearsim.errors import SceneError, raise_any, say, shown
+from wearsim.scene.models import CompareScene, FieldScene, RigScene
+from wearsim.scene.overrides import Override, paths_of
+from wearsim.scene.section import Section
+from wearsim.scene.uncertainty import InputSection, MaterialSection
+from wearsim.toml_faults import KeyPath, is_key, removed_key, unknown_key
+
+_WITHIN = float(ndtri(0.95))  # standard deviations from the middle to the end of a 90 % range
+_NEEDS: Mapping[str, tuple[str, ...]] = {
+    "uniform": ("low", "high"),
+    "normal": ("mean", "std"),
+    "lognormal": ("median", "within"),
+    "values": ("values",),
+}
+"""Keys of each distribution."""
+_EVERYWHERE = (("operation", "block"), ("operation", "class"), ("vehicle", "class"))
+Drawn = float | int | str | dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Dimension:
+    """One number to draw: its input, the keys it acts on, with the scene's own values, and its name."""
+
+    name: str
+    section: InputSection
+    keys: tuple[tuple[str, Any], ...]
+
+    def drawn(self, share: float) -> Drawn:
+        """Value at a share of the distribution between 0 and 1; of numbers six digits, legible in tables."""
+        of, deviation = self.section, float(ndtri(share))
+        if of.distribution == "values":
+            return of.values[min(int(share * len(of.values)), len(of.values) - 1)]
+        first, second = (getattr(of, key) for key in _NEEDS[of.distribution])
+        if of.distribution == "uniform":
+            value = first + (second - first) * share
+        elif of.distribution == "normal":
+            value = first + second * deviation
+        else:
+            value = first * second ** (deviation / _WITHIN)
+        return float(f"{value:.6g}")
+
+    def acted(self, own: Any, drawn: Drawn) -> Any:
+        """Value of a key that had its own one."""
+        if self.section.acts == "value" or isinstance(drawn, str | dict):
+            return drawn
+        return float(f"{own * drawn if self.section.acts == 'factor' else own + drawn:.9g}")
+
+
+def overrides_of(drawn: Iterable[tuple[Dimension, Drawn]]) -> list[Override]:
+    """Gather what a draw changes in a scene: values first, then what acts on them, in the order of inputs."""
+    values: dict[str, Any] = {}
+    order = sorted(drawn, key=lambda pair: pair[0].section.acts != "value")
+    for dimension, value in order:
+        for key, own in dimension.keys:
+            if isinstance(value, dict):
+                values |= {f"{key}.{name}": one for name, one in value.items()}
+            else:
+                values[key] = dimension.acted(values.get(key, own), value)
+    return [Override(key, value) for key, value in values.items()]
+
+
+def draws_of(dimensions: int, count: int, seed: int) -> NDArray[np.float64]:
+    """Shares of the distributions (count, dimensions): eight independent scrambles of Sobol points.
+
+    Scramble k has the draws k, k + 8, k + 16, ...: more draws continue fewer.
+    """
+    from scipy.stats import qmc  # 0.3 s to import, only spent where it is needed
+
+    each = -(-count // SCRAMBLES)
+    points = np.empty((each, SCRAMBLES, dimensions))
+    for k, random in enumerate(np.random.default_rng(seed).spawn(SCRAMBLES)):
+        points[:, k] = qmc.Sobol(dimensions, rng=random).random(each)
+    return points.reshape(-1, dimensions)[:count]
+
+
+SCRAMBLES = 8
+
+
+def dimensions_of(scene: RigScene | FieldScene | CompareScene) -> tuple[Dimension, ...]:
+    """Return the numbers to draw for a scene.
+
+    Raises
+    ------
+    SceneError
+        With all faults of its [uncertainty]: none at all, keys it has not, distributions without their
+        numbers.
+    """
+    section = scene.uncertainty
+    if section is None or not section.input:
+        raise SceneError([scene.fault(("uncertainty",), say("uncertainty.nothing"))])
+    parts = {
+        prefix: (type(part), part.scene.kind, part.model_dump(mode="json", by_alias=True))
+        for prefix, part in scene.prefixed.items()
+    }
+    messages: list[tuple[KeyPath, str]] = []
+    found: list[Dimension] = []
+    for index, one in enumerate(section.input):
+        keys = {part[1]: _keys(one.key, prefix, *part) for prefix, part in parts.items()}
+        lacking = [key for pairs in keys.values() for key, own in pairs if type(own) not in (int, float)]
+        keys = {kind: pairs for kind, pairs in keys.items() if pairs}
+        own = list(_faults(one))
+        if one.acts != "value" and lacking:
+            own.append(("acts", say("uncertainty.no_numbers", one=one, keys=lacking[:3])))
+        if not keys:
+            removed = removed_key(one.key.split("."), type(scene.parts[0]))
+            own.append(("key", removed or say("uncertainty.no_key", one=one)))
+        elif one.shared and len(keys) < len(parts):
+            own.append(("shared", say("uncertainty.not_shared", one=one, kind=next(iter(keys)))))
+        elif one.shared or len(keys) == 1:
+            found.append(Dimension(one.label, one, tuple(chain(*keys.values()))))
+        else:
+            found += [Dimension(f"{one.label}, {kind}", one, tuple(pairs)) for kind, pairs in keys.items()]
+        if one.label in [other.label for other in section.input[:index]]:
+            own.append(("key", say("uncertainty.alike", one=one)))
+        messages += [(("uncertainty", "input", index, key), text) for key, text in own]
+    model = type(scene.parts[0])
+    for index, steel in enumerate(section.material):
+        unknown = [key for key in steel.wear if not is_key(model, ["wear", key])]
+        if unknown:
+            text = f"wear of {shown(steel.name)}: {unknown_key(['wear', unknown[0]], model)}"
+            messages.append((("uncertainty", "material", index, "wear"), text))
+    for key in ("draws", "most_draws"):
+        count = getattr(section, key)
+        if count is not None and count & (count - 1):
+            low = 2 ** int(math.log2(count))
+            messages.append(
+                (("uncertainty", key), say("uncertainty.no_power", key=key, count=count, both=[low, 2 * low]))
+            )
+    raise_any([scene.fault(*message) for message in messages])
+    return tuple(found)
+
+
+def _faults(one: InputSection) -> Iterator[tuple[str, str]]:
+    """Keys of an input that do not fit together, with messages."""
+    needed = _NEEDS[one.distribution]
+    for key in {key for keys in _NEEDS.values() for key in keys}:
+        given = getattr(one, key) not in (None, ())
+        if given != (key in needed):
+            does = "needs" if key in needed else "has no"
+            yield "distribution", f"distribution = {shown(one.distribution)} {does} {key}"
+    if one.low is not None and one.high is not None and one.low >= one.high:
+        yield "low", f"low = {one.low:g} must be below high = {one.high:g}"
+    if one.acts != "value" and any(isinstance(value, str | dict) for value in one.values):
+        yield "values", f"acts = {shown(one.acts)} needs numbers among values"
+
+
+def _keys(
+    key: str, prefix: str, model: type[Section], kind: str, data: Mapping[str, Any]
+) -> list[tuple[str, Any]]:
+    """Keys of one scene that a dotted key means, for overrides, with the values that stand there."""
+    parts = key.split(".")
+    if prefix and parts[0] in ("rig", "field"):
+        parts = parts[1:] if parts[0] == kind else []
+    if (len(parts) < 2 and parts != ["wear"]) or parts[0] in ("scene", "compare", "uncertainty"):
+        return []
+    tables = [parts]
+    if parts[0] == "operation" and len(parts) == 2:  # of every block or class, of a vehicle's route, too
+        tables = [[*table, parts[1]] for table in _EVERYWHERE if (data.get(table[0]) or {}).get(table[1])]
+    pairs = []
+    for path in (path for keys in tables if is_key(model, keys) for path in paths_of(data, keys)):
+        own: Any = data
+        for step in path:
+            own = None if own is None else own.get(step) if isinstance(own, Mapping) else own[int(step)]
+        dotted = ".".join(str(step + 1) if isinstance(step, int) else step for step in path)
+        pairs.append((f"{prefix}{dotted}", own))
+    return pairs
+
+
+def material_overrides(material: MaterialSection) -> tuple[Override, ...]:
+    """Give what a steel changes in [wear], of rig and field alike."""
+    return tuple(Override(f"wear.{key}", value) for key, value in material.wear.items())

@@ -1,0 +1,175 @@
+"""The vehicle of a field scene and the track it runs on, read from their sections and files."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from wearsim.errors import SceneError, raise_any, say, shown
+from wearsim.operation.bogie import Vehicle
+from wearsim.operation.route import WITHIN, AxleShares, Curve, Tangent
+from wearsim.scene.models import FieldScene, RigScene
+from wearsim.scene.section import read_rows
+from wearsim.scene.vehicle import (
+    SHARES_ROUNDED,
+    Place,
+    PracticeKeys,
+    SegmentSection,
+    TrackKeys,
+    VehicleFile,
+    VehicleSection,
+    practice_of,
+    shipped_or_own,
+)
+from wearsim.toml_faults import KeyPath, read_toml
+
+CUT_UNNOTED = 0.01
+
+
+class Rails(NamedTuple):
+    """What a pair of rails is made of."""
+
+    profile: str
+    profile_left: str | None
+    inclination: str
+    gauge_mm: float
+
+
+def rails_of(
+    scene: RigScene | FieldScene,
+) -> tuple[dict[Rails, KeyPath], list[tuple[tuple[int, float], ...]]]:
+    """Pairs of rails of a scene with where they are named, and for each class their numbers and shares.
+
+    The first one is that of [counterface]. Segments of a route have one class.
+    """
+    base = scene.counterface
+    own = Rails(base.profile, base.profile_left, base.inclination, base.gauge_mm)
+    found, shares = dict[Rails, KeyPath]({own: ("counterface",)}), []
+    for path, one in practice_of(scene.vehicle).items():
+        numbers = []
+        for k, rail in enumerate(one.rails):
+            given = rail.model_dump(exclude_none=True, exclude={"share"})
+            if "profile" in given:
+                given.setdefault("profile_left", None)
+            pair = own._replace(**given)
+            found.setdefault(pair, (*path, "rails", k))
+            numbers.append((list(found).index(pair), rail.share))
+        shares.append(tuple(numbers) or ((0, 1.0),))
+    return found, shares
+
+
+@dataclass(frozen=True)
+class Route:
+    """A vehicle with the track it runs on, as their files say."""
+
+    vehicle: Vehicle
+    about: str  # name and source of the vehicle
+    track: tuple[Curve | Tangent, ...]  # classes, or segments of a file
+    files: tuple[tuple[str, str, Path], ...]  # role, name in the scene and place of each file
+    shares: AxleShares
+
+
+def read_vehicle(scene: FieldScene, place: Place) -> Route:
+    """Read the vehicle and the route of a scene; `place` finds files by role and name.
+
+    Raises
+    ------
+    SceneError
+        If the vehicle is not known, files have faults, or classes do not fit together.
+    """
+    section = scene.vehicle
+    assert section is not None
+    faults = [scene.fault(path, text) for path, text in _faults(section)]
+    path, text = shipped_or_own("vehicles", place, "vehicle.file", section.file)
+    if path is None:
+        text = f"file = {shown(section.file)} is no file, nor a shipped vehicle; {text}"
+        raise SceneError([*faults, scene.fault(("vehicle", "file"), text)])
+    file, of_file = read_toml(path, VehicleFile)
+    files, segments = [("vehicle.file", section.file, path)], None
+    if section.route is not None and not section.track:
+        where = place("vehicle.route", section.route)
+        if where is None:
+            text = say("vehicle.no_route", section=section)
+            raise SceneError([*faults, *of_file, scene.fault(("vehicle", "route"), text)])
+        try:
+            each, practice = section.each, set(PracticeKeys.model_fields)
+            given = {} if each is None else each.model_dump(exclude_none=True, exclude=practice)
+            segments = read_rows(where, SegmentSection, "segment", given)
+            files.append(("vehicle.route", section.route, where))
+        except SceneError as error:
+            faults += error.faults
+    if file is None or faults:
+        raise SceneError([*faults, *of_file])
+    vehicle = replace(file.vehicle, axle_yaw_offset=1e-3 * section.axle_yaw_offset_mrad)
+    track = section.track if segments is None else segments
+    arm = 1e-3 * scene.wheelset.radius_mm * vehicle.axle_load
+    for k, one in enumerate(track):
+        torques = [each.axle_torque_kN_m for each in (one, *getattr(one, "axle_torques", ()))]
+        largest, most = max((each or 0.0 for each in torques), key=abs), 1e-3 * one.friction * arm
+        if abs(largest) > most:
+            name = "axle_torques" if one.axle_torque_kN_m is None else "axle_torque_kN_m"
+            key = ("vehicle", "class", k, name) if segments is None else ("vehicle", "route")
+            faults.append(scene.fault(key, say("vehicle.torque", largest=largest, most=most, of=one)))
+    raise_any(faults)
+    about = f"{file.name} ({file.source})"
+    kinds = list(zip(practice_of(section).values(), rails_of(scene)[1], strict=True))
+    classes = tuple(_track(one, scene, *kinds[k % len(kinds)]) for k, one in enumerate(track))
+    axle = AxleShares(section.leading_share, section.turned_share, section.axle == "outer")
+    return Route(vehicle, about, classes, tuple(files), axle)
+
+
+def _faults(section: VehicleSection) -> list[tuple[KeyPath, str]]:
+    """Keys of the classes of track that do not fit together, with messages."""
+    total = sum(one.share for one in section.track)
+    if section.route is not None and section.track:
+        return [(("vehicle", "route"), say("vehicle.route_and_classes"))]
+    if section.route is None and section.each is not None:
+        return [(("vehicle", "each"), say("vehicle.each_alone"))]
+    if section.route is None and not section.track:
+        return [(("vehicle",), say("vehicle.no_track"))]
+    if section.track and abs(total - 1.0) > SHARES_ROUNDED:
+        return [(("vehicle", "class", 0, "share"), say("vehicle.share_sum", total=total))]
+    return []
+
+
+def cut_motion(section: VehicleSection, clearance: float) -> list[tuple[KeyPath, str]]:
+    """Warnings of motion on straight track that is cut at the flange clearance [m]."""
+    given = {("vehicle", "class", k, "shift_std_mm"): one for k, one in enumerate(section.track)}
+    spreads: dict[KeyPath, float] = {path: one.shift_std_mm or 0.0 for path, one in given.items()}
+    if section.each is not None:
+        spreads[("vehicle", "each", "shift_std_mm")] = section.each.shift_std_mm or 0.0
+    found: list[tuple[KeyPath, str]] = []
+    for path, spread in spreads.items():
+        cut = math.exp(-0.5 * (1e3 * WITHIN * clearance / spread) ** 2) if spread > 0.0 else 0.0
+        if cut > CUT_UNNOTED:
+            values = {"spread": spread, "cut": cut, "clearance": clearance, "within": WITHIN}
+            found.append((path, say("vehicle.motion_cut", **values)))
+    return found
+
+
+def _track(
+    one: TrackKeys,
+    scene: FieldScene,
+    practice: PracticeKeys,
+    rails: tuple[tuple[int, float], ...],
+) -> Curve | Tangent:
+    """Return a class or segment of track in SI units; the torque is that of [contact] if it has none."""
+    speed, torque, torques = one.speed_km_h / 3.6, one.axle_torque_kN_m, getattr(one, "axle_torques", ())
+    values: dict[str, Any] = {
+        "name": one.name, "share": getattr(one, "length_km", None) or getattr(one, "share", 0.0),
+        "speed": speed, "friction": one.friction, "environment": one.environment,
+        "friction_flange": one.friction if one.friction_flange is None else one.friction_flange,
+        "torque": scene.contact.torque_Nm if torque is None else 1e3 * torque,
+        "torques": tuple((1e3 * each.axle_torque_kN_m, each.share) for each in torques),
+        "rails": rails, "lubricated": practice.lubricated_share,
+    }  # fmt: skip
+    if one.curve_radius_m is None:
+        return Tangent(**values, std=1e-3 * (one.shift_std_mm or 0.0))
+    curvature = 1.0 / one.curve_radius_m
+    if one.cant_deficiency_mm is not None:
+        acceleration = Curve.of_deficiency(curvature, 1e-3 * one.cant_deficiency_mm)
+    else:
+        acceleration = Curve.of_cant(curvature, speed, 1e-3 * (one.cant_mm or 0.0))
+    return Curve(**values, curvature=curvature, acceleration=acceleration)

@@ -1,0 +1,221 @@
+r"""Steps, time and end of a campaign, foreseen from one step on its new profiles.
+
+The step is one of all operating points together, as long as its limits allow, whatever its error: that error,
+and the stiffness it shows, limit the steps to come. From there on lengths are taken to grow with the third
+root of the distance,
+
+.. math:: \Delta s = \Delta s_0 (s / \Delta s_0)^{1/3}, \qquad n = 1.5 (s / \Delta s_0)^{2/3},
+
+because wear slows down while patches widen: an empirical rule. Steps held by their longest length do not
+grow. Measures with a limit go on as in the step, lives of reprofiled wheels are like the first one;
+redressings at a depth are not looked for.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections import defaultdict
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearsim.campaign import control
+from wearsim.campaign.attempt import Rates
+from wearsim.campaign.evaluate import Evaluation, setup_of
+from wearsim.campaign.evolution import WheelsetEvolution
+from wearsim.campaign.row import NO_STEP
+from wearsim.campaign.state import State, spacing_of
+from wearsim.contact.patch import FloatArray
+from wearsim.results.limits import LIMITED, ending_limits, worst_of
+from wearsim.results.schema import FILL_FLOAT
+from wearsim.scene import CampaignSetup
+
+_GROWTH = 3.0  # of the first steps from one to the next
+
+
+class Estimate(NamedTuple):
+    """What a campaign takes, about."""
+
+    steps: int  # to its end
+    seconds: float  # for these steps [s]
+    slowest: str  # block or class of operating points that takes most of the time
+    share: float  # of the time that it takes [-]
+    held_by: str  # what holds most of its steps, one of `quantities.STEP_LIMITS`
+    end: float  # distance of the campaign, or where a limit ends it [m]
+    limit: str | None  # measure whose limit ends it
+    bytes_per_step: int  # of a row of the result file
+
+
+class Trial(NamedTuple):
+    """One step of all operating points on new profiles."""
+
+    state: State  # at its end
+    evaluation: Evaluation  # of that state
+    length: float  # [m]
+    seconds: float  # that the step took [s]
+
+
+class Leg(NamedTuple):
+    """Steps with the same acting points."""
+
+    weight: FloatArray  # (n,) share of each step that each point acts for
+    share: float  # of the distance [-]
+    pieces: int  # in each of which steps begin anew: the passes of a block
+    first: float  # length of the first one on new profiles [m]
+    length: float  # of the ones after the first few [m]
+    reason: str  # what holds them
+
+    def steps(self, distance: float, lives: float) -> float:
+        """Return the number of steps to a distance [m] in a number of lives of new profiles."""
+        whole = self.share * distance / lives
+        if whole <= self.first:
+            return max(lives, float(self.pieces))
+        few = max(math.log(self.length / self.first) / math.log(_GROWTH), 0.0)
+        return max(lives * (few + count(whole, self.length, self.reason)), float(self.pieces))
+
+
+def count(distance: float, length: float, reason: str) -> float:
+    """Return the number of steps over a distance [m] of which the first one has a length [m]."""
+    ratio = distance / length
+    if ratio <= 1.0:
+        return 1.0
+    return ratio if reason == "max step" else max(1.5 * ratio ** (2.0 / 3.0) - 0.5, 1.0)
+
+
+def estimate(setup: CampaignSetup, start: State, evaluation: Evaluation, threads: int = 1) -> Estimate:
+    """Estimate steps, time and end of a campaign.
+
+    Parameters
+    ----------
+    setup : CampaignSetup
+        The campaign.
+    start : State
+        At its start.
+    evaluation : Evaluation
+        Of that state, at all points.
+    threads : int
+        Of the contact solver.
+
+    Raises
+    ------
+    ContactError, NumericalError
+        If the step that is tried fails.
+    """
+    evolution = WheelsetEvolution(setup, threads=threads)
+    row = evolution.row(start, evaluation, NO_STEP)
+    limits, new = margins(setup, evaluation)
+    ending = np.isin(limits, list(ending_limits(evolution.header.attributes)))
+    tried = trial(setup, start, evaluation, threads)
+    slope = (margins(setup, tried.evaluation)[1] - new) / tried.length
+    end, limit, lives = end_of(setup, (limits, ending, new, slope), 0.0, [(0.0, new)])
+    seconds, held_by, steps = defaultdict[str, float](float), dict[str, str](), 0.0
+    for leg in legs_of(setup, tried, end, threads):
+        own = leg.steps(end, lives)
+        steps += own
+        for name, share in _shares(setup, evaluation, leg.weight).items():
+            seconds[name] += own * share * tried.seconds
+            held_by[name] = leg.reason
+    slowest, whole = max(seconds, key=seconds.__getitem__), sum(seconds.values())
+    size = sum(values.nbytes for values in row.values())
+    share = seconds[slowest] / whole
+    return Estimate(round(steps), whole, slowest, share, held_by[slowest], end, limit, size)
+
+
+def trial(setup: CampaignSetup, start: State, evaluation: Evaluation, threads: int) -> Trial:
+    """Take one step of all operating points together on new profiles, as long as its limits allow."""
+    points, free = setup.points, math.inf
+    stationary = replace(points, block_length=np.zeros_like(points.block_length))
+    settings = replace(setup.control, first_depth=free, error_tolerance=free, reprofiling=None, limits=())
+    evolution = WheelsetEvolution(replace(setup, points=stationary, control=settings), threads=threads)
+    began = time.perf_counter()
+    state, taken = evolution.advance(start, evaluation)
+    seconds = time.perf_counter() - began
+    return Trial(state, evolution.evaluate(state, taken), taken.length, seconds)
+
+
+def legs_of(setup: CampaignSetup, tried: Trial, end: float, threads: int) -> Iterator[Leg]:
+    """Give the steps of a campaign up to its end [m]: of all points together, or of each block."""
+    lengths = setup.points.block_length
+    here = setup_of(setup, threads)
+    rates = Rates(tried.state, setup.points, here, tried.evaluation)
+    choose = partial(
+        control.choose,
+        points=setup.points,
+        rate_for_weights=rates.of,
+        settings=replace(setup.control, distance=end),
+        depth_limit=partial(
+            control.half_space_depth_limit,
+            models=setup.models,
+            spacing=spacing_of(tried.state),
+            wavelength=setup.control.smoothing_wavelength,
+        ),
+    )
+    loop = float(lengths.sum())
+    places = np.cumsum(lengths) - lengths if loop else np.zeros(1)
+    for k in np.flatnonzero(lengths) if loop else [0]:
+        if places[k] >= end and k:
+            return
+        weight, limit = choose(replace(tried.state, distance=float(places[k])))
+        depth = float(rates.of(weight).depth.max())
+        first = min(setup.control.first_depth / max(depth, 1e-30), limit.step_length)
+        whole = np.count_nonzero(weight) > 1 or not loop
+        share = 1.0 if whole else float(lengths[k]) / loop
+        pieces = 1 if whole else math.ceil(end / loop)
+        yield Leg(weight, share, pieces, first, limit.step_length, limit.reason)
+        if whole:
+            return
+
+
+def margins(setup: CampaignSetup, evaluation: Evaluation) -> tuple[NDArray[np.str_], FloatArray]:
+    """Measures with a limit, by wheel where they have two values, and how far they are from it [SI]."""
+    laws = [law.law for law in setup.fatigue]
+    pairs = [
+        (name, math.nan if value == FILL_FLOAT else LIMITED[name] * (limit - value))
+        for name, limit in setup.control.limits
+        for value in worst_of(name, evaluation.measures[name], laws).tolist()
+    ]
+    names, left = [name for name, _ in pairs], [value for _, value in pairs]
+    return np.array(names, dtype=np.str_), np.array(left, dtype=np.float64)
+
+
+def end_of(
+    setup: CampaignSetup,
+    limits: tuple[NDArray[np.str_], NDArray[np.bool_], FloatArray, FloatArray],
+    far: float,
+    lathe: list[tuple[float, FloatArray]],
+) -> tuple[float, str | None, float]:
+    """Distance at the end [m], the limit met there, and how many lives of new profiles come before.
+
+    Of measures with a limit: their names, whether they end the campaign, how `far` on [m] they are from it
+    and the slope of that; `lathe` has where the wheels were new, and the distances from the limits then.
+    """
+    (name, ending, margin, slope), rules, total = limits, setup.control.reprofiling, setup.control.distance
+    at = np.where(slope < 0.0, far - margin / np.where(slope < 0.0, slope, 1.0), np.inf)
+    life, lives = total, len(lathe) - 1
+    if rules is not None:
+        by_limit = at[np.isin(name, rules.limits)].min(initial=total / (1 + len(rules.places)))
+        life = lathe[-1][0] / lives if lives else float(by_limit)
+        at[at > lathe[-1][0] + life] = np.inf
+        for k in np.flatnonzero(name == "wheel_diameter") if life < total else ():  # falls at the lathe, too
+            spare, worn = float(lathe[0][1][k]), max(-float(slope[k]) * life, 1e-9)
+            loss = (spare - float(lathe[-1][1][k])) / lives if lives else 2.0 * rules.cut + worn
+            before = max(math.ceil((spare - worn) / loss), 0)
+            at[k] = life * (before + max(spare - before * loss, 0.0) / worn)
+    first = min(np.flatnonzero(ending & (at < total)), key=at.__getitem__, default=None)
+    end, limit = (total, None) if first is None else (float(at[first]), str(name[first]))
+    redressed = 0.0 if setup.counterface_wear is None else end / setup.counterface_wear.redress_distance
+    return end, limit, max(end / life, 1.0 + math.floor(redressed))
+
+
+def _shares(setup: CampaignSetup, evaluation: Evaluation, weight: FloatArray) -> dict[str, float]:
+    """Share of the time of a step of all points by block or class of those that act: that of their cells."""
+    points, contact = setup.points, evaluation.passage.contact
+    names, patch = np.array(points.class_name or points.label), contact.patch
+    cells = np.bincount(contact.point, patch.strips * patch.cells, names.size)
+    acting, whole = cells * (weight > 0.0), float(cells[points.weight > 0.0].sum())
+    return {str(name): float(acting[names == name].sum()) / whole for name in np.unique(names[acting > 0.0])}
