@@ -165,7 +165,17 @@ TARGETS = {
     **{f"{name}, {MOST:g} % in 90 %": (of_points(name, "most"), 0.9) for name, _ in QUANTITIES.values()},
     **{f"30 against 60 cells, case {case}": (cells(case), -1.0) for case in (15, 18, 27, 36)},
 }
-MISSED = {}
+MISSED = {
+    "USFD, median 1.3 %": "measured 2.31, target 1.3",
+    "KTH, 3 % in three quarters": "measured 0.3, target 0.75",
+    "KTH, 6 % in all": "measured 0.6, target 1",
+    "CPU, rigs": "measured 0.624, target 0.2",
+    "CPU, fields": "measured 0.285, target 0.12",
+    "30 against 60 cells, case 15": "measured 1.98, target 1",
+    "30 against 60 cells, case 18": "measured 1.96, target 1",
+    "30 against 60 cells, case 27": "measured 2.92, target 1",
+    "30 against 60 cells, case 36": "measured 2.65, target 1",
+}
 
 
 @pytest.mark.parametrize(
