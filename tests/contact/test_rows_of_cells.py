@@ -131,7 +131,7 @@ def test_stretched_patches_keep_grid_and_rows_together(monkeypatch, wheelset, co
     found = []
     forces_of = wheels_module.forces_of
     monkeypatch.setattr(
-        "wearsim.contact.balance.forces_of",
+        "wearsim.contact.axle.forces_of",
         lambda task, wheels, *rest, **options: (
             found.append(wheels) or forces_of(task, wheels, *rest, **options)
         ),

@@ -225,7 +225,7 @@ class Linear:
     controlled: Controlled
     creep, conicity, radius, half = 8e6, 0.1, 0.46, 0.75
 
-    def solve(self, rows, shift, load, *, yaw, keep):
+    def solve(self, rows, shift, load, *, yaw):
         turning, curvature = -2.0 * self.creep * self.half, self.conditions.track_curvature[rows]
         moment = turning * (self.conicity / self.radius * shift + self.half * curvature)
         values = dict.fromkeys(Resultants._fields, np.zeros((rows.size, 2)))
