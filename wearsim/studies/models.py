@@ -14,6 +14,7 @@ from wearsim.campaign.passage import Passage
 from wearsim.campaign.state import State
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.problem import PAIRS, ContactModels
+from wearsim.errors import ContactError
 from wearsim.scene import CampaignSetup
 from wearsim.texts import text_table
 
@@ -59,7 +60,7 @@ def compared(
     rows = []
     for name, models in pairs.items():
         found, spent = solved[models]
-        whole = None if seconds is None else seconds * spent / own
+        whole = None if seconds is None or spent is None or own is None else seconds * spent / own
         off = dict(zip(_MEASURES, _off(found, true), strict=True))
         rows.append({"name": name, "seconds": whole, **off})
     return {"points": int(heaviest.size), "wear_share": float(share[heaviest].sum()), "pairs": rows}
@@ -90,14 +91,17 @@ def _pair(models: ContactModels, name: str) -> ContactModels:
 
 def _solved(
     setup: CampaignSetup, start: State, asked: NDArray[np.bool_], models: ContactModels, threads: int
-) -> tuple[FloatArray | None, float]:
+) -> tuple[FloatArray | None, float | None]:
     """Measures of the points asked for by a pair of models, if it solves all, and the time it took [s]."""
     here = replace(setup_of(setup, threads), models=models)
     first = np.zeros_like(asked)
     first[np.flatnonzero(asked)[:1]] = True
-    solve_passage(start, setup.points, here, first)
-    began = time.perf_counter()
-    passage = solve_passage(start, setup.points, here, asked)
+    try:
+        solve_passage(start, setup.points, here, first)  # compiles
+        began = time.perf_counter()
+        passage = solve_passage(start, setup.points, here, asked)
+    except ContactError:  # of no point: the grid
+        return None, None
     spent = time.perf_counter() - began
     return None if passage.failed else _measured(setup, passage), spent
 
