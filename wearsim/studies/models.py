@@ -14,7 +14,7 @@ from wearsim.campaign.passage import Passage
 from wearsim.campaign.state import State
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.problem import PAIRS, ContactModels
-from wearsim.errors import ContactError
+from wearsim.errors import WearsimError
 from wearsim.scene import CampaignSetup
 from wearsim.texts import text_table
 
@@ -100,7 +100,7 @@ def _solved(
         solve_passage(start, setup.points, here, first)  # compiles
         began = time.perf_counter()
         passage = solve_passage(start, setup.points, here, asked)
-    except ContactError:  # of no point: the grid
+    except WearsimError:  # of no point: the grid
         return None, None
     spent = time.perf_counter() - began
     return None if passage.failed else _measured(setup, passage), spent
