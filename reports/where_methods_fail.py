@@ -34,9 +34,9 @@ OUTCOMES = ("right", "degraded", "wrong", "not applicable", "unproven", "unsound
 RIGHT, DEGRADED, WRONG, NOT_APPLICABLE, UNPROVEN, UNSOUND, CRASHED = OUTCOMES
 STILL = 1e-8  # share of friction times load times speed below which there is no power to speak of
 LOAD, WORK = 2e-6, 1e-4  # relative tolerances on load, strip work against power
-# Strips in planes of their own: their normal forces add up to less than their sum, and mean creepages times
-# forces of a patch are not exactly its power; relative tolerances on the friction bound and on power gained.
-BOUND, GAIN = 5e-3, 1e-7
+# Strips in planes of their own: their normal forces add up to less than their sum; relative tolerance on the
+# friction bound. Power gained may be what the half-space's tangential solution leaves open, 1e-6.
+BOUND, GAIN = 5e-3, 1e-6
 
 STATED = {
     ("kik_piotrowski", "fastsim"): (0.25, 0.45, 0.1, 0.2, 0.5),

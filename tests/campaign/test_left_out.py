@@ -146,6 +146,17 @@ def test_check_lists_them_with_their_share_and_as_faults_beyond(tmp_path):
         check_contact(load_campaign(file))
 
 
+def test_a_class_that_was_never_solved_is_a_fault_however_short_it_is(evolution_of, tmp_path):
+    switch = SWITCH.format(share=1e-5).replace("shift_mean_mm = 4", "shift_mean_mm = 7")
+    switch = switch.replace("shift_std_mm = 1\npositions = 10", "shift_std_mm = 0")
+    evolution = evolution_of(FIELD + switch)
+    with pytest.raises(ContactError, match=r"switch .* no other of its .* class was ever solved: .* locks"):
+        evolution.evaluate(evolution.start()[0])
+    (tmp_path / "field.toml").write_text(FIELD + switch)
+    with pytest.raises(SceneError, match=r"shift of 7 mm .* locks: "):
+        check_contact(load_campaign(tmp_path / "field.toml"))
+
+
 def test_points_that_fail_are_dropped_chunk_by_chunk_whatever_the_threads(evolution_of, monkeypatch):
     solve_chunk, calls = solver._solve_chunk, []
     monkeypatch.setattr(solver, "CHUNK", 4)

@@ -209,3 +209,11 @@ def test_check_shows_the_states_and_marks_what_deserves_a_second_look(climbing_r
     assert left["lateral_force"] == pytest.approx(-right["lateral_force"], rel=1e-6)
     assert curving["shift"] == 7e-3
     assert curving["load_right"] == pytest.approx(80e3, rel=1e-5)
+
+
+@pytest.mark.parametrize("terminal", [True, False])
+def test_a_terminal_shows_what_takes_long(climbing_rig, monkeypatch, capsys, terminal):
+    monkeypatch.setattr("wearsim.cli.check._PATIENCE", 0.0)
+    monkeypatch.setattr("sys.stderr.isatty", lambda: terminal)
+    assert cli.main(["check", "rig.toml"]) == 0
+    assert ("wearsim: initial contact ..." in capsys.readouterr().err.splitlines()) == terminal

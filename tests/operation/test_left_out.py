@@ -27,7 +27,8 @@ def test_weight_stays_in_the_class_and_a_class_that_is_out_has_none():
         ([1, 1, 1, 1, 1], (), 0.0),
         ([4, 1, 1, 1, 1], (0,), 0.4 / 1.3),  # its own last rate
         ([np.nan, 1, 3, 1, 1], (0,), 0.3 / 1.4),  # the largest of its class
-        ([1, 1, 1, 1, np.nan], (4,), 0.1),  # the largest of all: its class has none
+        ([1, 1, 1, 1, np.nan], (4,), 1.0),  # nothing of its class was ever solved
+        ([0, 0, 0, 0, np.nan], (4,), 1.0),  # nor where nothing wears
         ([0, 3, 3, 0, 0], (0,), 0.3 / 0.9),  # what the others of its class wear in its place
         ([0, 0, 0, 0, 0], (3,), 0.5),  # nothing wears: the distance
         ([np.nan] * 5, (0, 1, 2, 3, 4), 1.0),

@@ -159,15 +159,16 @@ def attack(way, random, folder):
     return checked(scene, random, "own.toml")
 
 
-def untried(setup, threads):
-    """Take the place of the trial steps."""
+def untried(*_):
+    """Take the place of the trial step."""
     raise WearsimError("not tried")
 
 
 def checked(scene, random, *names):
     """Judge what `wearsim check` says of a scene."""
-    tried = plan.WheelsetEvolution if random.integers(WHOLE) == 0 else untried
-    with mock.patch.object(plan, "_EFFORT", 0.0), mock.patch.object(plan, "WheelsetEvolution", tried):
+    whole = random.integers(WHOLE) == 0
+    tried, compared = (plan.estimate, plan.compared) if whole else (untried, lambda *_: None)
+    with mock.patch.object(plan, "estimate", tried), mock.patch.object(plan, "compared", compared):
         code, out, printed = command("check", scene, "--json")
     outcome = judged(code, out, printed, scene, SHIPPED, *NAMED, *names)
     if outcome == ACCEPTED:

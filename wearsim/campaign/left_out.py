@@ -15,7 +15,7 @@ import numpy as np
 from wearsim.campaign.passage import Passage
 from wearsim.campaign.state import PatchWear, PointHistory
 from wearsim.errors import ContactError
-from wearsim.operation.points import LARGEST_SHARE, OperatingPoints, carried_share, mask_of
+from wearsim.operation.points import LARGEST_SHARE, OperatingPoints, carried_share, mask_of, never_solved
 from wearsim.results import FILL_FLOAT
 
 Failed = dict[int, ContactError]
@@ -59,10 +59,13 @@ def judged(
         have, carry = (
             ("has", "carries") if len(number) == 1 else (f"and {len(number) - 1} more have", "carry")
         )
+        most = f"where at most {100 * LARGEST_SHARE:g} % may be left out"
+        much = f"{carry} {100 * share:.3g} % of the wear, {most}"
+        if never_solved(points.weight, points.of_class, history.area_rate, out).any():
+            much = "no other of its block or class was ever solved"
         raise ContactError(
             f"after {distance / 1e3:.6g} km the operating point {points.label[first]} {have} no contact "
-            f"solution and {carry} {100 * share:.3g} % of the wear, where at most "
-            f"{100 * LARGEST_SHARE:g} % may be left out: {reason}"
+            f"solution and {much}: {reason}"
         )
     return history
 

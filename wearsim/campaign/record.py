@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import functools
 import hashlib
+import io
 import json
-import math
 import shutil
 import time
+import zipfile
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -39,7 +40,8 @@ from wearsim.results.limits import ending_limits, first_met, limits_of, met_attr
 from wearsim.results.schema import CHANGES
 from wearsim.whole_files import signals_wait, write_whole
 
-_LARGEST_RECORD, _LARGEST_STATE = 200_000_000, 1_000_000_000  # bytes of a file, and of what it unpacks to
+_LARGEST = 1_000_000_000  # bytes of a record, as a file and unpacked
+_LABEL = "/label"  # among the arrays of a record
 
 
 @contextmanager
@@ -80,23 +82,27 @@ class Records:
     def _write(
         self, index: int, row: Mapping[str, np.ndarray], parts: Mapping[str, np.ndarray], source: str
     ) -> None:
-        arrays = {name: np.asarray(row[name]) for name in self.shapes}
-        known = {id(value): name for name, value in arrays.items()}
-        same = {name: known[id(value)] for name, value in parts.items() if id(value) in known}  # stored once
-        arrays |= {name: value for name, value in parts.items() if name not in same}
-        layout = {name: (value.dtype.str, value.shape) for name, value in arrays.items()}
-        own = {"campaign": self.campaign, "index": index, "source": source}
-        label = {**own, "layout": layout, "same": same, "packed": _PACKED}
-        values = b"".join(value.tobytes() for value in arrays.values())
-        content = json.dumps(label).encode() + b"\n" + _packed(values)
+        arrays = {**{name: row[name] for name in self.shapes}, **parts}
+        label = {
+            "campaign": self.campaign,
+            "index": index,
+            "source": source,
+            "shapes": {name: np.shape(row[name]) for name in self.shapes},
+            "has_state": bool(parts),
+        }
+        file = io.BytesIO()
+        values: dict[str, Any] = {name: np.asarray(value, order="C") for name, value in arrays.items()}
+        values[_LABEL] = np.array(json.dumps(label))
+        np.savez(file, **values)
+        content = file.getvalue()
         with readable_errors(f"{self.folder} cannot be made"):
             self.folder.mkdir(exist_ok=True)
         write_atomically(self.path(index), hashlib.sha256(content).digest() + content)
 
     def label(self, index: int) -> dict[str, Any] | None:
         """Return the label of the record of a step: what it holds of what; None if missing or damaged."""
-        found = self._load(index)
-        return None if found is None else found[0]
+        found = self._load(index, [_LABEL])
+        return None if found is None else self._label_in(found)
 
     def sources(self) -> list[str]:
         """Return the program versions behind each of the sound records from step 0 on without gap.
@@ -120,18 +126,18 @@ class Records:
         sound = 0
         while (label := self.label(len(sources))) is not None and self._is_own(label, len(sources)):
             sources.append(label["source"])
-            if any(name.startswith("/") for name in (*label["layout"], *label["same"])):
+            if label["has_state"]:
                 sound = len(sources)
         return sources[:sound]
 
     def row(self, index: int) -> dict[str, np.ndarray]:
         """Read the row of a step whose record must exist."""
-        return self._arrays(index, self.shapes)
+        return self._own(index, self.shapes)
 
     def state(self, index: int) -> State:
         """Read the state of a step whose record must exist, bit by bit."""
         try:
-            state: State = rebuilt(State, self._arrays(index))
+            state: State = rebuilt(State, self._own(index))
         except KeyError:
             raise self._other_version() from None
         return state
@@ -147,71 +153,43 @@ class Records:
         )
 
     def _is_own(self, label: Mapping[str, Any], index: int) -> bool:
-        of_row = {n: tuple(shape) for n, (_, shape) in label["layout"].items() if not n.startswith("/")}
-        stated = label["campaign"], label["index"], label.get("packed"), of_row
-        own = stated == (self.campaign, index, _PACKED, self.shapes)
-        return own and _size_of(label["layout"]) <= _LARGEST_STATE
+        shapes = {name: tuple(shape) for name, shape in label.get("shapes", {}).items()}
+        stated = label["campaign"], label.get("index"), shapes
+        return stated == (self.campaign, index, self.shapes)
 
-    def _arrays(self, index: int, of_row: Iterable[str] = ()) -> dict[str, np.ndarray]:
-        """Arrays of the row by name, which come first and may be wanted alone, and of the state by path."""
-        found = self._load(index)
-        changed = ResultError(
-            f"{self.path(index)} was changed while the campaign ran; run the same command again"
-        )
-        if found is None or not self._is_own(found[0], index):
-            raise changed
-        every, place = found[0]["layout"], 0
-        layout = {name: every[name] for name in of_row or every}
-        try:
-            values = _unpacked(found[1], _size_of(every), _size_of(layout))
-        except ValueError:
-            raise changed from None
-        arrays = {}
-        for name, (kind, shape) in layout.items():
-            # copied: where the bytes begin is no matter of the values, and kernels know aligned arrays only
-            arrays[name] = np.frombuffer(values, kind, math.prod(shape), place).reshape(shape).copy()
-            place += arrays[name].nbytes
-        same = {} if of_row else found[0].get("same", {})
-        return arrays | {name: arrays[known] for name, known in same.items()}
+    def _label_in(self, found: Mapping[str, np.ndarray]) -> dict[str, Any]:
+        """Label among the arrays of a record; that of no step for a record of another form."""
+        return json.loads(str(found[_LABEL])) if _LABEL in found else {"campaign": self.campaign}
 
-    def _load(self, index: int) -> tuple[dict[str, Any], bytes] | None:
-        """Label and values of a record with the right digest."""
+    def _own(self, index: int, names: Iterable[str] = ()) -> dict[str, np.ndarray]:
+        """Arrays of the row by name, which may be wanted alone, and of the state by path; it must exist."""
+        found = self._load(index, [_LABEL, *names] if names else ())
+        if found is None or not self._is_own(self._label_in(found), index):
+            raise ResultError(
+                f"{self.path(index)} was changed while the campaign ran; run the same command again"
+            )
+        del found[_LABEL]
+        return found
+
+    def _load(self, index: int, names: Iterable[str]) -> dict[str, np.ndarray] | None:
+        """Arrays of a record with the right digest, all or those of some names; none of another form."""
         try:
-            if self.path(index).stat().st_size > _LARGEST_RECORD:
+            if self.path(index).stat().st_size > _LARGEST:
                 return None
             content = self.path(index).read_bytes()
         except OSError:
             return None
         if hashlib.sha256(content[32:]).digest() != content[:32]:
             return None
-        label, values = content[32:].split(b"\n", 1)
-        return json.loads(label), values
-
-
-_PACKED = "words that differ from the one before"
-"""Form of the values in records."""
-
-
-def _packed(values: bytes) -> bytes:
-    """Words of 8 bytes that differ from the one before, after a bit for each: zeros take no room."""
-    words = np.frombuffer(values + bytes(-len(values) % 8), np.uint64)
-    other = np.concatenate((words[:1] == words[:1], words[1:] != words[:-1]))
-    return np.packbits(other).tobytes() + words[other].tobytes()
-
-
-def _unpacked(packed: bytes, size: int, wanted: int) -> bytes:
-    """Return at least the first `wanted` of `size` bytes that `_packed` took; ValueError for others."""
-    count = -(-size // 8)
-    words = np.frombuffer(packed[-(-count // 8) :], np.uint64)
-    other = np.unpackbits(np.frombuffer(packed, np.uint8, -(-wanted // 64)), count=-(-wanted // 8))
-    if other.size > 0 and (other[0] == 0 or np.count_nonzero(other) > words.size):
-        raise ValueError
-    return words[np.cumsum(other, dtype=np.intp) - 1].tobytes()
-
-
-def _size_of(layout: Mapping[str, tuple[str, tuple[int, ...]]]) -> int:
-    """Bytes of the arrays of a layout."""
-    return sum(np.dtype(kind).itemsize * math.prod(shape) for kind, shape in layout.values())
+        file = io.BytesIO(content[32:])
+        try:
+            with zipfile.ZipFile(file) as archive:
+                if sum(one.file_size for one in archive.infolist()) > _LARGEST:
+                    return None
+            with np.load(file) as arrays:
+                return {name: arrays[name] for name in names or arrays.files}
+        except (zipfile.BadZipFile, KeyError, ValueError, OSError):
+            return {}
 
 
 APPEND_INTERVAL = 5.0

@@ -22,13 +22,14 @@ _PATIENCE = 2.0
 
 @contextmanager
 def _progress() -> Iterator[Callable[[str], None]]:
-    """Give what is called with each thing that is done; those that take longer than a moment are told."""
+    """Give what is called with each thing that is done; a terminal shows those that take long."""
     told = [Timer(_PATIENCE, print)]
 
     def report(text: str) -> None:
         told.pop().cancel()
         told.append(Timer(_PATIENCE, print, [f"wearsim: {text} ..."], {"file": sys.stderr}))
-        told[0].start()
+        if sys.stderr.isatty():
+            told[0].start()
 
     try:
         yield report

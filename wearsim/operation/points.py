@@ -339,6 +339,14 @@ def shared_weight(weight: FloatArray, of_class: IntArray, out: NDArray[np.bool_]
     return kept * factor[of_class]
 
 
+def never_solved(
+    weight: FloatArray, of_class: IntArray, rate: FloatArray, out: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
+    """Points (n,) that are out, as in `carried_share`, and of whose class no point was ever solved."""
+    solved = np.bincount(of_class, np.isfinite(rate)) > 0.0
+    return out & (weight > 0.0) & ~solved[of_class]
+
+
 def carried_share(weight: FloatArray, of_class: IntArray, rate: FloatArray, out: NDArray[np.bool_]) -> float:
     """Share of the wear that the points `out` (n,) carry together.
 
@@ -350,7 +358,7 @@ def carried_share(weight: FloatArray, of_class: IntArray, rate: FloatArray, out:
         Number of the class or block of each point.
     rate : (n,) array
         Worn area per distance of each point alone, of those that are out the last one known; NaN where none
-        is: the largest rate of the class then stands for it, that of all points if the class has none [m2/m].
+        is: the largest rate of the class then stands for it [m2/m].
     out : (n,) bool array
         Points without a contact solution.
 
@@ -358,16 +366,17 @@ def carried_share(weight: FloatArray, of_class: IntArray, rate: FloatArray, out:
     -------
     float
         Of the larger one of what these points wore and what the others of their class wear in their place
-        [-]. By the weights where nothing wears.
+        [-]. By the weights where nothing wears; 1 where a class is out of which nothing was ever solved.
     """
     if not (weight[out] > 0.0).any():
         return 0.0
+    if never_solved(weight, of_class, rate, out).any():
+        return 1.0
     known = np.isfinite(rate)
-    if not known.any() or not rate[known].any():
+    if not rate[known].any():
         return float(weight[out].sum() / weight.sum())
-    largest = np.full(int(of_class.max()) + 1, -np.inf)
+    largest = np.zeros(int(of_class.max()) + 1)
     np.maximum.at(largest, of_class[known], rate[known])
-    largest = np.where(largest >= 0.0, largest, rate[known].max())
     worn = weight * np.where(known, rate, largest[of_class])
     instead = shared_weight(weight, of_class, out) - np.where(out, 0.0, weight)
     lost = np.bincount(of_class, np.where(out, worn, 0.0))

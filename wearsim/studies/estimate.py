@@ -8,7 +8,7 @@ root of the distance,
 
 because wear slows down while patches widen: an empirical rule. Steps held by their longest length do not
 grow. Measures with a limit go on as in the step, lives of reprofiled wheels are like the first one;
-redressings at a depth are not looked for.
+redressings at a depth are not looked for, nor limits of measures that the step leaves as they are.
 """
 
 from __future__ import annotations
@@ -69,13 +69,14 @@ class Leg(NamedTuple):
     first: float  # length of the first one on new profiles [m]
     length: float  # of the ones after the first few [m]
     reason: str  # what holds them
+    alone: int = 0  # blocks that are run one by one before
 
     def steps(self, distance: float, lives: float) -> float:
         """Return the number of steps to a distance [m] in a number of lives of new profiles."""
         whole = self.share * distance / lives
         if whole <= self.first:
             return max(lives, float(self.pieces))
-        few = max(math.log(self.length / self.first) / math.log(_GROWTH), 0.0)
+        few = max(math.log(self.length / self.first) / math.log(_GROWTH), 0.0) + self.alone
         return max(lives * (few + count(whole, self.length, self.reason)), float(self.pieces))
 
 
@@ -166,7 +167,9 @@ def legs_of(setup: CampaignSetup, tried: Trial, end: float, threads: int) -> Ite
         whole = np.count_nonzero(weight) > 1 or not loop
         share = 1.0 if whole else float(lengths[k]) / loop
         pieces = 1 if whole else math.ceil(end / loop)
-        yield Leg(weight, share, pieces, first, limit.step_length, limit.reason)
+        # the first loop is run block by block where its first step is shorter
+        alone = int(np.count_nonzero(lengths[places < end])) if whole and first < loop else 0
+        yield Leg(weight, share, pieces, first, limit.step_length, limit.reason, alone)
         if whole:
             return
 

@@ -14,6 +14,7 @@ from wearsim.campaign.passage import Passage
 from wearsim.campaign.state import State
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.problem import PAIRS, ContactModels
+from wearsim.errors import WearsimError
 from wearsim.scene import CampaignSetup
 from wearsim.texts import text_table
 
@@ -52,14 +53,16 @@ def compared(
     heaviest = np.argsort(-share, kind="stable")[:MOST_POINTS]
     heaviest = heaviest[share[heaviest] > 0.0]
     asked = np.isin(np.arange(share.size), heaviest)
-    _, own = _solved(setup, start, asked, setup.models, threads)
-    found, rows = dict[str, FloatArray | None](), list[dict[str, Any]]()
-    for name in PAIRS:
-        passage, spent = _solved(setup, start, asked, _pair(setup.models, name), threads)
-        found[name] = None if passage.failed else _measured(setup, passage)
-        rows.append({"name": name, "seconds": None if seconds is None else seconds * spent / own})
-    for row in rows:
-        row |= dict(zip(_MEASURES, _off(found[row["name"]], found["accurate"]), strict=True))
+    pairs = {name: _pair(setup.models, name) for name in PAIRS}
+    different = dict.fromkeys((setup.models, *pairs.values()))
+    solved = {models: _solved(setup, start, asked, models, threads) for models in different}
+    own, true = solved[setup.models][1], solved[pairs["accurate"]][0]
+    rows = []
+    for name, models in pairs.items():
+        found, spent = solved[models]
+        whole = None if seconds is None or spent is None or own is None else seconds * spent / own
+        off = dict(zip(_MEASURES, _off(found, true), strict=True))
+        rows.append({"name": name, "seconds": whole, **off})
     return {"points": int(heaviest.size), "wear_share": float(share[heaviest].sum()), "pairs": rows}
 
 
@@ -88,15 +91,19 @@ def _pair(models: ContactModels, name: str) -> ContactModels:
 
 def _solved(
     setup: CampaignSetup, start: State, asked: NDArray[np.bool_], models: ContactModels, threads: int
-) -> tuple[Passage, float]:
-    """Passage of the points asked for by a pair of models, and the time it took, without compilation [s]."""
+) -> tuple[FloatArray | None, float | None]:
+    """Measures of the points asked for by a pair of models, if it solves all, and the time it took [s]."""
     here = replace(setup_of(setup, threads), models=models)
     first = np.zeros_like(asked)
     first[np.flatnonzero(asked)[:1]] = True
-    solve_passage(start, setup.points, here, first)
-    began = time.perf_counter()
-    passage = solve_passage(start, setup.points, here, asked)
-    return passage, time.perf_counter() - began
+    try:
+        solve_passage(start, setup.points, here, first)  # compiles
+        began = time.perf_counter()
+        passage = solve_passage(start, setup.points, here, asked)
+    except WearsimError:  # of no point: the grid
+        return None, None
+    spent = time.perf_counter() - began
+    return None if passage.failed else _measured(setup, passage), spent
 
 
 def _measured(setup: CampaignSetup, passage: Passage) -> FloatArray:
