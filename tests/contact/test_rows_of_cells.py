@@ -191,7 +191,7 @@ def test_a_left_wheel_mirrors_the_right_one(wheelset, counterface, points):
 
 @pytest.fixture
 def on_a_wide_tread(wheelset, counterface, points):
-    """Work of all strips [J/m] and its largest per area [J/m2] of pairs on S1002 at 0 and 1 mm, 18 mm wide."""
+    """Work of all strips [J/m], and its largest per area [J/m2], of pairs on S1002 at 0 and 1 mm."""
 
     def of(kappa):
         conditions = points(shift=np.array([0.0, 1e-3]))

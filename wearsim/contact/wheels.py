@@ -486,7 +486,7 @@ def _solved_by(
     """Tangential solution of patches by a model."""
     patch = wheels.normal.patch
     creepage = wheels.kinematics.creepage(speed[patch.row])
-    if patch.planes is not None and model.by_strips:
+    if patch.planes is not None and model.takes_strips_of(patch):
         motion = StripMotion(wheels.place, creepage, wheels.friction, wheels.kinematics.x[:, 0])
         options = options | {"strips": motion}
     normal_force = planes_of(wheels.normal).normal_force
