@@ -166,11 +166,13 @@ TARGETS = {
     **{f"30 against 60 cells, case {case}": (cells(case), -1.0) for case in (15, 18, 27, 36)},
 }
 MISSED = {
-    "USFD, median 1.3 %": "measured 2.31, target 1.3",
-    "KTH, 3 % in three quarters": "measured 0.3, target 0.75",
-    "KTH, 6 % in all": "measured 0.6, target 1",
-    "CPU, rigs": "measured 0.624, target 0.2",
-    "CPU, fields": "measured 0.285, target 0.12",
+    "USFD, 3 % in 95 %": "measured 0.812, target 0.95",
+    "USFD, 4 % in all": "measured 0.938, target 1",
+    "USFD, median 1.3 %": "measured 2.39, target 1.3",
+    "KTH, 3 % in three quarters": "measured 0.417, target 0.75",
+    "KTH, 6 % in all": "measured 0.667, target 1",
+    "CPU, rigs": "measured 0.554, target 0.2",
+    "CPU, fields": "measured 0.264, target 0.12",
     "30 against 60 cells, case 15": "measured 1.98, target 1",
     "30 against 60 cells, case 18": "measured 1.96, target 1",
     "30 against 60 cells, case 27": "measured 2.92, target 1",
