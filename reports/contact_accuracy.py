@@ -71,12 +71,12 @@ little pressure. In 95 % of the single patches coupled strips are within 1.9 % i
 with the tangential model of strips, too, within 3.4 % in power and 10 % in strip work (median 0.1 and 1.6 %).
 
 In both of these models the wheel's own radius decides how strips or rows of cells slip. Pairs with one
-creepage and spin about the centre of a patch miss 13 % in power and 43 % in strip work of single patches
-(95 % quantiles), whatever their pressures, most where little of a wide patch slips. Power depends on a convention,
-too, in split patches: the half-space solution, as CONTACT does, puts lobes that belong together in one plane;
-virtual penetration gives each lobe its own plane and creepages, coupled strips each strip. At 1:20 and 5.5 mm
-the longitudinal creepage in the smaller lobe is -0.0009 in the one and -0.0020 in the other; its power is
-twice as large, though pressure and area agree within 2 %. Neither is the truth there.
+creepage and spin about the centre of a patch miss 13 % in power and 43 % in strip work of single patches (95
+% quantiles), whatever their pressures, most where little of a wide patch slips. Power depends on a
+convention, too, in split patches: the half-space solution, as CONTACT does, puts lobes that belong together
+in one plane; virtual penetration gives each lobe its own plane and creepages, coupled strips each strip. At
+1:20 and 5.5 mm the longitudinal creepage in the smaller lobe is -0.0009 in the one and -0.0020 in the other;
+its power is twice as large, though pressure and area agree within 2 %. Neither is the truth there.
 
 At equal models a grid of 25 x 25 cells is within 3 % in area and forces, but its strip work is off by a
 quarter in partial slip: the zones of slip are a few cells wide.
