@@ -150,7 +150,10 @@ def test_a_class_that_was_never_solved_is_a_fault_however_short_it_is(evolution_
     switch = SWITCH.format(share=1e-5).replace("shift_mean_mm = 4", "shift_mean_mm = 7")
     switch = switch.replace("shift_std_mm = 1\npositions = 10", "shift_std_mm = 0")
     evolution = evolution_of(FIELD + switch)
-    with pytest.raises(ContactError, match=r"switch .* no other of its .* class was ever solved: .* locks"):
+    with pytest.raises(
+        ContactError,
+        match=r"switch .* no point of its .* was ever solved, so that .* locks",
+    ):
         evolution.evaluate(evolution.start()[0])
     (tmp_path / "field.toml").write_text(FIELD + switch)
     with pytest.raises(SceneError, match=r"shift of 7 mm .* locks: "):

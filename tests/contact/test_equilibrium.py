@@ -1,6 +1,7 @@
 """Equilibrium of the wheelset: roll of an axle that rests on both wheels, rules for the rotation speed."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,8 +10,11 @@ from wearsim.contact.equilibrium import resting_roll
 from wearsim.contact.problem import Wheelset
 from wearsim.contact.solve import solve
 from wearsim.errors import ContactError, NumericalError
+from wearsim.profile.files import load_profile
 
 SHIFTS = np.array([-5.5, -4.5, -2.0, 0.0, 0.7, 3.0, 5.0]) * 1e-3
+
+DATA = Path(__file__).parents[1] / "data"
 
 
 def by_patch(solution, side):
@@ -146,6 +150,18 @@ def test_centred_rotation_has_no_longitudinal_creepage_at_zero_shift(wheelset, c
     # The approach under the load at that speed, and at the nominal one it was found with.
     np.testing.assert_allclose(centred.creepage_x[centred.point == 0], 0.0, atol=1e-12)
     assert centred.rotation_speed[0] == centred.rotation_speed[-1]  # no matter where the wheelset is
+
+
+def test_centred_rotation_is_that_of_a_wheelset_in_the_middle_whether_or_not_it_rolls(
+    wheelset, counterface, points, coarse
+):
+    worn = load_profile(DATA / "real_wheels" / "wheel_worn_left.whl", "wheel")
+    for one in (wheelset, replace(wheelset, right=worn, left=worn)):
+        conditions = points(shift=np.array([0.0, 3e-3]), rotation="centred")
+        given, free = (
+            solve(replace(conditions, free_roll=rolls), one, counterface(), coarse) for rolls in (False, True)
+        )
+        np.testing.assert_allclose(free.rotation_speed[0], given.rotation_speed[0], rtol=1e-12)
 
 
 def test_nominal_rotation_and_a_given_one(wheelset, counterface, points, coarse):

@@ -151,3 +151,12 @@ def test_a_point_without_contact_is_the_error_it_is_without_anything_nearby(solv
     with pytest.raises(ContactError) as caught:
         solved(off)
     assert (str(caught.value), caught.value.row) == (str(wanted.value), wanted.value.row)
+
+
+def test_given_normal_forces_are_carried_whatever_is_nearby(points, wheelset, counterface, coarse):
+    """What begins at an equilibrium of vertical loads has the normal force that is asked for."""
+    conditions = points(np.array([1e-3, 2e-3]), np.array([0.0, 5e-3]))
+    near = solve(conditions, wheelset, counterface(), coarse)
+    first = near.nearby[np.searchsorted(near.point, [0, 1])]
+    found = solve(replace(conditions, nearby=first), wheelset, counterface(), coarse, vertical=False)
+    np.testing.assert_allclose(found.normal_force, 80e3, rtol=1e-9)

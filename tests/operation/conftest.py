@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 
 from wearsim.contact.solve import ContactModels, Counterface, Wheelset
-from wearsim.operation import search
 from wearsim.profile import standard
 
 DATA = Path(__file__).parents[1] / "data"
@@ -39,19 +38,3 @@ def reference():
         return found
 
     return read
-
-
-@pytest.fixture
-def begun(monkeypatch):
-    """Whether contact began nearby, of the points of each solution that a search asked for."""
-    found = []
-    solve_each = search.solve_each
-
-    def watching(conditions, *others, **options):
-        nearby = conditions.nearby
-        known = np.zeros(conditions.shift.size, bool) if nearby is None else np.isfinite(nearby).all(axis=1)
-        found.append(tuple(known.tolist()))
-        return solve_each(conditions, *others, **options)
-
-    monkeypatch.setattr(search, "solve_each", watching)
-    return found

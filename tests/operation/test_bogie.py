@@ -280,11 +280,3 @@ def test_springs_of_a_bogie_exert_no_force_on_it_as_a_whole():
     np.testing.assert_allclose(springs[:, 0] + springs[:, 2], 0.0, atol=1e-12 * size)
     turning = VEHICLE.half_wheelbase * (springs[:, 0] - springs[:, 2]) + springs[:, 1] + springs[:, 3]
     np.testing.assert_allclose(turning, 0.0, atol=1e-12 * size)
-
-
-def test_contacts_of_a_bogie_are_solved_anew(bodies, models, begun):
-    """The forces of a state hang on nothing else."""
-    conditions, controlled = task(600.0, 0.04)
-    running = settle(conditions, controlled, *bodies(0.0), models)
-    settle(conditions, controlled, *bodies(0.0), models, running)
-    assert {known for solution in begun for known in solution} == {False}

@@ -91,14 +91,6 @@ def test_shifts_by_force_are_those_of_the_reference_and_need_few_solutions_when_
         assert (np.abs(again.shift - running.shift) <= near).all()
 
 
-def test_a_search_solves_contact_anew(bodies, models, reference, begun):
-    for curvature, table in reference("operation_rig.csv").items():
-        count = table["H_kN"].size
-        given = conditions_of(table, shift=np.zeros(count), friction=0.35)
-        settle(given, under(1e3 * table["H_kN"], count), *bodies(curvature), models)
-        assert not any(map(any, begun))
-
-
 def test_a_jump_that_is_found_is_where_contact_solved_anew_has_it():
     """P8 on 60E1 carries 43 to 56 kN in two ways at 8.8 mm, which contact keeps to that begins nearby."""
     wheel, rail = standard.wheel("P8"), standard.rail("60E1", 1 / 40, 1.435, 0.75)

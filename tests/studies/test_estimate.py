@@ -22,13 +22,12 @@ def setup_of(rules=None):
 
 
 def test_the_first_limit_that_ends_the_campaign_is_foreseen():
-    new = margin = np.array([2e-3, 30e-3])
-    slope, lathe = np.array([-1e-8, -1e-7]), [(0.0, new)]
-    for ending, expected in (([True, True], (3e5, "hollowing")), ([False, True], (4e5, "wheel_diameter"))):
+    margin, slope = np.array([2e-3, 30e-3]), np.array([-1e-8, -1e-7])
+    for ending, expected in (([True, True], (2e5, "hollowing")), ([False, True], (3e5, "wheel_diameter"))):
         limits = NAMES, np.array(ending), margin, slope
-        assert end_of(setup_of(), limits, 1e5, lathe) == (pytest.approx(expected[0]), expected[1], 1.0)
+        assert end_of(setup_of(), limits) == (pytest.approx(expected[0]), expected[1], 1.0)
     limits = (*limits[:3], 0.1 * slope)  # too slow for the distance
-    assert end_of(setup_of(), limits, 1e5, lathe) == (1e6, None, 1.0)
+    assert end_of(setup_of(), limits) == (1e6, None, 1.0)
 
 
 @pytest.mark.parametrize("diameter", [1.5e-3, 4e-3, 7.9e-3])
@@ -43,9 +42,8 @@ def test_the_diameter_falls_by_wear_and_at_the_lathe(diameter):
         if left <= 0.0:
             break
     slope = np.array([-2e-3, -1e-3]) / 1e5
-    now = np.array([2e-3, diameter]) + 3e4 * slope
-    limits = NAMES, np.array([False, True]), now, slope
-    end, name, lives = end_of(setup_of(rules), limits, 3e4, [(0.0, np.array([2e-3, diameter]))])
+    limits = NAMES, np.array([False, True]), np.array([2e-3, diameter]), slope
+    end, name, lives = end_of(setup_of(rules), limits)
     assert (end, name) == (pytest.approx(place, abs=2.0), "wheel_diameter")
     assert lives == pytest.approx(max(end / 1e5, 1.0))
 

@@ -106,7 +106,7 @@ class WheelsetEvolution:
         if wear is None or not self.ended(state):
             return state
         changed = redressed(state, self.setup.counterface, wear)
-        return state if changed is state else self._on_new_profiles(changed)
+        return state if changed is state else self._settled(changed)
 
     def start(self) -> tuple[State, StepTaken]:
         """Return the new wheelset."""
@@ -129,10 +129,6 @@ class WheelsetEvolution:
     def _settled(self, state: State) -> State:
         """Return the state with the shifts and loads that balance what is controlled."""
         return settled_state(state, self.setup.points, self._contact)
-
-    def _on_new_profiles(self, state: State) -> State:
-        """Return the state where it runs on profiles that were cut."""
-        return self._settled(state)
 
     def evaluate(self, state: State, taken: StepTaken | None = None) -> Evaluation:
         """Solve the contact of a state, if the step that led to it has not left it.
@@ -189,7 +185,7 @@ class WheelsetEvolution:
         setup = self._where(state)
         state = replace(state, points=evaluation.points)
         if reprofiling_due(state, setup, evaluation.measures):
-            return self._on_new_profiles(reprofile(state, setup)), NO_STEP
+            return self._settled(reprofile(state, setup)), NO_STEP
         return self._redressed(*self._stepped(state, evaluation, setup))
 
     def _stepped(self, state: State, evaluation: Evaluation, setup: CampaignSetup) -> tuple[State, StepTaken]:
@@ -247,7 +243,7 @@ class WheelsetEvolution:
         changed = redressed(after, self.setup.counterface, wear)
         if changed is after:
             return after, taken
-        return self._on_new_profiles(changed), replace(taken, end=None)
+        return self._settled(changed), replace(taken, end=None)
 
     def _try(
         self,

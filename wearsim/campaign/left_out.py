@@ -62,7 +62,7 @@ def judged(
         most = f"where at most {100 * LARGEST_SHARE:g} % may be left out"
         much = f"{carry} {100 * share:.3g} % of the wear, {most}"
         if never_solved(points.weight, points.of_class, history.area_rate, out).any():
-            much = "no other of its block or class was ever solved"
+            much = "no point of its block or class was ever solved, so that its wear is not known"
         raise ContactError(
             f"after {distance / 1e3:.6g} km the operating point {points.label[first]} {have} no contact "
             f"solution and {much}: {reason}"

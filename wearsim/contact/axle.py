@@ -36,7 +36,7 @@ from wearsim.contact.loaded import (
 )
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.patch import FloatArray
-from wearsim.contact.problem import ContactConditions
+from wearsim.contact.problem import UNKNOWNS, ContactConditions
 from wearsim.contact.tangential import TANGENTIAL_MODELS, TangentialModel, TangentialSolution
 from wearsim.contact.wheels import (
     Forces,
@@ -55,7 +55,6 @@ from wearsim.errors import NumericalError
 
 SPEED, RIGHT, LEFT, ROLL = range(4)
 """Columns of the unknowns: rotation speed, loads of both wheels, roll."""
-UNKNOWNS = 4
 ROLL_UNIT = 1e-4
 """Unknown 1 of the roll [rad]; residual 1 of the heights is what it moves them by."""
 SPEED_UNIT = 1e-3
@@ -79,6 +78,8 @@ _AT_REST_THEN = 1.0  # residual of the heights that is accepted then
 _LOOSER = 100.0, 10.0  # factors on the tolerance of warm models in the first trials
 _AT_JUMP = 8  # trials after which jumps of the creep forces are taken to be what is left
 _AFRESH = 6  # trials after which slopes are taken anew, by differences
+# Residuals by column, as shares of what friction can carry, of the wheel loads, and of a unit of roll.
+_MISSED = "torque", "right load", "left load", "roll"
 # Residuals on the left that hang on unknowns above; the wheels act on each other through torque and roll.
 _LINKED = np.array([[1, 1, 1, 1], [1, 1, 0, 1], [1, 0, 1, 1], [0, 1, 1, 1]], dtype=bool)
 
@@ -491,9 +492,11 @@ def _unbalanced(residual: FloatArray, columns: list[int], open_rows: NDArray[np.
             "friction, yaw or shift, or give the roll"
         )
     else:
-        left = ", ".join(f"{value:.1e}" for value in residual[row])
+        left = ", ".join(
+            f"{_MISSED[column]} {value:.1e}" for column, value in zip(columns, residual[row], strict=True)
+        )
         reason = (
-            f"wheel load and axle torque are not balanced by contact forces: residuals {left} after "
+            f"wheel load and axle torque are not balanced by contact forces: left over are {left} after "
             f"{_MOST_TRIALS} trials; smooth measured profiles, or lower friction, yaw or shift"
         )
     return NumericalError(reason, row=row, rows=rows)

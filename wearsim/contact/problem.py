@@ -24,7 +24,9 @@ PAIRS: Mapping[str, tuple[str, str]] = {
 }
 """Normal and tangential model of each name of a pair, as [contact] and commands take it."""
 
-NEARBY = 20
+UNKNOWNS = 4
+"""Of the equilibrium of a wheelset: rotation speed, loads of both wheels, roll."""
+NEARBY = UNKNOWNS + UNKNOWNS**2
 """Numbers of a point that say where it begins nearby, see `ContactPatches.nearby`."""
 
 
@@ -198,7 +200,7 @@ class ContactConditions:
         wide = all(arrays[name].shape[-1:] == (size,) for name, size in columns.items() if name in arrays)
         if len(shape) != 1 or 0 in shape or not wide:
             shapes = (f"{name} {array.shape}" for name, array in arrays.items() if array.ndim)
-            raise ContactError(say("contact.shapes", shapes=shapes))
+            raise ContactError(say("contact.shapes", nearby=NEARBY, shapes=shapes))
         others = {"rotation": "rotation_speed", "torque": "axle_torque"}
         for name, array in arrays.items():
             if name in ("creepage", "nearby"):

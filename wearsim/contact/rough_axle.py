@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearsim.contact.axle import (
-    UNKNOWNS,
     Balanced,
     Begin,
     newton_step,
@@ -23,7 +22,7 @@ from wearsim.contact.axle import (
 from wearsim.contact.equilibrium import balanced_rotation, resting_roll
 from wearsim.contact.loaded import lifted, loads_of, renewed, solved_wheels
 from wearsim.contact.patch import FloatArray
-from wearsim.contact.problem import ContactConditions
+from wearsim.contact.problem import UNKNOWNS, ContactConditions
 from wearsim.contact.tangential import fastsim
 from wearsim.contact.wheels import (
     Forces,

@@ -11,12 +11,19 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.contact.axle import UNKNOWNS, Balanced, Begin, balanced_together, read, settled
+from wearsim.contact.axle import RIGHT, ROLL, Balanced, Begin, balanced_together, read, settled
 from wearsim.contact.equilibrium import rotation_without_creepage
 from wearsim.contact.kernel import leaf_kernel, plain
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.patch import FloatArray, IntArray, SurfaceFields, mean_over_planes
-from wearsim.contact.problem import ContactConditions, ContactModels, ContactSolution, Counterface, Wheelset
+from wearsim.contact.problem import (
+    UNKNOWNS,
+    ContactConditions,
+    ContactModels,
+    ContactSolution,
+    Counterface,
+    Wheelset,
+)
 from wearsim.contact.rough_axle import begun_with_coarse_patches
 from wearsim.contact.tangential import TANGENTIAL_MODELS, TangentialSolution, Wanted
 from wearsim.contact.track_forces import track_forces
@@ -146,7 +153,7 @@ def solve_each(
     for a sum passes that sum as `each`, which runs on the chunk's thread. Points without a solution are left
     out and put into `failed` with their errors, where it is given; the rest of their chunk is solved without
     them. With `fields` "work" pressure, shear and slip have no meaning: models may not give them. Points
-    with `nearby` and free roll begin with the wheels of `begin`. Other parameters: see `solve`.
+    with `nearby` begin with the wheels of `begin`. Other parameters: see `solve`.
 
     Returns
     -------
@@ -259,7 +266,9 @@ def _begun_nearby(
 ) -> list[Begin]:
     """Where the search begins at an equilibrium nearby, with its wheels if they are known."""
     assert chunk.nearby is not None
-    unknown, slopes = chunk.nearby[:, :UNKNOWNS], chunk.nearby[:, UNKNOWNS:]
+    unknown, slopes = chunk.nearby[:, :UNKNOWNS].copy(), chunk.nearby[:, UNKNOWNS:]
+    if not task.vertical:
+        unknown[:, RIGHT:ROLL] = 0.0  # loads are those given
     tilted = replace(chunk, roll=read(task, chunk, unknown)[2]) if chunk.free_roll else chunk
     return [
         Begin(
@@ -279,7 +288,9 @@ def _rotation_speed(task: Task, chunk: ContactConditions, index: IntArray) -> Fl
     nominal: FloatArray = -chunk.speed / task.wheelset.radius
     if chunk.creepage is None and chunk.rotation == "centred":
         still = np.zeros_like(chunk.shift)
-        central = replace(chunk, shift=still, yaw=still, roll=still, track_curvature=still, nearby=None)
+        central = replace(
+            chunk, shift=still, yaw=still, roll=still, track_curvature=still, nearby=None, free_roll=False
+        )
         try:
             group = balanced_together(task, central, task.sides[:1], nominal)
             start = begun_with_coarse_patches(task, central, group, nominal)

@@ -363,16 +363,6 @@ def patches_where(part: Any, mask: NDArray[np.bool_]) -> Any:
     return part if mask.all() else joined([part], np.flatnonzero(mask))
 
 
-def renumbered(wheels: Wheels, row: IntArray) -> Wheels:
-    """Wheels whose points have other numbers: `row` (n,) of each."""
-    number = row[wheels.normal.patch.row]
-    if (number == wheels.normal.patch.row).all():
-        return wheels
-    patch = replace(wheels.normal.patch, row=number)
-    place = 2 * patch.row + (wheels.sign < 0.0)
-    return replace(wheels, place=place, normal=replace(wheels.normal, patch=patch))
-
-
 def stretched(wheels: Wheels, load: FloatArray) -> Wheels:
     """Patches similar to those of wheels, under loads (n, 2) nearby."""
     ratio = load.ravel()[wheels.place] / wheels.load

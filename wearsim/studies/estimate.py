@@ -113,7 +113,7 @@ def estimate(setup: CampaignSetup, start: State, evaluation: Evaluation, threads
     ending = np.isin(limits, list(ending_limits(evolution.header.attributes)))
     tried = trial(setup, start, evaluation, threads)
     slope = (margins(setup, tried.evaluation)[1] - new) / tried.length
-    end, limit, lives = end_of(setup, (limits, ending, new, slope), 0.0, [(0.0, new)])
+    end, limit, lives = end_of(setup, (limits, ending, new, slope))
     seconds, held_by, steps = defaultdict[str, float](float), dict[str, str](), 0.0
     for leg in legs_of(setup, tried, end, threads):
         own = leg.steps(end, lives)
@@ -187,26 +187,22 @@ def margins(setup: CampaignSetup, evaluation: Evaluation) -> tuple[NDArray[np.st
 
 
 def end_of(
-    setup: CampaignSetup,
-    limits: tuple[NDArray[np.str_], NDArray[np.bool_], FloatArray, FloatArray],
-    far: float,
-    lathe: list[tuple[float, FloatArray]],
+    setup: CampaignSetup, limits: tuple[NDArray[np.str_], NDArray[np.bool_], FloatArray, FloatArray]
 ) -> tuple[float, str | None, float]:
     """Distance at the end [m], the limit met there, and how many lives of new profiles come before.
 
-    Of measures with a limit: their names, whether they end the campaign, how `far` on [m] they are from it
-    and the slope of that; `lathe` has where the wheels were new, and the distances from the limits then.
+    Of measures with a limit: their names, whether they end the campaign, how far new wheels are from it, and
+    the slope of that.
     """
     (name, ending, margin, slope), rules, total = limits, setup.control.reprofiling, setup.control.distance
-    at = np.where(slope < 0.0, far - margin / np.where(slope < 0.0, slope, 1.0), np.inf)
-    life, lives = total, len(lathe) - 1
+    at = np.where(slope < 0.0, -margin / np.where(slope < 0.0, slope, 1.0), np.inf)
+    life = total
     if rules is not None:
-        by_limit = at[np.isin(name, rules.limits)].min(initial=total / (1 + len(rules.places)))
-        life = lathe[-1][0] / lives if lives else float(by_limit)
-        at[at > lathe[-1][0] + life] = np.inf
+        life = float(at[np.isin(name, rules.limits)].min(initial=total / (1 + len(rules.places))))
+        at[at > life] = np.inf
         for k in np.flatnonzero(name == "wheel_diameter") if life < total else ():  # falls at the lathe, too
-            spare, worn = float(lathe[0][1][k]), max(-float(slope[k]) * life, 1e-9)
-            loss = (spare - float(lathe[-1][1][k])) / lives if lives else 2.0 * rules.cut + worn
+            spare, worn = float(margin[k]), max(-float(slope[k]) * life, 1e-9)
+            loss = 2.0 * rules.cut + worn
             before = max(math.ceil((spare - worn) / loss), 0)
             at[k] = life * (before + max(spare - before * loss, 0.0) / worn)
     first = min(np.flatnonzero(ending & (at < total)), key=at.__getitem__, default=None)

@@ -45,9 +45,11 @@ def compared(
     -------
     dict
         JSON values: `points`, the number of points that are compared, those that wear most; their share of
-        the wear, `wear_share` [-]; and `pairs`, of each its `name`, the `seconds` of the whole campaign, and
-        the differences from `accurate` of `wear_rate` and `power`, summed over the points, and of the largest
-        `pressure` [-]. None where a pair does not solve all of these points or nothing is known.
+        the wear, `wear_share` [-]; and `pairs`, of each its `name`, about the `seconds` of the whole
+        campaign, by the time of cold solutions at these points, and the differences from `accurate` of
+        `wear_rate` and `power`, summed over the points, and of the largest `pressure` [-]. Differences are
+        None where a pair does not solve all of these points, seconds where those of the campaign are not
+        known.
     """
     share = _wear_share(setup, evaluation)
     heaviest = np.argsort(-share, kind="stable")[:MOST_POINTS]

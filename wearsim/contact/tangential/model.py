@@ -165,11 +165,11 @@ class TangentialModel:
         Whether the slip of cells is that of an elastic body; False where it grows without bound towards the
         trailing edge, so that only its work over the patch can be trusted.
     by_strips : bool
-        Whether it takes strips in planes of their own; for other models each patch lies in one plane.
+        Whether it takes strips with rigid slip of their own; for other models each patch has one creepage.
+    on_rows : bool
+        Whether it takes strips only where they are the rows of the grid of the normal model's pressures.
     instead : str
         Name of the model that solves a wheel for which this one finds no solution; "": none.
-    on_rows : bool
-        Whether it takes them only where they are the rows of the grid of the normal model's pressures.
     """
 
     name: str
