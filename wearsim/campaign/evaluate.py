@@ -108,15 +108,16 @@ def solve_passage(
     order of point, side and falling normal force; with `among` (n,) only those points are solved, which keep
     their numbers. The laws run on the threads of the contact solver: no more cells exist at a time than those
     of the chunks being solved. With a history of the points those without contact solution are left out;
-    those that failed before are solved by themselves, so that the others are not solved twice. Contact begins
-    at that of an `earlier` passage, which saves work and changes nothing beyond the tolerance.
+    those that failed before are solved by themselves, so that the others are not solved twice. Contact of
+    points whose place is given begins at that of an `earlier` passage, which saves work and changes nothing
+    beyond the tolerance.
     """
     found: dict[bytes, Wheels] = {}
     bodies, every, groups = worn_bodies(state, setup), list[Passage](), 0
     failed: Failed = {}
     conditions, of, share = points.runs
     if earlier is not None:
-        conditions = replace(conditions, nearby=_nearby(earlier.contact, of, len(points.label)))
+        conditions = replace(conditions, nearby=_nearby(earlier.contact, points, of))
     asked = np.ones(len(points.label), dtype=bool) if among is None else among
     before = np.zeros_like(asked) if state.points is None else state.points.left_out
     for out in (False, True):
@@ -141,12 +142,18 @@ def solve_passage(
     return replace(whole, failed=failed, wheels=found)
 
 
-def _nearby(contact: ContactPatches, of: IntArray, count: int) -> FloatArray:
-    """Equilibria (n, 20) of runs `of` points at an earlier contact; NaN: it has none, or past a jump."""
-    known = np.full((count, NEARBY), np.nan)
+def _nearby(contact: ContactPatches, points: OperatingPoints, of: IntArray) -> FloatArray:
+    """Equilibria (n, 20) of runs `of` points at an earlier contact; NaN where there is none.
+
+    Points whose place follows from forces have none: it was searched for with contacts solved anew, and
+    where a model has two equilibria another one than that of the search would have other forces.
+    """
+    known = np.full((len(points.label), NEARBY), np.nan)
     known[contact.point[::-1]] = contact.nearby[::-1]
+    if points.controlled is not None:
+        known[points.controlled.any] = np.nan
     nearby: FloatArray = known[of]
-    nearby[count:] = np.nan
+    nearby[len(points.label) :] = np.nan  # past a jump
     return nearby
 
 
