@@ -230,19 +230,19 @@ def slopes_by_differences(
         Those of unknowns without columns are left out.
     """
     turn, grow, tilt = 1e-2, SIMILAR, 5e-2
-    every, count = list(range(UNKNOWNS)), speed.size
+    count = speed.size
     load = loads_of(wheels, count)
-    asked = every if ROLL in columns else every[:ROLL]
-    still = residuals(task, chunk, wheels, before, asked)
+    rows = list(range(UNKNOWNS if ROLL in columns else ROLL))  # residuals, whose slopes are taken
+    still = residuals(task, chunk, wheels, before, rows)
     slope = np.tile(np.eye(UNKNOWNS), (count, 1, 1))
     if SPEED in columns:
         faster = speed - turn * SPEED_UNIT * chunk.speed / task.wheelset.radius
-        after = residuals(task, chunk, wheels, forces_of(task, wheels, faster, model), asked)
-        slope[:, asked, SPEED] = (after - still) / turn
+        after = residuals(task, chunk, wheels, forces_of(task, wheels, faster, model), rows)
+        slope[:, rows, SPEED] = (after - still) / turn
     if RIGHT in columns or LEFT in columns:  # both at once: they act on each other through torque and roll
         heavier = stretched(wheels, np.exp(grow) * load)
         forces = forces_of(task, heavier, speed, model)
-        after = residuals(task, chunk, heavier, forces, asked)
+        after = residuals(task, chunk, heavier, forces, rows)
         scale = chunk.traction_scale * task.wheelset.radius
         slope[:, SPEED, RIGHT:ROLL] = (forces.torque - before.torque) / (grow * scale[:, None])
         slope[:, [RIGHT, LEFT], [RIGHT, LEFT]] = (after - still)[:, RIGHT:ROLL] / grow
@@ -257,7 +257,7 @@ def slopes_by_differences(
         beside = tuple(_tilted(task, chunk, side, roll, np.asarray(there.all(axis=1))) for side in sides)
         leaning = solved_wheels(task, chunk, beside, load, there, None if rough else wheels, rough)
         forces = forces_of(task, leaning, speed, model)
-        slope[:, asked, ROLL] = (residuals(task, chunk, leaning, forces, asked) - still) / tilt
+        slope[:, rows, ROLL] = (residuals(task, chunk, leaning, forces, rows) - still) / tilt
     return slope[:, columns][:, :, columns]
 
 
@@ -269,7 +269,6 @@ def settled(
     begin: list[Begin],
     *,
     near: bool,
-    fields: bool = True,
 ) -> Axles:
     """Balance torque, loads and heights of every point of a chunk.
 
@@ -287,14 +286,13 @@ def settled(
         Where the search of each group begins.
     near : bool
         Whether that is an equilibrium nearby.
-    fields : bool
-        Whether fields of cells are wanted; warm models have them anyway.
 
     Returns
     -------
     Axles
-        With FASTSIM a point does not depend on the others but for the last bits of sums over padding, nor a
-        wheel on the other one if speed and roll are given; with a warm tangential model within its tolerance.
+        With the fields of cells that the task wants. With FASTSIM a point does not depend on the others but
+        for the last bits of sums over padding, nor a wheel on the other one if speed and roll are given;
+        with a warm tangential model within its tolerance.
 
     Raises
     ------
@@ -306,33 +304,49 @@ def settled(
     """
     model = TANGENTIAL_MODELS[task.models.tangential]
     every = np.ones(chunk.shift.size, bool)
-    unknown = begin[0].unknown.copy()
-    slopes = np.tile(np.eye(UNKNOWNS), (every.size, 1, 1))
-    wheels: list[Wheels] = []
-    contacts: list[TangentialSolution] = []
-
-    def search(wanted: NDArray[np.bool_], hasty: bool) -> None:
-        for group, start in zip(groups, begin, strict=True):
-            parts, contact, found, steepness = _newton(task, chunk, group, given, start, wanted, hasty)
-            block = np.array(group.columns, dtype=np.int64)
-            slopes[np.ix_(wanted, block, block)] = steepness[wanted]
-            unknown[np.ix_(wanted, block)] = found[wanted][:, block]
-            wheels.extend(parts)
-            contacts.extend(contact)
-
-    search(every, hasty=not (model.warm and near))
+    hasty = not (model.warm and near)
+    wheels, contacts, unknown, slopes = _searched(task, chunk, groups, given, begin, every, hasty)
     whole, order = by_point(wheels)
     if model.warm:
         return Axles(whole, contact_joined(contacts, order), unknown, slopes)
     columns = [column for group in groups for column in group.columns]
-    forces = forces_of(task, whole, _speed(task, chunk, unknown, given), model, fields=fields)
+    forces = forces_of(task, whole, _speed(task, chunk, unknown, given), model, fields=True)
     missed = _missed(task, residuals(task, chunk, whole, forces, columns), columns)
     if missed.any():  # a step promised too much
-        wheels = [patches_where(whole, ~missed[whole.normal.patch.row])] if not missed.all() else []
-        search(missed, hasty=False)
-        whole, _ = by_point(wheels)
-        forces = forces_of(task, whole, _speed(task, chunk, unknown, given), model, fields=fields)
+        again, _, corrected, renewed_slopes = _searched(task, chunk, groups, given, begin, missed, False)
+        unknown[missed], slopes[missed] = corrected[missed], renewed_slopes[missed]
+        if not missed.all():
+            again = [patches_where(whole, ~missed[whole.normal.patch.row]), *again]
+        whole, _ = by_point(again)
+        forces = forces_of(task, whole, _speed(task, chunk, unknown, given), model, fields=True)
     return Axles(whole, forces.contact, unknown, slopes)
+
+
+def _searched(
+    task: Task,
+    chunk: ContactConditions,
+    groups: list[Balanced],
+    given: FloatArray | None,
+    begin: list[Begin],
+    wanted: NDArray[np.bool_],
+    hasty: bool,
+) -> tuple[list[Wheels], list[TangentialSolution], FloatArray, FloatArray]:
+    """Wheels in equilibrium of the points `wanted` (n,), from a search for each group; as of `_newton`.
+
+    Slopes are those of all unknowns (n, 4, 4), and like the unknowns (n, 4) of points wanted alone.
+    """
+    unknown = begin[0].unknown.copy()
+    slopes = np.tile(np.eye(UNKNOWNS), (wanted.size, 1, 1))
+    wheels: list[Wheels] = []
+    contacts: list[TangentialSolution] = []
+    for group, start in zip(groups, begin, strict=True):
+        parts, contact, solution, steepness = _newton(task, chunk, group, given, start, wanted, hasty)
+        block = np.array(group.columns, dtype=np.int64)
+        slopes[np.ix_(wanted, block, block)] = steepness[wanted]
+        unknown[np.ix_(wanted, block)] = solution[wanted][:, block]
+        wheels.extend(parts)
+        contacts.extend(contact)
+    return wheels, contacts, unknown, slopes
 
 
 def _speed(task: Task, chunk: ContactConditions, unknown: FloatArray, given: FloatArray | None) -> FloatArray:
@@ -404,8 +418,8 @@ def _newton(
     contacts: list[TangentialSolution] = []
     for trial in range(_MOST_TRIALS):
         here &= open_rows[:, None]
-        speed, load, aim = read(task, chunk, unknown)
-        speed = speed if given is None else given
+        _, load, aim = read(task, chunk, unknown)
+        speed = _speed(task, chunk, unknown, given)
         moved = np.zeros(count, bool)
         if ROLL in columns and trial <= _FROZEN:
             moved = open_rows & (np.abs(aim - roll) > unmoved)
