@@ -21,9 +21,9 @@ from wearsim.contact.problem import ContactConditions, ContactSolution, Counterf
 from wearsim.contact.solve import solve_each
 from wearsim.contact.wheels import joined
 from wearsim.operation.bogie import Bogies, suspension
+from wearsim.operation.controlled import Controlled
 from wearsim.operation.resultants import resultants
 from wearsim.operation.route import Curve
-from wearsim.operation.search import Controlled
 from wearsim.operation.states import StateError, settle
 from wearsim.profile.placement import slope_of
 from wearsim.profile.standard import shipped_path

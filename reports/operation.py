@@ -18,9 +18,9 @@ import wearsim
 from wearsim.campaign import evolution
 from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset, solve
 from wearsim.operation.bogie import Bogies
+from wearsim.operation.controlled import Controlled
 from wearsim.operation.resultants import resultants
 from wearsim.operation.route import Curve
-from wearsim.operation.search import Controlled
 from wearsim.operation.states import settle
 from wearsim.profile import standard
 from wearsim.profile.standard import shipped_path

@@ -128,7 +128,7 @@ class WheelsetEvolution:
 
     def _settled(self, state: State) -> State:
         """Return the state with the shifts and loads that balance what is controlled."""
-        return settled_state(state, self.setup.points, self._contact)
+        return settled_state(state, self.setup.points, self._contact)[0]
 
     def evaluate(self, state: State, taken: StepTaken | None = None) -> Evaluation:
         """Solve the contact of a state, if the step that led to it has not left it.
@@ -260,7 +260,7 @@ class WheelsetEvolution:
         """
         weight, limit = choice.weight, choice.limit
         stages = step.begun(state, now, limit.step_length, rule, limit.stiffness * limit.step_length)
-        way = Way(state.running, earlier, {})
+        way = Way(state.running, None, earlier, {})
         while stages.left:
             ahead = stages.ahead()
             found, way = self._stage(ahead, weight, way)
@@ -270,7 +270,9 @@ class WheelsetEvolution:
         if after.points is not None:
             after = replace(after, points=with_failed(after.points, self._where(state).points, way.failed))
         # where the wheelset runs after the step: what the shift changed in it is part of the error
-        tried = tried._replace(state=self._settled(replace(after, running=way.running)))
+        after = replace(after, running=way.running)
+        after, _ = settled_state(after, self.setup.points, self._contact, nearby=way.nearby)
+        tried = tried._replace(state=after)
         # with the history that is stored: a resumed campaign solves the same batches, to the last bit
         end = self._solved(tried.state, self._where(tried.state).points, weight)
         last = step.smoothed_at_end(state, tried.state, end.collective, rule.smoothing_wavelength)
@@ -280,12 +282,13 @@ class WheelsetEvolution:
     def _stage(self, ahead: State, weight: FloatArray, way: Way) -> tuple[WearRate, Way]:
         """Wear rate in a stage of a step, and what the next one begins with."""
         ahead = replace(ahead, running=way.running)
-        ahead = settled_state(ahead, self.setup.points, self._contact, stage=weight > 0.0)
+        points = self.setup.points
+        ahead, nearby = settled_state(ahead, points, self._contact, weight > 0.0, way.nearby)
         wears = WEAR_LAWS[self._contact.wear.law].wears  # else the contact is the same in every stage
         earlier = way.passage if wears else None
         found = solved(ahead, self._where(ahead).points, weight, self._contact, earlier=earlier)
         failed = {**way.failed, **found.passage.failed}
-        return found.collective, Way(ahead.running, found.passage, failed)
+        return found.collective, Way(ahead.running, nearby, found.passage, failed)
 
 
 def _accepted(

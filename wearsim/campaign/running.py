@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 from wearsim.campaign.evaluate import Setup, forces_of, worn_bodies
 from wearsim.campaign.passage import Passage
 from wearsim.campaign.state import PatchWear, State
+from wearsim.contact.guided import Guided
 from wearsim.contact.patch import FloatArray
 from wearsim.errors import ContactError, NumericalError
 from wearsim.operation.points import OperatingPoints
 from wearsim.operation.refusal import bogie_of, what_helps
-from wearsim.operation.states import Running, StateError, settle
+from wearsim.operation.states import Running, StateError, settle_nearby
 from wearsim.results import FILL_FLOAT
 
 if TYPE_CHECKING:
@@ -27,10 +28,12 @@ def settled_state(
     points: OperatingPoints,
     setup: Setup,
     stage: NDArray[np.bool_] | None = None,
-) -> State:
+    nearby: Guided | None = None,
+) -> tuple[State, Guided | None]:
     """Return the state with the shifts and loads at which its profiles balance what is controlled.
 
-    In a `stage` of a wear step those of points (n,) that act in it.
+    In a `stage` of a wear step those of points (n,) that act in it. And the end of the search, with which
+    that of a state `nearby` can begin.
 
     Raises
     ------
@@ -38,13 +41,19 @@ def settled_state(
         If no shift or loads do.
     """
     if state.running is None or points.controlled is None:
-        return state
+        return state, None
     bodies, before = worn_bodies(state, setup), state.running
     try:
-        after = settle(
-            points.conditions, points.controlled, *bodies, setup.models, before.at(state.distance),
-            stage=stage, threads=setup.threads,
-        )  # fmt: skip
+        after, ends = settle_nearby(
+            points.conditions,
+            points.controlled,
+            bodies,
+            setup.models,
+            before.at(state.distance),
+            nearby,
+            stage=stage,
+            threads=setup.threads,
+        )
     except StateError as error:
         text = "; ".join(f"{points.label[k]}: {text}" for k, text in error.messages.items())
         fix = "lower the force" if points.controlled.bogies is None else "reprofile earlier, or end there"
@@ -54,7 +63,7 @@ def settled_state(
     if gone > 0.0:
         rate = np.where(np.isfinite(points.controlled.lateral_force), after.shift - before.shift, 0.0) / gone
     running = replace(after, rate=rate, distance=state.distance)
-    return replace(state, running=running)
+    return replace(state, running=running), ends
 
 
 def with_help(error: ContactError, points: OperatingPoints, setup: Setup) -> ContactError:
@@ -105,7 +114,7 @@ def row_running(
     with np.errstate(divide="ignore", invalid="ignore"):
         quotient = forces.derailment_quotient
     return {
-        "lateral_position": np.where(known | (depth == 0.0), shift + depth * np.sin(forces.roll), FILL_FLOAT),
+        "lateral_position": shift + depth * np.sin(np.where(known, forces.roll, conditions.roll)),
         "wheel_loads": np.stack(loads, axis=1),
         "share_beyond_jump": 1.0 - share[:count],
         "wheelset_yaw": conditions.yaw,

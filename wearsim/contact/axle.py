@@ -354,7 +354,7 @@ def _speed(task: Task, chunk: ContactConditions, unknown: FloatArray, given: Flo
     return read(task, chunk, unknown)[0] if given is None else given
 
 
-def _resting(task: Task) -> float:
+def resting(task: Task) -> float:
     """Residual of the heights of a wheelset at rest."""
     apart = max(RESTING, _OF_SCATTER * NORMAL_MODELS[task.models.normal].scatter)
     return apart / (2.0 * task.wheelset.half_span * ROLL_UNIT)
@@ -368,7 +368,7 @@ def _missed(
     torque, load = max(model.tolerance, TOLERANCE), TOLERANCE
     if at_jump:
         torque, load = max(model.jump, torque), max(_OF_LOAD * model.jump, load)
-    tolerance = np.array([torque, load, load, _AT_REST_THEN if frozen else _resting(task)])[columns]
+    tolerance = np.array([torque, load, load, _AT_REST_THEN if frozen else resting(task)])[columns]
     beyond: NDArray[np.bool_] = np.abs(residual) > tolerance
     return np.asarray(beyond.any(axis=1))
 
@@ -376,7 +376,7 @@ def _missed(
 def _promising(task: Task, residual: FloatArray, columns: list[int]) -> NDArray[np.bool_]:
     """Whether one more step from points (n,) with these residuals is enough, without another roll."""
     most = _PROMISING if SPEED in columns else _PROMISING_LOADS
-    tolerance = np.array([most, most, most, _resting(task)])[columns]
+    tolerance = np.array([most, most, most, resting(task)])[columns]
     return np.asarray((np.abs(residual) <= tolerance).all(axis=1))
 
 
@@ -411,7 +411,7 @@ def _newton(
     here[:, list(group.sides)] = True
     open_rows = wanted.copy()
     roll = sides[0].sign * sides[0].pose.roll
-    unmoved = _resting(task) * ROLL_UNIT
+    unmoved = resting(task) * ROLL_UNIT
     contact: TangentialSolution | None = None
     last, before = unknown, np.zeros((count, len(columns)))
     done: list[Wheels] = []
@@ -476,7 +476,7 @@ def _newton(
             seen = secant_slope(slope, residual - before, step, columns)
             slope = np.where(open_rows[:, None, None], seen, slope)
         before, last = residual, unknown.copy()
-        step = newton_step(*_with_roll_kept(slope, residual, columns, _resting(task), frozen), columns)
+        step = newton_step(*_with_roll_kept(slope, residual, columns, resting(task), frozen), columns)
         unknown[:, columns] += np.where(open_rows[:, None], step, 0.0)
     else:
         raise _unbalanced(residual, columns, open_rows)

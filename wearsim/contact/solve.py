@@ -9,10 +9,12 @@ from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from wearsim.contact.axle import RIGHT, ROLL, Balanced, Begin, balanced_together, read, settled
 from wearsim.contact.equilibrium import rotation_without_creepage
+from wearsim.contact.guidance import Guidance
+from wearsim.contact.guided import Guided, balanced
+from wearsim.contact.guided_wheelsets import Wheelsets
 from wearsim.contact.kernel import leaf_kernel, plain
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.patch import FloatArray, IntArray, SurfaceFields, mean_over_planes
@@ -31,6 +33,7 @@ from wearsim.contact.wheels import (
     Task,
     Wheels,
     contact_where,
+    height,
     joined,
     patches_where,
     planes_of,
@@ -49,6 +52,7 @@ __all__ = [
     "available_cores",
     "solve",
     "solve_each",
+    "solve_guided",
 ]
 
 CHUNK = 256  # operating points per task at most, whatever the number of threads: same bits for any number
@@ -161,15 +165,8 @@ def solve_each(
         What `each` returned, in the order of the points.
     """
     count = conditions.shift.size
-    rail = np.zeros(count, dtype=np.int64) if conditions.rail is None else conditions.rail
-    rails = (counterface, *counterface.further)
-    tasks = {
-        k: Task(
-            wheelset.surfaces, rails[k].surfaces, wheelset, rails[k].curvatures, rails[k].seen_in_motion,
-            models, sides, vertical, fields,
-        )
-        for k in np.unique(rail).tolist() or [0]
-    }  # fmt: skip
+    rail = _rails_of(conditions)
+    tasks = _tasks(rail, wheelset, counterface, models, sides=sides, vertical=vertical, fields=fields)
     # chunks of points on the same rails
     of_models = NORMAL_MODELS[models.normal].chunk, TANGENTIAL_MODELS[models.tangential].chunk
     size = min(CHUNK, *of_models)
@@ -194,6 +191,149 @@ def solve_each(
         with ThreadPoolExecutor(threads) as pool:
             return list(pool.map(part, starts))
     return [part(start) for start in starts]
+
+
+def _rails_of(conditions: ContactConditions) -> IntArray:
+    """Pair of rails (n,) that each point runs on."""
+    return np.zeros(conditions.shift.size, dtype=np.int64) if conditions.rail is None else conditions.rail
+
+
+def _tasks(
+    rail: IntArray,
+    wheelset: Wheelset,
+    counterface: Counterface,
+    models: ContactModels,
+    *,
+    sides: tuple[int, ...] = (0, 1),
+    vertical: bool = True,
+    fields: Wanted = True,
+) -> dict[int, Task]:
+    """Tasks on each of the pairs of rails (n,) that points run on; options as of `solve_each`."""
+    rails = (counterface, *counterface.further)
+    return {
+        k: Task(
+            wheelset.surfaces,
+            rails[k].surfaces,
+            wheelset,
+            rails[k].curvatures,
+            rails[k].seen_in_motion,
+            models,
+            sides,
+            vertical,
+            fields,
+        )
+        for k in np.unique(rail).tolist() or [0]
+    }
+
+
+def solve_guided(
+    conditions: ContactConditions,
+    guidance: Guidance,
+    wheelset: Wheelset,
+    counterface: Counterface,
+    models: ContactModels,
+    tolerance: float,
+    *,
+    near: bool = False,
+    nearby: Guided | None = None,
+    threads: int = 1,
+) -> Guided:
+    """Find where wheelsets run under forces.
+
+    Parameters
+    ----------
+    conditions : ContactConditions
+        n operating points; shifts, yaws and wheel loads that follow from forces are where the search begins.
+    guidance : Guidance
+        Forces on them. Both axles of a bogie run on the same rails.
+    wheelset, counterface, models
+        As in `solve`.
+    tolerance : float
+        Of forces, over the axle load.
+    near : bool
+        Whether the wheelsets begin near the balance.
+    nearby : Guided, optional
+        Of like points, to begin with; by default the search begins with coarse patches.
+    threads : int
+        Of the solution; the result has the same bits for any number.
+
+    Returns
+    -------
+    Guided
+        Of all points; `missing` is infinite where there is no contact to begin with.
+    """
+    rail, partner = _rails_of(conditions), guidance.partner
+    tasks = _tasks(rail, wheelset, counterface, models, fields="work")
+    of_models = NORMAL_MODELS[models.normal].chunk, TANGENTIAL_MODELS[models.tangential].chunk
+    size = max(2, min(CHUNK, *of_models))
+    # partners behind one another, so that a chunk has both
+    first = np.minimum(np.arange(partner.size), partner)
+    order = np.lexsort((np.arange(partner.size), first, rail))
+    chunks: list[IntArray] = []
+    for k in tasks:
+        own = order[rail[order] == k]
+        while own.size:
+            end = size - int(size < own.size and partner[own[size - 1]] == own[min(size, own.size - 1)])
+            chunks.append(own[:end])
+            own = own[end:]
+
+    def part(index: IntArray) -> Guided:
+        task, chunk = tasks[int(rail[index[0]])], conditions.at(index)
+        own = guidance.at(index)
+        if nearby is None:
+            return _guided_anew(task, chunk, own, index, tolerance, near)
+        balance = isinstance(chunk.rotation, str) and chunk.rotation == "free"
+        speed = None if balance else _rotation_speed(task, chunk, index)
+        problem = Wheelsets(task, chunk, own, speed)
+        return balanced(problem, nearby.unknown[index], tolerance, nearby.slope[index], near=True)
+
+    if threads > 1 and len(chunks) > 1:
+        with ThreadPoolExecutor(threads) as pool:
+            parts = list(pool.map(part, chunks))
+    else:
+        parts = [part(index) for index in chunks]
+    whole: Guided = joined(parts, np.argsort(np.concatenate(chunks), kind="stable"))
+    return whole
+
+
+def _guided_anew(
+    task: Task,
+    chunk: ContactConditions,
+    guidance: Guidance,
+    index: IntArray,
+    tolerance: float,
+    near: bool,
+) -> Guided:
+    """Search from coarse patches where the wheelsets are; one without contact there begins in the middle."""
+    balance = isinstance(chunk.rotation, str) and chunk.rotation == "free"
+    speed = None if balance else _rotation_speed(task, chunk, index)
+    count, here = chunk.shift.size, chunk
+    begun, unknown = np.zeros(count, dtype=bool), np.zeros((count, UNKNOWNS))
+    for _ in range(2):
+        rows = np.flatnonzero(~begun)
+        while rows.size:
+            part = here.at(rows)
+            given = None if speed is None else speed[rows]
+            try:
+                groups = balanced_together(task, part, (0, 1), given)
+                start = begun_with_coarse_patches(task, part, groups, given)
+            except ContactError as error:
+                if error.row is None:
+                    raise
+                rows = np.delete(rows, list({error.row, *error.rows}))
+                continue
+            for group, one in zip(groups, start, strict=True):
+                unknown[rows[:, None], group.columns] = one.unknown[:, group.columns]
+            begun[rows] = True
+            break
+        if begun.all():
+            break
+        middle = np.where(begun | ~guidance.free[:, 0], here.shift, 0.0)
+        here = replace(here, shift=middle)
+    turning, load, roll = read(task, here, unknown)
+    roll = roll if chunk.free_roll else chunk.roll
+    problem = Wheelsets(task, here, guidance, speed)
+    return balanced(problem, problem.unknown(turning, load, roll), tolerance, near=near)
 
 
 def _placed(error: ContactError, chunk: ContactConditions, index: IntArray) -> ContactError:
@@ -327,11 +467,11 @@ def _finish(
     work = np.empty(cells.shape[1:]) if len(cells) > 1 else cells[0]
     cell_area = contact.cell_length * patch.width[:, None]
     left = sign < 0.0
-    z = _height(task, left, normal.vertical_displacement, planes.y)
+    z = height(task, left, normal.vertical_displacement, planes.y)
     curvature = np.where(left, task.curvature[1], task.curvature[0])
     on_track = track_forces(solved, planes, force, z, curvature)
     if patch.planes is not None:
-        z = _height(task, left, normal.vertical_displacement, normal.centre_y[:, None])
+        z = height(task, left, normal.vertical_displacement, normal.centre_y[:, None])
         patch = replace(patch, planes=replace(patch.planes, angle=sign[:, None] * patch.planes.angle + 0.0))
     _scale_work(cells, cell_area, solved.speed, power, sign, work, local_power)
     if len(cells) == 1:
@@ -378,13 +518,6 @@ def _finish(
         patch=replace(patch, row=index[patch.row]),
         fields=fields,
     )
-
-
-def _height(task: Task, left: NDArray[np.bool_], displacement: FloatArray, y: FloatArray) -> FloatArray:
-    """Vertical position (m, N) of places on the counterface's profile (m, N), down from the axle [m]."""
-    below = [np.interp(y, one.y, one.z) for one in task.counterfaces]
-    z: FloatArray = task.wheelset.radius + np.where(left[:, None], below[1], below[0]) - displacement[:, None]
-    return z
 
 
 @leaf_kernel

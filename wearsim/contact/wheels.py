@@ -408,6 +408,13 @@ def stretched(wheels: Wheels, load: FloatArray) -> Wheels:
     )
 
 
+def height(task: Task, left: NDArray[np.bool_], displacement: FloatArray, y: FloatArray) -> FloatArray:
+    """Vertical position (m, N) of places on the counterface's profile (m, N), down from the axle [m]."""
+    below = [np.interp(y, one.y, one.z) for one in task.counterfaces]
+    z: FloatArray = task.wheelset.radius + np.where(left[:, None], below[1], below[0]) - displacement[:, None]
+    return z
+
+
 def forces_of(
     task: Task,
     wheels: Wheels,

@@ -15,7 +15,7 @@ and with the unbalanced acceleration A the wheelsets and the frame balance
     -a k_y (d_1 - d_2) - k_p (t_1 + t_2) + K_s (\mp k c - p_b) &= 0
 
 where :math:`H_c, M_c` are the resultants of the contact (`wearsim.operation.resultants`). The frame is
-eliminated; `wearsim.operation.curving` solves what is left.
+eliminated.
 """
 
 from __future__ import annotations

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.solve import ContactConditions
-from wearsim.operation.search import Controlled
+from wearsim.operation.controlled import Controlled
 from wearsim.operation.states import BeyondJump, Running
 
 REACH = 3.0

@@ -10,7 +10,7 @@ import numpy as np
 from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
 from wearsim.errors import say
 from wearsim.operation.bogie import Bogies
-from wearsim.operation.search import Controlled
+from wearsim.operation.controlled import Controlled
 from wearsim.operation.states import StateError, settle
 
 

@@ -24,9 +24,9 @@ from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
 from wearsim.contact.solve import solve
 from wearsim.operation.bogie import GRAVITY, Bogies, Vehicle, spring_slope, suspension
+from wearsim.operation.controlled import Controlled
 from wearsim.operation.points import OperatingPoints, points_of
 from wearsim.operation.recorded import bisected
-from wearsim.operation.search import Controlled
 
 BASE = 1.5
 """Distance of the contact points on both rails, by which cant turns the track [m]."""

@@ -27,7 +27,7 @@ from wearsim.contact.problem import (
 from wearsim.contact.solve import available_cores
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.errors import LONGEST_ECHO, ContactError, NumericalError, ProfileError
-from wearsim.operation.search import Controlled
+from wearsim.operation.controlled import Controlled
 from wearsim.operation.states import StateError, settle
 from wearsim.profile.files import load_profile
 from wearsim.profile.placement import slope_of

@@ -155,6 +155,8 @@ class NormalModel:
         threads have some.
     scatter : float
         By which vertical displacements may differ that are found from unlike starts [m].
+    several_solutions : bool
+        Whether some wheels have several, of which a start decides: forces jump with the pose.
     underrates_pressure : bool
         Whether its largest pressures are too low for laws of fatigue.
     instead : str
@@ -170,6 +172,7 @@ class NormalModel:
     most_strips: int | None = None
     chunk: int = 256
     scatter: float = 0.0
+    several_solutions: bool = False
     underrates_pressure: bool = False
     instead: str = ""
 

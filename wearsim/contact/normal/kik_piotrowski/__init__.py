@@ -244,4 +244,10 @@ def _cut_strips(
         out.slope[m, :] = one.force / (0.5 * np.pi * volume)
 
 
-MODEL = NormalModel(name="kik_piotrowski", solve=solve, parameters=DEFAULTS, underrates_pressure=True)
+MODEL = NormalModel(
+    name="kik_piotrowski",
+    solve=solve,
+    parameters=DEFAULTS,
+    several_solutions=True,
+    underrates_pressure=True,
+)

@@ -1,0 +1,78 @@
+"""Forces that guide wheelsets sideways and in yaw, and the loads on their axles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wearsim.contact.patch import FloatArray, IntArray
+
+
+@dataclass(frozen=True)
+class Guidance:
+    """What `n` wheelsets carry, and the forces on them, linear in where they and their partners run.
+
+    Parameters
+    ----------
+    axle_load : (n,) array
+        That both wheels carry [N].
+    wheel_load : (n, 2) array
+        Of the right and the left wheel where they are given; NaN where they balance the roll [N].
+    box_moment : (n,) array
+        On the wheelset about its longitudinal axis, right side down positive [N m].
+    free : (n, 2) bool array
+        Whether the lateral shift and the yaw follow from the forces; else they are given.
+    force : (n, 2) array
+        Lateral force to the right and yaw moment on the wheelset with itself and its partner in the middle
+        of the track and without yaw [N, N m].
+    slope : (n, 2, 4) array
+        Their change by lateral position and yaw of the wheelset, then of its partner
+        [N/m, N/rad; N, N m/rad].
+    partner : (n,) int array
+        The other wheelset of its bogie; itself where it has none.
+    """
+
+    axle_load: FloatArray
+    wheel_load: FloatArray
+    box_moment: FloatArray
+    free: NDArray[np.bool_]
+    force: FloatArray
+    slope: FloatArray
+    partner: IntArray
+
+    def at(self, index: IntArray) -> Guidance:
+        """Return the wheelsets at `index`, which has partners together."""
+        place = np.full(self.partner.size, -1)
+        place[index] = np.arange(index.size)
+        return Guidance(
+            self.axle_load[index],
+            self.wheel_load[index],
+            self.box_moment[index],
+            self.free[index],
+            self.force[index],
+            self.slope[index],
+            place[self.partner[index]],
+        )
+
+    def forces(self, position: FloatArray) -> FloatArray:
+        """Lateral force and yaw moment (n, 2) at lateral positions and yaws (n, 2) [m, rad -> N, N m]."""
+        both = np.concatenate([position, position[self.partner]], axis=1)
+        moved: FloatArray = self.force + (self.slope @ both[:, :, None])[:, :, 0]
+        return moved
+
+    def wheel_loads(self, vertical: FloatArray, roll_moment: FloatArray) -> FloatArray:
+        """Vertical forces (n, 2) on both wheels: given, or those that balance the roll with their levers.
+
+        Parameters
+        ----------
+        vertical, roll_moment : (n, 2) array
+            Of the contact on each wheel: force [N], and moment about the longitudinal axis [N m].
+        """
+        lever = roll_moment / np.where(vertical > 0.0, vertical, 1.0)
+        apart = lever[:, 0] - lever[:, 1]
+        apart = np.where(apart == 0.0, 1.0, apart)
+        right = (self.box_moment - lever[:, 1] * self.axle_load) / apart
+        both = np.stack([right, self.axle_load - right], axis=1)
+        return np.where(np.isfinite(self.wheel_load), self.wheel_load, both)
