@@ -6,9 +6,21 @@ import curving
 import numpy as np
 import pandas as pd
 import pytest
-from curving import AXLES, DEFICIENCY, GROUPS, PAIRS, RADII, REFUSED, TARGET, TARGETED, VEHICLES
+from curving import (
+    AT_JUMP,
+    AXLES,
+    DEFICIENCY,
+    GROUPS,
+    MODELS,
+    PAIRS,
+    RADII,
+    REFUSED,
+    TARGET,
+    TARGETED,
+    VEHICLES,
+)
 
-FREIGHT = GROUPS[VEHICLES.index("freight_wagon")]
+FREIGHT = next(one for one in GROUPS if one.vehicle == "freight_wagon" and one.model == "fast")
 
 
 @pytest.fixture(scope="module")
@@ -30,18 +42,15 @@ def test_the_report_is_what_its_table_says(reports, tmp_path):
     assert (tmp_path / "curving.md").read_text() == (reports / "curving.md").read_text()
 
 
-def at_jumps(rows):
-    return rows[[f"{axle}_share_beyond_jump" for axle in AXLES]].gt(0.0).any(axis=1)
-
-
 def test_every_combination_is_in_the_report_with_a_balance(committed):
-    """Within the target but at a jump of the contact."""
+    """With `standard` within the target, with `fast` but at a jump of the contact."""
     usual = committed[committed["cant_deficiency_mm"] == DEFICIENCY]
-    assert len(usual) == len(PAIRS) * len(VEHICLES) * len(RADII) == 512
+    assert len(usual) == len(MODELS) * len(PAIRS) * len(VEHICLES) * len(RADII) == 2 * 512
     assert not committed.duplicated([*FREIGHT.names, "radius_m"]).any()
     assert not (committed["outcome"] == REFUSED).any()
-    jumps = at_jumps(committed)
-    assert 0 < jumps.sum() < 3
+    jumps = committed["outcome"] == AT_JUMP
+    assert jumps.sum() < 3
+    assert (committed.loc[jumps, "model"] == "fast").all()
     assert (committed.loc[~jumps, list(TARGETED)] < TARGET).all(axis=None)
 
 

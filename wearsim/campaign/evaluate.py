@@ -117,7 +117,11 @@ def solve_passage(
     failed: Failed = {}
     conditions, of, share = points.runs
     if earlier is not None:
-        conditions = replace(conditions, nearby=_nearby(earlier.contact, points, of))
+        nearby = _nearby(earlier.contact, points, of)
+        if conditions.nearby is not None:
+            nearby = np.where(np.isfinite(conditions.nearby), conditions.nearby, nearby)
+            nearby[len(points.label) :] = np.nan  # past a jump
+        conditions = replace(conditions, nearby=nearby)
     asked = np.ones(len(points.label), dtype=bool) if among is None else among
     before = np.zeros_like(asked) if state.points is None else state.points.left_out
     for out in (False, True):
@@ -145,8 +149,7 @@ def solve_passage(
 def _nearby(contact: ContactPatches, points: OperatingPoints, of: IntArray) -> FloatArray:
     """Equilibria (n, 20) of runs `of` points at an earlier contact; NaN where there is none.
 
-    Points whose place follows from forces have none: it was searched for with contacts solved anew, and
-    where a model has two equilibria another one than that of the search would have other forces.
+    Points whose place follows from forces have none: they begin at the end of the search for it, if anywhere.
     """
     known = np.full((len(points.label), NEARBY), np.nan)
     known[contact.point[::-1]] = contact.nearby[::-1]

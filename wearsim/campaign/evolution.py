@@ -25,7 +25,7 @@ from wearsim.campaign.left_out import new_history, with_failed
 from wearsim.campaign.passage import Passage
 from wearsim.campaign.reprofiling import reprofile, reprofiling_due, to_next_reprofiling
 from wearsim.campaign.row import NO_STEP, StepTaken, build_row, header_of, recorded_measures
-from wearsim.campaign.running import new_running, settled_state, with_help
+from wearsim.campaign.running import begun_at, new_running, settled_state, with_help
 from wearsim.campaign.state import State, WearRate, spacing_of, worn_wheels
 from wearsim.contact.patch import FloatArray
 from wearsim.damage.wear import WEAR_LAWS
@@ -286,7 +286,8 @@ class WheelsetEvolution:
         ahead, nearby = settled_state(ahead, points, self._contact, weight > 0.0, way.nearby)
         wears = WEAR_LAWS[self._contact.wear.law].wears  # else the contact is the same in every stage
         earlier = way.passage if wears else None
-        found = solved(ahead, self._where(ahead).points, weight, self._contact, earlier=earlier)
+        there = begun_at(self._where(ahead).points, nearby, self._contact.models)
+        found = solved(ahead, there, weight, self._contact, earlier=earlier)
         failed = {**way.failed, **found.passage.failed}
         return found.collective, Way(ahead.running, nearby, found.passage, failed)
 

@@ -12,7 +12,9 @@ from wearsim.campaign.evaluate import Setup, forces_of, worn_bodies
 from wearsim.campaign.passage import Passage
 from wearsim.campaign.state import PatchWear, State
 from wearsim.contact.guided import Guided
+from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.patch import FloatArray
+from wearsim.contact.problem import ContactModels
 from wearsim.errors import ContactError, NumericalError
 from wearsim.operation.points import OperatingPoints
 from wearsim.operation.refusal import bogie_of, what_helps
@@ -64,6 +66,17 @@ def settled_state(
         rate = np.where(np.isfinite(points.controlled.lateral_force), after.shift - before.shift, 0.0) / gone
     running = replace(after, rate=rate, distance=state.distance)
     return replace(state, running=running), ends
+
+
+def begun_at(points: OperatingPoints, ends: Guided | None, models: ContactModels) -> OperatingPoints:
+    """Operating points whose contact begins at the ends of the searches for where they run.
+
+    With a model whose wheels have several solutions it begins anew.
+    """
+    if ends is None or points.controlled is None or NORMAL_MODELS[models.normal].several_solutions:
+        return points
+    load = points.controlled.guidance(points.conditions).axle_load
+    return replace(points, conditions=replace(points.conditions, nearby=ends.nearby(load)))
 
 
 def with_help(error: ContactError, points: OperatingPoints, setup: Setup) -> ContactError:

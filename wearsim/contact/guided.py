@@ -123,6 +123,19 @@ class Guided:
             values[index] = getattr(other, name)
         return Guided(**whole)
 
+    def nearby(self, axle_load: FloatArray) -> FloatArray:
+        """Equilibria (n, 20) at the shifts and yaws found, for `ContactConditions`, under their wheel loads.
+
+        Parameters
+        ----------
+        axle_load : (n,) array
+            Of the guidance [N].
+        """
+        unknown = self.unknown[:, :SHIFT].copy()
+        unknown[:, RIGHT:ROLL] += np.log(0.5 * axle_load[:, None] / self.load)
+        slope = self.slope[:, :SHIFT, :SHIFT].reshape(-1, SHIFT * SHIFT)
+        return np.concatenate([unknown, slope], axis=1)
+
     @property
     def shift(self) -> FloatArray:
         """Lateral shift (n,) at the depth of the conditions [m]."""
@@ -171,7 +184,7 @@ class _Trial:
         """Return this state with the wheelsets `taken` (n,) of another one."""
         if taken.all():
             return other
-        if not taken.any() or other.contact.wheels is None:
+        if not taken.any():
             return self
         return _Trial(
             np.where(taken[:, None], other.unknown, self.unknown),
@@ -190,8 +203,9 @@ def _merged(old: Contact, new: Contact, taken: NDArray[np.bool_]) -> Contact:
         for one, mask in ((old, ~taken), (new, taken))
         if one.wheels is not None
     ]
+    parts = [part for part in parts if part.place.size]
     return Contact(
-        by_point([part for part in parts if part.place.size])[0],
+        by_point(parts)[0] if parts else None,
         np.where(taken[:, None, None], new.forces, old.forces),
         np.where(taken, new.solved, old.solved),
     )
@@ -209,8 +223,8 @@ def balanced(
 
     Parameters
     ----------
-    problem : Problem
-        n wheelsets; those of a bogie are both among them.
+    problem : Wheelsets
+        n wheelsets and the forces on them.
     unknown : (n, 6) array
         To begin with.
     tolerance : float

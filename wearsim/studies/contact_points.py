@@ -315,11 +315,12 @@ def solve_batch(points: Sequence[Request], *, fields: bool = False) -> tuple[xr.
         raise type(error)(text, row=error.row, rows=error.rows) from None
     patches = contact[list(PATCH_NAMES)].to_dataframe()[["point", "side", *PATCH_NAMES]]
     roll, speed = contact["roll"].values, contact["rotation_speed"].values
+    shift = found.axle_shift(roll)
     if not (np.isfinite(patches[list(PATCH_NAMES)].values).all() and np.isfinite(roll).all()):
         raise NumericalError("the solution is not finite; use other models")
     results: list[Result] = [
         {
-            "shift": float(found.shift[k]),
+            "shift": float(shift[k]),
             "yaw": point.yaw,
             "roll": float(roll[k]),
             "wheel_load": None if point.normal_force is not None else sum(point.loads) / 2.0,
