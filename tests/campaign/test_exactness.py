@@ -77,7 +77,7 @@ def test_result_does_not_hang_on_the_first_step(evolution, all_states):
 
 
 SETTINGS = ControlSettings(
-    distance=100e3, depth_cap=50e-6, stability=1.0, smoothing_wavelength=0.0, integrator="heun"
+    distance=100e3, depth_cap=50e-6, stability=1.0, smoothing_wavelength=0.0, integrator="rkc"
 )
 
 

@@ -6,7 +6,7 @@ end of a step does not.
 
 Stiffness: with virtual penetration a step of the stability number S multiplies a wave of the profile by the
 stability polynomial at -S. The Runge-Kutta-Chebyshev rules of second order [1]_ stay below 1 up to about
-:math:`0.59 (s^2 - 1)`, Heun's rule, the one of two stages, up to 2. Where the coefficient of a law jumps with
+:math:`0.59 (s^2 - 1)`, that of two stages, Heun's rule, up to 2. Where the coefficient of a law jumps with
 the pressure, waves decay ten times as fast as depth over interpenetration says: each step shows how fast by
 the rates in its own stages, `stiffness_of`, which chooses the stages of the next one. Stiff waves are damped
 more at each step of three stages and more, to about three quarters, than in [1]_: with its
@@ -109,7 +109,6 @@ def chebyshev_tableau(stages: int) -> Tableau:
 
 INTEGRATORS: dict[str, tuple[Tableau, ...]] = {
     "rkc": tuple(chebyshev_tableau(stages) for stages in range(2, 9)),
-    "heun": (chebyshev_tableau(2),),
     "euler": (Tableau(1, np.array([[0.0], [1.0]]), 1.0),),
 }
 """Rules by name, by rising number of stages; the first that is stable takes the step."""
