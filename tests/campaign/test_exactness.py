@@ -4,11 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from stepping import step_over
 
 from wearsim.campaign.control import choose, error_limit, reached
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.state import WearRate
-from wearsim.campaign.step import StepRule, advance, error_of, smoothed, smoothed_at_end
+from wearsim.campaign.step import StepRule, error_of, smoothed, smoothed_at_end
 from wearsim.profile.shape import polygon_area_between, vertex_lengths, vertex_normals
 from wearsim.scene import build, load_scene
 from wearsim.scene.campaign import ControlSettings
@@ -88,7 +89,7 @@ def controlled(state, points, rate_at, settings):
     while not reached(state.distance, settings.distance):
         rate = rate_at(state)
         choice = choose(state, points, lambda weight: rate, settings, length_limit=(limit, "error"))  # noqa: B023
-        after = advance(state, rate, choice.limit.step_length, rule, rate_at).state
+        after = step_over(state, rate, choice.limit.step_length, rule, rate_at).state
         error = error_of(
             state, after, smoothed(state, rate, 0.0), smoothed_at_end(state, after, rate_at(after), 0.0)
         )

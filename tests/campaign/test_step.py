@@ -3,6 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.polynomial import Chebyshev
+from stepping import step_over
 
 from wearsim.campaign.evaluate import Setup, accumulate, passage_of
 from wearsim.campaign.state import WearRate
@@ -16,7 +17,6 @@ from wearsim.campaign.step import (
     smoothed_at_end,
     stiffness_of,
 )
-from wearsim.campaign.step import advance as step_of
 from wearsim.damage.wear import WearSettings, passage_depth
 from wearsim.errors import NumericalError
 from wearsim.profile.shape import polygon_area_between, vertex_lengths
@@ -26,7 +26,7 @@ RULE = StepRule(radius=0.46, density=7850.0, smoothing_wavelength=2.5e-3, integr
 
 def advance(*arguments, **options):
     """State at the end of a step."""
-    return step_of(*arguments, **options).state
+    return step_over(*arguments, **options).state
 
 
 def worn(solution, points, weight, state, setup):
@@ -199,7 +199,7 @@ def test_stages_show_how_fast_waves_decay(state, solution, stages):
 
     now, rule = rate_at(state), replace(RULE, integrator="rkc", smoothing_wavelength=0.0)
     tableau = chebyshev_tableau(stages)
-    tried = step_of(state, now, 0.9 * tableau.stable / stiffness, rule, rate_at, 0.9 * tableau.stable)
+    tried = step_over(state, now, 0.9 * tableau.stable / stiffness, rule, rate_at, 0.9 * tableau.stable)
     assert tried.stages == stages
     shown = stiffness_of(tried, smoothed_at_end(state, tried.state, rate_at(tried.state), 0.0))
     assert shown == pytest.approx(stiffness, rel=5e-3)
@@ -226,7 +226,7 @@ def test_stiff_strip_is_worn_off_as_by_the_stability_polynomial(state, solution,
 
     rule, after = replace(RULE, integrator="rkc", smoothing_wavelength=0.0), state
     for _ in range(4):
-        before, step = after, step_of(after, rate_at(after), stability / 1e-6, rule, rate_at)
+        before, step = after, step_over(after, rate_at(after), stability / 1e-6, rule, rate_at)
         after, n = step.state, step.stages
         w0 = 1.0 + 1.0 / n**2
         t = Chebyshev.basis(n)
@@ -248,7 +248,7 @@ def test_a_patch_that_leaves_is_clipped_and_keeps_its_area(state, solution):
         return WearRate(regime.sum(axis=1), regime, s.z, np.zeros_like(s.z), solution)
 
     rule = replace(RULE, integrator="rkc", smoothing_wavelength=0.0)
-    step = step_of(state, rate_at(state), 1e3, rule, rate_at, 4.0)
+    step = step_over(state, rate_at(state), 1e3, rule, rate_at, 4.0)
     assert 0.1 < step.clipped < 0.5
     assert step.state.wear_depth.min() == 0.0
     length = vertex_lengths(state.y[0], state.z[0])
@@ -266,7 +266,7 @@ def test_error_estimate(state, solution, stability):
     rate_at, exact = fading(state, solution, 100e-6)
     rule = replace(RULE, integrator="rkc" if stability else "euler", smoothing_wavelength=0.0)
     now, distance = rate_at(state), 10e3
-    step = step_of(state, now, distance, rule, rate_at, stability)
+    step = step_over(state, now, distance, rule, rate_at, stability)
     after, ratio = step.state, 0.8
     if stability:
         shares = chebyshev_tableau(step.stages).shares

@@ -18,7 +18,7 @@ from wearsim.campaign.directory import (
 )
 from wearsim.campaign.record import write_atomically
 from wearsim.errors import Fault, ResultError, raise_any, say
-from wearsim.scene import CampaignScene, CampaignSetup, FieldScene, RigScene, build, load_campaign
+from wearsim.scene import CampaignScene, CampaignSetup, FieldScene, Prepared, RigScene, build, load_campaign
 from wearsim.scene.overrides import Override
 
 DISTANCE = "distance_km"
@@ -120,14 +120,19 @@ def _distance_fault(campaign: str, distance_km: float, done: Standing) -> str:
     return ""
 
 
-def changed_setups(out: Path, manifest: Manifest, campaign: str) -> tuple[tuple[int, CampaignSetup], ...]:
-    """First step and setup of each change of a campaign, in order."""
+def changed_setups(
+    out: Path, manifest: Manifest, campaign: str, prepared: Prepared
+) -> tuple[tuple[int, CampaignSetup], ...]:
+    """First step and setup of each change of a campaign, in order.
+
+    `prepared` is what was solved from its scene: changes act on the steps alone.
+    """
     own = [one for one in manifest.changes if one.campaign == campaign]
     result = []
     for number, change in enumerate(own):
         scene = changed_scene(out, manifest, own[: number + 1])
         part = next(part for part in scene.parts if part.scene.kind == campaign)
-        result.append((change.step, build(part)))
+        result.append((change.step, build(part, prepared)))
     return tuple(result)
 
 
