@@ -78,13 +78,15 @@ def with_changes(
     )
     before, after = (changed_scene(out, manifest, manifest.changes, more) for more in ((), overrides))
     parts = changed_scene(out, manifest, ()).parts
-    found: dict[str, Standing] = {part.scene.kind: standing_of(part) for part in parts}
+    standings: dict[str, Standing] = {part.scene.kind: standing_of(part) for part in parts}
     # a step may be computed again because its record was lost
-    stored = [replace(one, step=min(one.step, max(found[one.campaign].rows, 1))) for one in manifest.changes]
+    stored = [
+        replace(one, step=min(one.step, max(standings[one.campaign].rows, 1))) for one in manifest.changes
+    ]
     faults, closed = [], set()
     for old, new in zip(before.parts, after.parts, strict=True):
         campaign = new.scene.kind
-        done = found[campaign]
+        done = standings[campaign]
         values = {key: (getattr(old.campaign, key), getattr(new.campaign, key)) for key in CHANGEABLE}
         changed = {key: pair for key, pair in values.items() if pair[0] != pair[1]}
         if DISTANCE in changed and (text := _distance_fault(campaign, new.campaign.distance_km, done)):
@@ -96,7 +98,7 @@ def with_changes(
             step = max(done.rows, 1)
             stored += [Change(campaign, step, f"campaign.{key}", *pair) for key, pair in changed.items()]
     raise_any(faults)
-    if closed == found.keys():
+    if closed == standings.keys():
         raise ResultError(say("result.finished_before", out=out))
     raise_any(
         [
@@ -127,10 +129,10 @@ def changed_setups(
 
     `prepared` is what was solved from its scene: changes act on the steps alone.
     """
-    own = [one for one in manifest.changes if one.campaign == campaign]
+    changes = [one for one in manifest.changes if one.campaign == campaign]
     result = []
-    for number, change in enumerate(own):
-        scene = changed_scene(out, manifest, own[: number + 1])
+    for number, change in enumerate(changes):
+        scene = changed_scene(out, manifest, changes[: number + 1])
         part = next(part for part in scene.parts if part.scene.kind == campaign)
         result.append((change.step, build(part, prepared)))
     return tuple(result)

@@ -73,8 +73,8 @@ class WheelsetEvolution:
     def header(self) -> Header:
         """Static part of the result file."""
         header = header_of(self.setup, self.command)
-        own: dict[str, str | float] = {"target_distance": self.target, CHANGES: self.changes}
-        return replace(header, attributes={**header.attributes, **own})
+        run_attributes: dict[str, str | float] = {"target_distance": self.target, CHANGES: self.changes}
+        return replace(header, attributes={**header.attributes, **run_attributes})
 
     @cached_property
     def _contact(self) -> Setup:
@@ -91,7 +91,7 @@ class WheelsetEvolution:
         return replace(self.setup, control=self._control(state.step + 1))
 
     def ended(self, state: State) -> bool:
-        """Whether the distance was reached in a state, by the settings of the step that led to it.
+        """Return True if the distance was reached in a state, by the settings of the step that led to it.
 
         A longer campaign goes on from there.
         """
@@ -263,8 +263,8 @@ class WheelsetEvolution:
         way = Way(state.running, earlier, {})
         while stages.left:
             ahead = stages.ahead()
-            found, way = self._stage(ahead, weight, way)
-            stages = stages.with_rate(ahead, found)
+            rate, way = self._stage(ahead, weight, way)
+            stages = stages.with_rate(ahead, rate)
         tried = stages.end()
         after = tried.state
         if after.points is not None:
@@ -283,9 +283,9 @@ class WheelsetEvolution:
         ahead = settled_state(ahead, self.setup.points, self._contact, stage=weight > 0.0)
         wears = WEAR_LAWS[self._contact.wear.law].wears  # else the contact is the same in every stage
         earlier = way.passage if wears else None
-        found = solved(ahead, self._where(ahead).points, weight, self._contact, earlier=earlier)
-        failed = {**way.failed, **found.passage.failed}
-        return found.collective, Way(ahead.running, found.passage, failed)
+        evaluation = solved(ahead, self._where(ahead).points, weight, self._contact, earlier=earlier)
+        failed = {**way.failed, **evaluation.passage.failed}
+        return evaluation.collective, Way(ahead.running, evaluation.passage, failed)
 
 
 def _accepted(

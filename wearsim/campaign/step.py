@@ -165,8 +165,8 @@ class Stages:
 
     def with_rate(self, ahead: State, rate: WearRate) -> Stages:
         """Return the stages with the rate found in the state of the next one."""
-        found = _scaled(self.state, ahead, smoothed(ahead, rate, self.rule.smoothing_wavelength))
-        return replace(self, rates=(*self.rates, found), depths=(*self.depths, ahead.wear_depth))
+        increment = _scaled(self.state, ahead, smoothed(ahead, rate, self.rule.smoothing_wavelength))
+        return replace(self, rates=(*self.rates, increment), depths=(*self.depths, ahead.wear_depth))
 
     def end(self) -> Step:
         """Return the step, once the rates of all stages are known."""
