@@ -134,12 +134,12 @@ class WheelsetEvolution:
         """Solve the contact of a state, if the step that led to it has not left it.
 
         At all operating points where nothing acted or the distance is reached, else at those of the last
-        step and the monitoring points.
+        step and the monitoring points. Where all acted in the last step, its end is that contact.
         """
         points, weight = self._where(state).points, state.active_weight
         end = None if taken is None else taken.end
         ends = taken is not None and self.ended(state)
-        if ends or not weight.any():
+        if not weight.any() or (ends and not np.array_equal(weight, points.weight)):
             weight, end = points.weight, None
         if end is None:
             # at the end of the distance with points that did not act in the last step: no reason to lose it

@@ -237,10 +237,7 @@ def write_report(directory: str | Path, loaded: Mapping[Path, xr.Dataset] | None
     read = loaded or {}
     datasets = [read[path] if path in read else load_results(path) for path in paths if path.exists()]
     if not datasets:
-        failures = [str(one.get("message")) for one in states.values() if one.get("state") == "failed"]
-        why = f"the campaign failed: {'; '.join(failures)}"
-        advice = why if failures else f"`wearsim run SCENE --out {directory}` makes them"
-        raise ResultError(f"{directory}: there is no rig.nc or field.nc; {advice}")
+        raise _without_results(directory, states)
     factors = None
     if len(datasets) == 2:
         factors = with_known_causes(translate(datasets[0], datasets[1]), directory / "translation.nc")
@@ -249,6 +246,14 @@ def write_report(directory: str | Path, loaded: Mapping[Path, xr.Dataset] | None
     path = directory / "report.html"
     write_whole(path, text, "make room, or make the directory writable")
     return path
+
+
+def _without_results(directory: Path, states: Mapping[str, Mapping[str, Any]]) -> ResultError:
+    """Error of a run directory without results, with the reason where its campaigns failed."""
+    failures = [str(one.get("message")) for one in states.values() if one.get("state") == "failed"]
+    why = f"the campaign failed: {'; '.join(failures)}"
+    advice = why if failures else f"`wearsim run SCENE --out {directory}` makes them"
+    return ResultError(f"{directory}: there is no rig.nc or field.nc; {advice}")
 
 
 def render(
