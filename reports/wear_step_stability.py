@@ -16,7 +16,7 @@ import wearsim
 from wearsim.campaign.control import half_space_depth_limit, largest_step
 from wearsim.campaign.evaluate import Setup, rate
 from wearsim.campaign.state import State
-from wearsim.campaign.step import StepRule, advance
+from wearsim.campaign.step import StepRule, begun, stability_rate
 from wearsim.damage.wear import WearSettings
 from wearsim.errors import NumericalError, WearsimError
 from wearsim.operation.points import OperatingPoints
@@ -120,7 +120,12 @@ def wear_rate(state, models):
 def worn(state, now, length, smoothing, integrator, models, stability=None):
     """State after one step of a length [m]."""
     rule = StepRule(WHEELSET.radius, DENSITY, smoothing, integrator)
-    return advance(state, now, length, rule, lambda ahead: wear_rate(ahead, models), stability).state
+    stability = stability_rate(now) * length if stability is None else stability
+    stages = begun(state, now, length, rule, stability)
+    while stages.left:
+        ahead = stages.ahead()
+        stages = stages.with_rate(ahead, wear_rate(ahead, models))
+    return stages.end().state
 
 
 def wear(case, depth=None, cells=CELLS):

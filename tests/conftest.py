@@ -190,7 +190,7 @@ def undrawn(monkeypatch):
     """Directories whose report a command writes: a word instead of figures, dearer than small campaigns."""
     reported = []
 
-    def write(directory):
+    def write(directory, loaded=None):
         reported.append(Path(directory))
         (Path(directory) / "report.html").write_text("report")
         return Path(directory) / "report.html"

@@ -13,6 +13,7 @@ from wearsim.campaign.run import resume, run_scene
 from wearsim.cli import main
 from wearsim.errors import ResultError, SceneError
 from wearsim.results import open_results
+from wearsim.scene import prepare, setup
 from wearsim.scene.overrides import Override
 
 SCENE = """
@@ -104,6 +105,15 @@ def test_change_acts_from_its_step_on_and_is_stored_with_it(stopped, begun, monk
     _, wanted = values_of(tmp_path / "at_once" / "rig.nc")
     for name, value in wanted.items():
         np.testing.assert_array_equal(values[name], value, err_msg=name)
+
+
+def test_changed_steps_solve_nothing_of_the_scene_again(stopped, monkeypatch):
+    """What is solved from a scene is solved where it is loaded: for its standing, and for the run."""
+    solved = []
+    monkeypatch.setattr(session, "prepare", lambda part: solved.append(part) or prepare(part))
+    monkeypatch.setattr(setup, "prepare", lambda part: pytest.fail("solved again by build"))
+    resume(stopped("once"), overrides=CHANGES)
+    assert len(solved) == 2
 
 
 def test_stopped_after_a_change_or_with_lost_records_it_resumes_to_the_same_bits(stopped, stopped_at):

@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from stepping import step_over
 
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.run import run_evolution
 from wearsim.campaign.state import State, WearRate
-from wearsim.campaign.step import StepRule, advance
+from wearsim.campaign.step import StepRule
 from wearsim.damage.fatigue import FATIGUE_LAWS
 from wearsim.errors import ResultError
 from wearsim.profile.shape import vertex_lengths
@@ -129,7 +130,7 @@ def test_damage_of_constant_rates_knows_no_steps(parts, depth):
     rate = WearRate(worn[:, 0], worn, nothing, nothing, None, fatigue=(damage,))
     rule = StepRule(0.46, 7850.0, smoothing_wavelength=0.0, integrator="euler", crack_depth=(depth,))
     for part in parts:
-        state = advance(state, rate, part, rule, lambda _: rate).state
+        state = step_over(state, rate, part, rule, lambda _: rate).state
     expected = np.maximum((damage - worn[:, 0] / depth) * sum(parts), 0.0)
     np.testing.assert_allclose(state.fatigue_damage[0], expected, rtol=1e-9, atol=1e-18 * sum(parts))
 

@@ -22,7 +22,7 @@ SETTINGS = ControlSettings(
     depth_cap=8e-6,
     stability=0.4,
     smoothing_wavelength=0.0,
-    integrator="heun",
+    integrator="rkc",
     max_step=50e3,
 )
 

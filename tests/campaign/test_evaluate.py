@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from wearsim.campaign import evaluate as rate_module
+from wearsim.campaign import evolution as evolution_module
+from wearsim.campaign.control import reached
 from wearsim.campaign.evaluate import Setup, accumulate, passage_of, patch_wear, rate, solve_passage
 from wearsim.contact.solve import ContactModels, Counterface
 from wearsim.damage.wear import WearSettings, passage_depth
@@ -212,3 +214,20 @@ def test_transfer_of_200_patches(benchmark, made_solution, made_points, state, w
     points = made_points(np.full(m // 2, 2.0 / m))
     passage = passage_of(solution, law_on(wheelset))
     benchmark(accumulate, passage, points, points.weight, state, law_on(wheelset))
+
+
+def test_the_end_of_a_campaign_is_not_solved_again_where_all_points_acted(
+    evolution_of, scene_text, monkeypatch
+):
+    """The contact at the end of the last step is, to the last bit, that of all points at the distance."""
+    curve = {"shift_mean_mm": 3, "shift_std_mm": 1, "positions": 10, "yaw_mrad": 2, "share": 1}
+    of = evolution_of(scene_text(curve, kind="field"))
+    state, taken = of.start()
+    while not reached(state.distance, of.target):
+        state, taken = of.advance(state, of.evaluate(state, taken))
+    solved_again = of.row(state, of.evaluate(state, replace(taken, end=None)), taken)
+    monkeypatch.setattr(evolution_module, "solved", lambda *_, **__: pytest.fail("the end is solved again"))
+    row = of.row(state, of.evaluate(state, taken), taken)
+    assert row.keys() == solved_again.keys()
+    for name, value in row.items():
+        np.testing.assert_array_equal(value, solved_again[name], err_msg=name)

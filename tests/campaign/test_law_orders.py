@@ -9,9 +9,10 @@ from itertools import product
 
 import numpy as np
 import pytest
+from stepping import step_over
 
 from wearsim.campaign.state import WearRate
-from wearsim.campaign.step import StepRule, advance
+from wearsim.campaign.step import StepRule
 from wearsim.contact.patch import SurfaceFields
 from wearsim.damage.wear import WEAR_LAWS, WearSettings, energy, passage_depth
 from wearsim.scene.wear_table import WearTableSection, wear_table
@@ -70,7 +71,7 @@ def depth_after(state, solution, settings, slip, distance, count):
     if distance is None:
         distance = DEPTH / rate_at(now).depth.max()
     for _ in range(count):
-        now = advance(now, rate_at(now), distance / count, RULE, rate_at, 4.0).state
+        now = step_over(now, rate_at(now), distance / count, RULE, rate_at, 4.0).state
     return now.wear_depth, distance
 
 

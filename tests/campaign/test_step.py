@@ -3,6 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.polynomial import Chebyshev
+from stepping import step_over
 
 from wearsim.campaign.evaluate import Setup, accumulate, passage_of
 from wearsim.campaign.state import WearRate
@@ -16,17 +17,16 @@ from wearsim.campaign.step import (
     smoothed_at_end,
     stiffness_of,
 )
-from wearsim.campaign.step import advance as step_of
 from wearsim.damage.wear import WearSettings, passage_depth
 from wearsim.errors import NumericalError
 from wearsim.profile.shape import polygon_area_between, vertex_lengths
 
-RULE = StepRule(radius=0.46, density=7850.0, smoothing_wavelength=2.5e-3, integrator="heun")
+RULE = StepRule(radius=0.46, density=7850.0, smoothing_wavelength=2.5e-3, integrator="rkc")
 
 
 def advance(*arguments, **options):
     """State at the end of a step."""
-    return step_of(*arguments, **options).state
+    return step_over(*arguments, **options).state
 
 
 def worn(solution, points, weight, state, setup):
@@ -68,12 +68,12 @@ def test_polygons_lose_the_area_of_the_law(rate_at, state, wheelset, integrator,
     assert after.wear_depth.min() >= 0.0
 
 
-def test_heun_wears_the_mean_of_both_areas(rate_at, state):
+def test_two_stages_wear_the_mean_of_both_areas(rate_at, state):
     """Imposed, 1e-9: area worn = step times the mean of the rates' areas, each on its own polygon."""
     rate = rate_at(state)
     length = step_for(rate, 8e-6)
     ahead = advance(state, rate, length, replace(RULE, integrator="euler"), rate_at)
-    after = advance(state, rate, length, RULE, rate_at)  # its first stage is the end of Euler's step
+    after = advance(state, rate, length, RULE, rate_at, 1.0)  # its first stage is the end of Euler's step
     for wheel in (0, 1):
         areas = [
             (rate_at(s).depth[wheel] * vertex_lengths(s.y[wheel], s.z[wheel])).sum() for s in (state, ahead)
@@ -199,14 +199,14 @@ def test_stages_show_how_fast_waves_decay(state, solution, stages):
 
     now, rule = rate_at(state), replace(RULE, integrator="rkc", smoothing_wavelength=0.0)
     tableau = chebyshev_tableau(stages)
-    tried = step_of(state, now, 0.9 * tableau.stable / stiffness, rule, rate_at, 0.9 * tableau.stable)
+    tried = step_over(state, now, 0.9 * tableau.stable / stiffness, rule, rate_at, 0.9 * tableau.stable)
     assert tried.stages == stages
     shown = stiffness_of(tried, smoothed_at_end(state, tried.state, rate_at(tried.state), 0.0))
     assert shown == pytest.approx(stiffness, rel=5e-3)
 
 
-def test_heun_is_the_rule_of_two_stages(state, solution):
-    np.testing.assert_allclose(INTEGRATORS["heun"][0].shares, [[0, 0], [1, 0], [0.5, 0.5]], atol=1e-14)
+def test_the_rule_of_two_stages_is_that_of_heun(state, solution):
+    np.testing.assert_allclose(INTEGRATORS["rkc"][0].shares, [[0, 0], [1, 0], [0.5, 0.5]], atol=1e-14)
     assert [len(one.shares) - 1 for one in INTEGRATORS["rkc"]] == list(range(2, 9))
 
 
@@ -226,7 +226,7 @@ def test_stiff_strip_is_worn_off_as_by_the_stability_polynomial(state, solution,
 
     rule, after = replace(RULE, integrator="rkc", smoothing_wavelength=0.0), state
     for _ in range(4):
-        before, step = after, step_of(after, rate_at(after), stability / 1e-6, rule, rate_at)
+        before, step = after, step_over(after, rate_at(after), stability / 1e-6, rule, rate_at)
         after, n = step.state, step.stages
         w0 = 1.0 + 1.0 / n**2
         t = Chebyshev.basis(n)
@@ -248,7 +248,7 @@ def test_a_patch_that_leaves_is_clipped_and_keeps_its_area(state, solution):
         return WearRate(regime.sum(axis=1), regime, s.z, np.zeros_like(s.z), solution)
 
     rule = replace(RULE, integrator="rkc", smoothing_wavelength=0.0)
-    step = step_of(state, rate_at(state), 1e3, rule, rate_at, 4.0)
+    step = step_over(state, rate_at(state), 1e3, rule, rate_at, 4.0)
     assert 0.1 < step.clipped < 0.5
     assert step.state.wear_depth.min() == 0.0
     length = vertex_lengths(state.y[0], state.z[0])
@@ -266,7 +266,7 @@ def test_error_estimate(state, solution, stability):
     rate_at, exact = fading(state, solution, 100e-6)
     rule = replace(RULE, integrator="rkc" if stability else "euler", smoothing_wavelength=0.0)
     now, distance = rate_at(state), 10e3
-    step = step_of(state, now, distance, rule, rate_at, stability)
+    step = step_over(state, now, distance, rule, rate_at, stability)
     after, ratio = step.state, 0.8
     if stability:
         shares = chebyshev_tableau(step.stages).shares

@@ -1,4 +1,5 @@
 import re
+import shutil
 from contextlib import nullcontext
 from html.parser import HTMLParser
 
@@ -14,7 +15,7 @@ from wearsim.report.html import SECTIONS, Campaigns, all_figures, render, write_
 from wearsim.report.style import plain
 from wearsim.report.tables import wear_by_class
 from wearsim.report.texts import lines
-from wearsim.results import open_results
+from wearsim.results import load_results, open_results
 from wearsim.results.limits import attributes_of
 from wearsim.translation.bands import PER_KM
 from wearsim.translation.translate import table, translate
@@ -264,6 +265,14 @@ def test_a_drawn_page_stands_alone_and_is_the_same_again(drawn_directory, drawin
     with drawing():
         write_report(drawn_directory)
     assert (drawn_directory / "report.html").read_text(encoding="utf-8") == text
+
+
+def test_results_that_are_loaded_are_not_read_again(run_directory, tmp_path, monkeypatch):
+    folder = shutil.copytree(run_directory, tmp_path / "run")
+    before = (folder / "report.html").read_text(encoding="utf-8")
+    loaded = {folder / name: load_results(folder / name) for name in ("rig.nc", "field.nc")}
+    monkeypatch.setattr("wearsim.report.html.load_results", lambda path: pytest.fail(f"{path} is read again"))
+    assert write_report(folder, loaded).read_text(encoding="utf-8") == before
 
 
 @pytest.mark.parametrize("kind", [pytest.param("rig", marks=pytest.mark.slow), "field"])

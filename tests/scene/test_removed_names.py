@@ -20,6 +20,7 @@ AUTO = (
 )
 TOLERANCE = "contact.tolerance was removed in 0.3.0: "
 STRIPS = 'was removed in 0.3.0: write "coupled_strips", or leave normal out: it is the default'
+HEUN = 'campaign.integrator = "heun" was removed in 0.3.0: write "rkc"'
 NORMAL = f'contact.normal = "knothe_le_the" {STRIPS}'
 
 
@@ -114,6 +115,20 @@ def test_a_normal_model_of_python():
     with pytest.raises(ContactError) as caught:
         wearsim.solve_contact(wheelset, rails, wearsim.ContactConditions.of([0.0]), models)
     assert str(caught.value) == f"normal = 'knothe_le_the' {STRIPS}"
+
+
+def test_an_integrator_is_named_in_a_scene(folder, faults_of):
+    (fault,) = faults_of(RIG.replace("[campaign]\n", '[campaign]\nintegrator = "heun"\n'))
+    line = RIG[: RIG.index("[campaign]")].count("\n") + 2
+    assert fault == f"scene.toml:{line}: {HEUN}"
+
+
+@pytest.mark.parametrize("command", ["run rig.toml --set", "sweep rig.toml --vary"])
+def test_an_integrator_in_values_of_the_command_line(folder, capsys, command):
+    assert cli.main([*command.split(), "campaign.integrator=heun", "--out", "out"]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert HEUN in line
+    assert not Path("out").exists()
 
 
 @pytest.mark.parametrize(

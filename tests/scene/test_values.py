@@ -73,7 +73,7 @@ FIELD = (DATA / "scene_field.toml").read_text()
             FIELD,
             "max_step_km = 20",
             'integrator = "semi_implicit"',
-            "is not allowed; known: rkc, heun, euler",
+            "is not allowed; known: rkc, euler",
         ),
     ],
 )

@@ -4,11 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from stepping import step_over
 
 from wearsim.campaign.control import half_space_depth_limit, largest_step
 from wearsim.campaign.evaluate import Setup, rate
 from wearsim.campaign.state import State
-from wearsim.campaign.step import StepRule, advance
+from wearsim.campaign.step import StepRule
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset
 from wearsim.damage.wear import WearSettings
@@ -62,7 +63,7 @@ def worn(smooth):
             length, _, stiffness = largest_step(now, state, settings, limit)
             taken.append(length if lengths is None else lengths[step])
             rule = StepRule(0.46, 7850.0, smoothing, integrator)
-            state = advance(state, now, taken[-1], rule, rate_at, stiffness * taken[-1]).state
+            state = step_over(state, now, taken[-1], rule, rate_at, stiffness * taken[-1]).state
             heights.append(state.z[0])
         return np.array(heights), taken, state.wear_depth[0]
 

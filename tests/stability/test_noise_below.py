@@ -4,12 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from stepping import step_over
 
 from wearsim.campaign.control import largest_step
 from wearsim.campaign.counterface import new_counterface
 from wearsim.campaign.evaluate import Setup, rate
 from wearsim.campaign.state import State
-from wearsim.campaign.step import StepRule, advance
+from wearsim.campaign.step import StepRule
 from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset
 from wearsim.damage.wear import WearSettings
 from wearsim.operation.points import OperatingPoints
@@ -50,7 +51,7 @@ def test_noise_on_a_roller_does_not_grow(smoothing):
     for _ in range(8):
         now = rate(state, points, points.weight, Setup(wheelset, rollers, models, law, counterface_wear=wear))
         length, _, _ = largest_step(now, state, settings, counterface_wear=wear)
-        state = advance(state, now, length, StepRule(0.46, 7850.0, smoothing, "euler"), None).state
+        state = step_over(state, now, length, StepRule(0.46, 7850.0, smoothing, "euler"), None).state
         heights.append(state.counterface.z[0])
     depth = state.counterface.depth[0]
     assert depth.max() > 1.5 * state.wear_depth[0].max()

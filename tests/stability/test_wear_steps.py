@@ -8,10 +8,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from stepping import step_over
 
 from wearsim.campaign.evaluate import Setup, rate
 from wearsim.campaign.state import State
-from wearsim.campaign.step import StepRule, advance
+from wearsim.campaign.step import StepRule
 from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset
 from wearsim.damage.wear import WearSettings
 from wearsim.operation.points import OperatingPoints
@@ -52,7 +53,7 @@ def worn(wave, stability, steps, smoothing=0.0, integrator="euler"):
     for _ in range(steps):
         now = rate_at(state)
         length = stability / now.stability[0].max()
-        state = advance(state, now, length, StepRule(0.46, 7850.0, smoothing, integrator), rate_at).state
+        state = step_over(state, now, length, StepRule(0.46, 7850.0, smoothing, integrator), rate_at).state
         heights.append(state.z[0])
     return smooth.y, np.array(heights), state.wear_depth[0]
 

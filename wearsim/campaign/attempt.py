@@ -67,7 +67,7 @@ class Rates:
 
 
 def is_shallow(now: WearRate, length: float) -> bool:
-    """Whether a step at a rate is so shallow that a shorter one [m] would not help."""
+    """Return True if a step of a length [m] is so shallow that a shorter one would not help."""
     return float(now.depth.max()) * length < _SHALLOW
 
 

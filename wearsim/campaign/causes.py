@@ -114,8 +114,8 @@ def world_of(
                 "shift": "lateral_position", "yaw": "wheelset_yaw", "roll": "wheelset_roll",
                 "wheel_load": "wheel_loads",
             }  # fmt: skip
-            found = {field: between_solutions(result, result[name].values) for field, name in names.items()}
-            there = {field: at_distances(run, values, target)[0] for field, values in found.items()}
+            running = {field: between_solutions(result, result[name].values) for field, name in names.items()}
+            there = {field: at_distances(run, values, target)[0] for field, values in running.items()}
             roll = there.pop("roll")  # follows from the rest
             if (depth := points.conditions.shift_depth) is not None:
                 of_roll = np.where(depth > 0.0, depth * np.sin(roll), 0.0)
@@ -123,11 +123,11 @@ def world_of(
             points = replace(points, conditions=replace(points.conditions, **there))
     acting, conditions = np.flatnonzero(points.weight > 0.0), points.conditions
     flange = conditions.friction if conditions.friction_flange is None else conditions.friction_flange
-    own = {
+    derived = {
         "load_right": conditions.loads[:, 0], "load_left": conditions.loads[:, 1], "friction_flange": flange,
         "environment": points.environment,
     }  # fmt: skip
-    columns = [own[name] if name in own else getattr(conditions, name) for name in _COLUMNS]
+    columns = [derived[name] if name in derived else getattr(conditions, name) for name in _COLUMNS]
     given = [np.asarray(0.0 if column is None else column, dtype=float) for column in columns]
     values = np.stack([np.broadcast_to(column, points.weight.shape)[acting] for column in given], axis=1)
     if not np.isfinite(values).all():
@@ -218,7 +218,7 @@ def area_rates(world: World) -> FloatArray:
 
 
 def _alike(one: Any, other: Any) -> bool:
-    """Whether two parts of a world are the same, profiles by their points."""
+    """Compare two parts of a world, profiles by their points; True if they are the same."""
     if isinstance(one, Profile):
         return np.array_equal(one.y, other.y) and np.array_equal(one.z, other.z)
     if isinstance(one, tuple):
@@ -251,7 +251,7 @@ def _differing(rig: World, field: World) -> list[int]:
 
 
 def _same_points(rig: World, field: World, columns: np.ndarray) -> bool:
-    """Whether the joint distributions of some values of the operating points are the same."""
+    """Compare the joint distributions of some values of the operating points; True if they are the same."""
     (one, p), (other, q) = (_merged(world.values[:, columns], world.weight) for world in (rig, field))
     return np.array_equal(one, other) and np.allclose(p, q, rtol=0.0, atol=1e-12)
 
@@ -366,11 +366,11 @@ def _of_single_patches(
     count = len(conditions.shift)
     values = np.full((count, 2, len(names)), np.nan)
     each = ContactSolution.patches
-    for found in solve_each(conditions, *bodies, each, sides=sides, failed={}, fields="work"):
-        wheel = 2 * found.point + found.side
+    for patches in solve_each(conditions, *bodies, each, sides=sides, failed={}, fields="work"):
+        wheel = 2 * patches.point + patches.side
         single = np.bincount(wheel, minlength=2 * count)[wheel] == 1
-        of_patch = np.stack([getattr(found, name) for name in names], axis=1)
-        values[found.point[single], found.side[single]] = of_patch[single]
+        of_patch = np.stack([getattr(patches, name) for name in names], axis=1)
+        values[patches.point[single], patches.side[single]] = of_patch[single]
     return values
 
 
@@ -433,14 +433,14 @@ def add_causes(
 
     try:
         pairs = [(world(0, way), world(1, way)) for way in ways]
-        found = [split(*pair) for pair in pairs]
+        splits = [split(*pair) for pair in pairs]
         rates = np.array([[area_rates(one) for one in pair] for pair in pairs])
     except NoSplitError as reason:
         return translation.assign_attrs(causes=f"no causes: {reason}")
-    names = [name for name in (*BODY_CAUSES, *POINT_CAUSES) if any(name in causes for causes, _ in found)]
+    names = [name for name in (*BODY_CAUSES, *POINT_CAUSES) if any(name in causes for causes, _ in splits)]
     one = np.ones(1 + len(WHEEL_ZONES))
-    table = np.array([[causes.get(name, one) for name in names] for causes, _ in found])
-    caused = np.isfinite([factor for _, factor in found])
+    table = np.array([[causes.get(name, one) for name in names] for causes, _ in splits])
+    caused = np.isfinite([factor for _, factor in splits])
     rate = np.divide(rates[:, 0], rates[:, 1], out=np.full(caused.shape, np.nan), where=caused)
     of_area, by_zone = "rate of worn area, both wheels, rig over field", "rate of worn area of the zone"
     share = f"share of the cause in the factor of the {of_area}"

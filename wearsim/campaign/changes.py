@@ -18,7 +18,7 @@ from wearsim.campaign.directory import (
 )
 from wearsim.campaign.record import write_atomically
 from wearsim.errors import Fault, ResultError, raise_any, say
-from wearsim.scene import CampaignScene, CampaignSetup, FieldScene, RigScene, build, load_campaign
+from wearsim.scene import CampaignScene, CampaignSetup, FieldScene, Prepared, RigScene, build, load_campaign
 from wearsim.scene.overrides import Override
 
 DISTANCE = "distance_km"
@@ -78,13 +78,15 @@ def with_changes(
     )
     before, after = (changed_scene(out, manifest, manifest.changes, more) for more in ((), overrides))
     parts = changed_scene(out, manifest, ()).parts
-    found: dict[str, Standing] = {part.scene.kind: standing_of(part) for part in parts}
+    standings: dict[str, Standing] = {part.scene.kind: standing_of(part) for part in parts}
     # a step may be computed again because its record was lost
-    stored = [replace(one, step=min(one.step, max(found[one.campaign].rows, 1))) for one in manifest.changes]
+    stored = [
+        replace(one, step=min(one.step, max(standings[one.campaign].rows, 1))) for one in manifest.changes
+    ]
     faults, closed = [], set()
     for old, new in zip(before.parts, after.parts, strict=True):
         campaign = new.scene.kind
-        done = found[campaign]
+        done = standings[campaign]
         values = {key: (getattr(old.campaign, key), getattr(new.campaign, key)) for key in CHANGEABLE}
         changed = {key: pair for key, pair in values.items() if pair[0] != pair[1]}
         if DISTANCE in changed and (text := _distance_fault(campaign, new.campaign.distance_km, done)):
@@ -96,7 +98,7 @@ def with_changes(
             step = max(done.rows, 1)
             stored += [Change(campaign, step, f"campaign.{key}", *pair) for key, pair in changed.items()]
     raise_any(faults)
-    if closed == found.keys():
+    if closed == standings.keys():
         raise ResultError(say("result.finished_before", out=out))
     raise_any(
         [
@@ -120,14 +122,19 @@ def _distance_fault(campaign: str, distance_km: float, done: Standing) -> str:
     return ""
 
 
-def changed_setups(out: Path, manifest: Manifest, campaign: str) -> tuple[tuple[int, CampaignSetup], ...]:
-    """First step and setup of each change of a campaign, in order."""
-    own = [one for one in manifest.changes if one.campaign == campaign]
+def changed_setups(
+    out: Path, manifest: Manifest, campaign: str, prepared: Prepared
+) -> tuple[tuple[int, CampaignSetup], ...]:
+    """First step and setup of each change of a campaign, in order.
+
+    `prepared` is what was solved from its scene: changes act on the steps alone.
+    """
+    changes = [one for one in manifest.changes if one.campaign == campaign]
     result = []
-    for number, change in enumerate(own):
-        scene = changed_scene(out, manifest, own[: number + 1])
+    for number, change in enumerate(changes):
+        scene = changed_scene(out, manifest, changes[: number + 1])
         part = next(part for part in scene.parts if part.scene.kind == campaign)
-        result.append((change.step, build(part)))
+        result.append((change.step, build(part, prepared)))
     return tuple(result)
 
 

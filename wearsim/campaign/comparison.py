@@ -210,7 +210,7 @@ def _patch_values(
 
     def index(quantity: str) -> FloatArray:
         pairs = zip(damage, quantities, strict=True)
-        return np.stack([one.index if own == quantity else missing for one, own in pairs], axis=1)
+        return np.stack([one.index if name == quantity else missing for one, name in pairs], axis=1)
 
     return {
         "fatigue_damage_passage": np.stack([one.damage for one in damage], axis=1),

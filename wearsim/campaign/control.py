@@ -113,8 +113,8 @@ def remembered_limit(state: State, weight: FloatArray, settings: ControlSettings
         return math.inf, "error"
     length, error = state.point_length[acting], state.point_error[acting]
     limits = [
-        (error_limit(own, of_step, settings) / share, _GROWTH * own / share)
-        for own, of_step, share in zip(length.tolist(), error.tolist(), weight[acting].tolist(), strict=True)
+        (error_limit(run, of_step, settings) / share, _GROWTH * run / share)
+        for run, of_step, share in zip(length.tolist(), error.tolist(), weight[acting].tolist(), strict=True)
     ]
     by_error, by_growth = (min(values) for values in zip(*limits, strict=True))
     return (by_error, "error") if by_error <= by_growth else (by_growth, "growth")
@@ -129,7 +129,7 @@ def error_limit(step_length: float, step_error: float, settings: ControlSettings
 
 
 def acts_before(state: State, weight: FloatArray) -> bool:
-    """Whether the steps of all acting points are known; a new block and new profiles start small."""
+    """Return True if the steps of all acting points are known; a new block and new profiles start small."""
     return state.point_length.size > 0 and bool((state.point_length[weight > 0.0] > 0.0).all())
 
 
@@ -287,7 +287,7 @@ def present_weight(distance: float, points: OperatingPoints) -> FloatArray:
 
 
 def reached(distance: float, target: float) -> bool:
-    """Whether the distance of a campaign is reached within the rounding of the sum of all steps [m]."""
+    """Return True if a campaign has run its distance [m], within the rounding of the sum of all steps."""
     return target - distance <= _ROUNDING * target
 
 

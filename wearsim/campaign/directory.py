@@ -206,7 +206,7 @@ def campaigns_of(out: Path, manifest: Manifest) -> tuple[str, ...]:
 
 
 def is_claimed(out: Path) -> bool:
-    """Whether a directory is a run directory; it need not exist."""
+    """Return True for a run directory; the directory need not exist."""
     return (out / SCENE_FOLDER / MANIFEST).is_file()
 
 
@@ -229,8 +229,8 @@ def read_manifest(out: Path) -> Manifest:
     try:
         content = read_json(folder / MANIFEST)
         changes = tuple(Change(**one) for one in content.get("changes", ()))
-        own = str(content["main"]), dict(content["hashes"]), str(content["command"])
-        manifest = Manifest(*own, str(content.get("version", "")), changes)
+        inputs = str(content["main"]), dict(content["hashes"]), str(content["command"])
+        manifest = Manifest(*inputs, str(content.get("version", "")), changes)
         names = [manifest.main, *manifest.hashes]
         present = {name: hashlib.sha256((folder / name).read_bytes()).hexdigest() for name in names}
     except FileNotFoundError as error:
@@ -252,7 +252,7 @@ def read_manifest(out: Path) -> Manifest:
 
 
 def is_locked(out: Path) -> bool:
-    """Whether a process holds the lock of a run directory, which need not exist."""
+    """Return True if a process holds the lock of a run directory, which need not exist."""
     if not (out / _LOCK).is_file():
         return False
     try:

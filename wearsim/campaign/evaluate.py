@@ -112,7 +112,7 @@ def solve_passage(
     points whose place is given begins at that of an `earlier` passage, which saves work and changes nothing
     beyond the tolerance.
     """
-    found: dict[bytes, Wheels] = {}
+    wheels: dict[bytes, Wheels] = {}
     bodies, every, groups = worn_bodies(state, setup), list[Passage](), 0
     failed: Failed = {}
     conditions, of, share = points.runs
@@ -129,21 +129,21 @@ def solve_passage(
         if not index.size:
             continue
         groups += 1
-        own: Failed | None = None if state.points is None else {}
+        rows: Failed | None = None if state.points is None else {}
         evaluated = partial(_passage_at, of[index], share[index], setup, state)
-        begin = Earlier(of[index], {} if earlier is None else earlier.wheels or {}, found)
+        begin = Earlier(of[index], {} if earlier is None else earlier.wheels or {}, wheels)
         try:
             every += solve_each(
-                conditions.at(index), *bodies, setup.models, evaluated, failed=own, begin=begin,
+                conditions.at(index), *bodies, setup.models, evaluated, failed=rows, begin=begin,
                 **setup.options,
             )  # fmt: skip
         except ContactError as error:
             raise _numbered(error, of[index]) from None
-        failed |= {int(of[index[row]]): _numbered(error, of[index]) for row, error in (own or {}).items()}
+        failed |= {int(of[index[row]]): _numbered(error, of[index]) for row, error in (rows or {}).items()}
     wheel = np.concatenate([2 * part.contact.point + part.contact.side for part in every])
     order = np.argsort(wheel, kind="stable")
     whole: Passage = joined(every, order if groups > 1 or points.beyond is not None else None)
-    return replace(whole, failed=failed, wheels=found)
+    return replace(whole, failed=failed, wheels=wheels)
 
 
 def _nearby(contact: ContactPatches, points: OperatingPoints, of: IntArray) -> FloatArray:

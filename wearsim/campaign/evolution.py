@@ -73,8 +73,8 @@ class WheelsetEvolution:
     def header(self) -> Header:
         """Static part of the result file."""
         header = header_of(self.setup, self.command)
-        own: dict[str, str | float] = {"target_distance": self.target, CHANGES: self.changes}
-        return replace(header, attributes={**header.attributes, **own})
+        run_attributes: dict[str, str | float] = {"target_distance": self.target, CHANGES: self.changes}
+        return replace(header, attributes={**header.attributes, **run_attributes})
 
     @cached_property
     def _contact(self) -> Setup:
@@ -91,7 +91,7 @@ class WheelsetEvolution:
         return replace(self.setup, control=self._control(state.step + 1))
 
     def ended(self, state: State) -> bool:
-        """Whether the distance was reached in a state, by the settings of the step that led to it.
+        """Return True if the distance was reached in a state, by the settings of the step that led to it.
 
         A longer campaign goes on from there.
         """
@@ -134,12 +134,12 @@ class WheelsetEvolution:
         """Solve the contact of a state, if the step that led to it has not left it.
 
         At all operating points where nothing acted or the distance is reached, else at those of the last
-        step and the monitoring points.
+        step and the monitoring points. Where all acted in the last step, its end is that contact.
         """
         points, weight = self._where(state).points, state.active_weight
         end = None if taken is None else taken.end
         ends = taken is not None and self.ended(state)
-        if ends or not weight.any():
+        if not weight.any() or (ends and not np.array_equal(weight, points.weight)):
             weight, end = points.weight, None
         if end is None:
             # at the end of the distance with points that did not act in the last step: no reason to lose it
@@ -263,8 +263,8 @@ class WheelsetEvolution:
         way = Way(state.running, None, earlier, {})
         while stages.left:
             ahead = stages.ahead()
-            found, way = self._stage(ahead, weight, way)
-            stages = stages.with_rate(ahead, found)
+            rate, way = self._stage(ahead, weight, way)
+            stages = stages.with_rate(ahead, rate)
         tried = stages.end()
         after = tried.state
         if after.points is not None:
@@ -287,9 +287,9 @@ class WheelsetEvolution:
         wears = WEAR_LAWS[self._contact.wear.law].wears  # else the contact is the same in every stage
         earlier = way.passage if wears else None
         there = begun_at(self._where(ahead).points, nearby, self._contact.models)
-        found = solved(ahead, there, weight, self._contact, earlier=earlier)
-        failed = {**way.failed, **found.passage.failed}
-        return found.collective, Way(ahead.running, nearby, found.passage, failed)
+        evaluation = solved(ahead, there, weight, self._contact, earlier=earlier)
+        failed = {**way.failed, **evaluation.passage.failed}
+        return evaluation.collective, Way(ahead.running, nearby, evaluation.passage, failed)
 
 
 def _accepted(

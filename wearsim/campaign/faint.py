@@ -102,9 +102,9 @@ def faded(passage: Passage) -> Passage:
     factor, depths, kept = _factor(of, weight, amount[0]), [], weight > 0.0
     for law in comparison.depth:
         worn = _worn(law, contact.patch.width)
-        own = np.maximum(weight, weight_of(np.stack([*share[:2], *_shares(of, worn[None])])))
-        depths.append(tuple(_factor(of, own, amount[0])[:, None] * depth for depth in law))
-        kept |= own > 0.0
+        law_weight = np.maximum(weight, weight_of(np.stack([*share[:2], *_shares(of, worn[None])])))
+        depths.append(tuple(_factor(of, law_weight, amount[0])[:, None] * depth for depth in law))
+        kept |= law_weight > 0.0
     smaller = _times(factor, passage)
     smaller = replace(
         smaller,

@@ -45,10 +45,10 @@ def judged(
         If the points that failed carry more than `LARGEST_SHARE` of the wear, and it `raises`.
     """
     failed, point, count = passage.failed, passage.contact.point, len(points.label)
-    found = np.bincount(point, minlength=count) > 0
-    found[list(failed)] = False  # on one side of a jump of its force
-    rate = np.where(found, np.bincount(point, wear.area_rate, count), history.area_rate)
-    out = history.left_out & ~found
+    in_contact = np.bincount(point, minlength=count) > 0
+    in_contact[list(failed)] = False  # on one side of a jump of its force
+    rate = np.where(in_contact, np.bincount(point, wear.area_rate, count), history.area_rate)
+    out = history.left_out & ~in_contact
     history = with_failed(replace(history, area_rate=rate, left_out=out, share=0.0), points, failed)
     out, share = history.left_out, history.share
     if raises and share > LARGEST_SHARE:

@@ -101,8 +101,8 @@ class Records:
 
     def label(self, index: int) -> dict[str, Any] | None:
         """Return the label of the record of a step: what it holds of what; None if missing or damaged."""
-        found = self._load(index, [_LABEL])
-        return None if found is None else self._label_in(found)
+        arrays = self._load(index, [_LABEL])
+        return None if arrays is None else self._label_in(arrays)
 
     def sources(self) -> list[str]:
         """Return the program versions behind each of the sound records from step 0 on without gap.
@@ -157,19 +157,19 @@ class Records:
         stated = label["campaign"], label.get("index"), shapes
         return stated == (self.campaign, index, self.shapes)
 
-    def _label_in(self, found: Mapping[str, np.ndarray]) -> dict[str, Any]:
+    def _label_in(self, arrays: Mapping[str, np.ndarray]) -> dict[str, Any]:
         """Label among the arrays of a record; that of no step for a record of another form."""
-        return json.loads(str(found[_LABEL])) if _LABEL in found else {"campaign": self.campaign}
+        return json.loads(str(arrays[_LABEL])) if _LABEL in arrays else {"campaign": self.campaign}
 
     def _own(self, index: int, names: Iterable[str] = ()) -> dict[str, np.ndarray]:
         """Arrays of the row by name, which may be wanted alone, and of the state by path; it must exist."""
-        found = self._load(index, [_LABEL, *names] if names else ())
-        if found is None or not self._is_own(self._label_in(found), index):
+        arrays = self._load(index, [_LABEL, *names] if names else ())
+        if arrays is None or not self._is_own(self._label_in(arrays), index):
             raise ResultError(
                 f"{self.path(index)} was changed while the campaign ran; run the same command again"
             )
-        del found[_LABEL]
-        return found
+        del arrays[_LABEL]
+        return arrays
 
     def _load(self, index: int, names: Iterable[str]) -> dict[str, np.ndarray] | None:
         """Arrays of a record with the right digest, all or those of some names; none of another form."""
@@ -221,7 +221,7 @@ class Writer:
         self._appended = 0.0
 
     def finished(self) -> bool:
-        """Whether the campaign was finished before, at the distance of the header.
+        """Return True if the campaign was finished before, at the distance of the header.
 
         Raises
         ------
@@ -333,8 +333,8 @@ class Writer:
         used = {"source": _in_order_of_use(self._sources), "finished": ended}
         # written anew: smaller, and independent of readers of the appended file
         closed = closing(last)
-        static, own = {**self.header.static, **closed.static}, {**given, **closed.attributes}
-        self._rebuild(replace(self.header, static=static, attributes={**own, **known, **used}))
+        static, attributes = {**self.header.static, **closed.static}, {**given, **closed.attributes}
+        self._rebuild(replace(self.header, static=static, attributes={**attributes, **known, **used}))
         if verify(self.path, self._readers()) != count:
             raise ResultError(
                 f"{self.path} does not read back as it was written; its steps are safe, "
@@ -372,8 +372,8 @@ class Writer:
         self._mark.unlink()
 
     def _row(self, index: int) -> Mapping[str, np.ndarray]:
-        found = self._latest.get(index)
-        return self.records.row(index) if found is None else found
+        row = self._latest.get(index)
+        return self.records.row(index) if row is None else row
 
     def _rebuild(self, header: Header | None = None) -> None:
         create(self.path, header or self.header, (read() for read in self._readers()))

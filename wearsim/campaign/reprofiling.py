@@ -32,7 +32,7 @@ _NO_CRACK = 1e-9  # a crack that is left by rounding [m]
 
 
 def reprofiling_due(state: State, setup: CampaignSetup, measures: Mapping[str, np.ndarray]) -> bool:
-    """Whether the wheels are reprofiled before the next step.
+    """Return True if the wheels are reprofiled before the next step.
 
     At a given distance or where a limit is met by the measures of the state, from `row.recorded_measures`;
     never right after a reprofiling.

@@ -14,6 +14,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from types import FrameType
 from typing import Any, Literal
@@ -33,6 +34,7 @@ from wearsim.campaign.directory import (
     require_same_scene,
     write_status,
 )
+from wearsim.campaign.evaluate import Evaluation
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.record import Writer, mark_of, outcome_of, read_mark, require_unchanged
 from wearsim.campaign.row import StepTaken
@@ -228,20 +230,30 @@ def _continued(
     if manifest.version != __version__:
         return _finished_by_another_version(out, manifest, overrides, observer)
     if overrides:
-
-        def standing_of(part: RigScene | FieldScene) -> Standing:
-            changed = changed_setups(out, manifest, part.scene.kind)
-            controls = tuple((first, setup.control) for first, setup in changed)
-            evolution = WheelsetEvolution(build(part), controls=controls)
-            writer = Writer(evolution.header, out, part.scene.kind, evolution.digest)
-            if writer.finished():
-                outcome = outcome_of(writer.path)
-                return Standing(outcome["step"] + 1, outcome["distance"], outcome["ended"])
-            rows = writer.recorded()
-            return Standing(rows, float(writer.records.row(rows - 1)["distance"]) if rows else 0.0)
-
-        manifest = with_changes(out, manifest, overrides, standing_of)
+        manifest = with_changes(out, manifest, overrides, partial(_standing, out, manifest, known))
     return _run_claimed(out, manifest, observer, threads, known)
+
+
+def _standing(out: Path, manifest: Manifest, known: _Known, part: RigScene | FieldScene) -> Standing:
+    """How far the campaign of a scene of a run directory is."""
+    prepared = _prepared(part, known)
+    changed = changed_setups(out, manifest, part.scene.kind, prepared)
+    controls = tuple((first, setup.control) for first, setup in changed)
+    evolution = WheelsetEvolution(build(part, prepared), controls=controls)
+    writer = Writer(evolution.header, out, part.scene.kind, evolution.digest)
+    if writer.finished():
+        outcome = outcome_of(writer.path)
+        return Standing(outcome["step"] + 1, outcome["distance"], outcome["ended"])
+    rows = writer.recorded()
+    return Standing(rows, float(writer.records.row(rows - 1)["distance"]) if rows else 0.0)
+
+
+def _prepared(part: RigScene | FieldScene, known: _Known) -> Prepared:
+    """Return what is solved from a scene, of known scenes if it is one of them."""
+    for scene, prepared in known:
+        if scene.scene.kind == part.scene.kind:
+            return prepare_again(part, scene, prepared)
+    return prepare(part)
 
 
 def _finished_by_another_version(
@@ -278,15 +290,12 @@ def _run_claimed(
 ) -> tuple[Path, ...]:
     # from the copy also at the first start, so that run and resume cannot differ
     scene = load_campaign(out / SCENE_FOLDER / manifest.main, copied=True)
-    if known:
-        pairs = zip(scene.parts, known, strict=True)
-        setups = [build(part, prepare_again(part, *before)) for part, before in pairs]
-    else:
-        setups = [build(part) for part in scene.parts]
+    solved = [_prepared(part, known) for part in scene.parts]
+    setups = [build(part, prepared) for part, prepared in zip(scene.parts, solved, strict=True)]
     threads = threads or available_cores()
     paths = []
-    for setup in setups:
-        changed = changed_setups(out, manifest, setup.kind)
+    for setup, prepared in zip(setups, solved, strict=True):
+        changed = changed_setups(out, manifest, setup.kind, prepared)
         if changed:
             setup = replace(setup, warnings=changed[-1][1].warnings)
         controls = tuple((first, other.control) for first, other in changed)
@@ -346,46 +355,68 @@ def run_evolution(
 
 
 def _loop(evolution: WheelsetEvolution, writer: Writer, progress: Progress, interrupts: _Interrupts) -> None:
+    """Record the state and take the next wear step, from the last state recorded, until the campaign ends."""
     done = writer.recover()
-    taken: StepTaken | None
-    if done:
-        state, taken = writer.records.state(done - 1), None
-        if writer.limit_met(writer.records.row(done - 1)):
-            return
-    else:
-        state, taken = evolution.start()
+    if done and writer.limit_met(writer.records.row(done - 1)):
+        return
+    state, taken = _first_state(evolution, writer, progress, done)
+    interrupts.check()
+    if taken is None and reached(state.distance, evolution.target):
+        return
+    while True:
+        interrupts.check()
+        evaluation = None
+        if taken is not None:
+            evaluation, ended = _recorded(evolution, writer, progress, state, taken)
+            if ended:
+                return
+        state, taken = _next_state(evolution, state, evaluation)
+
+
+def _first_state(
+    evolution: WheelsetEvolution, writer: Writer, progress: Progress, done: int
+) -> tuple[State, StepTaken | None]:
+    """Return the last of the states recorded, without the step that led to it, or the new wheelset."""
+    state, taken = (writer.records.state(done - 1), None) if done else evolution.start()
     progress.count(STEP_LIMITS[int(writer.records.row(index)["step_limit"])] for index in range(done))
     progress.report("resumed" if done else "started", state)
     if writer.rebuilt:
         progress.report("rebuilt")
-    while True:
-        interrupts.check()
-        ended = reached(state.distance, evolution.target)
-        if taken is None and ended:
-            return
-        if taken is not None:
-            evaluation = evolution.evaluate(state, taken)
-            row = evolution.row(state, evaluation, taken)
-            check_row(writer.header, row)
-            with signals_wait():
-                waits = writer.write(state, row)
-                progress.count([taken.reason])
-                progress.report("step", state, step_length=taken.length)
-            if waits:
-                progress.report("deferred")
-            if ended or writer.limit_met(row):
-                return
-        if taken is None or evolution.ended(state):  # also where it ended before it was made longer
-            state = evolution.resumed(state)
-            evaluation = evolution.evaluate(state)
-        before = state
-        state, taken = evolution.advance(before, evaluation)
-        moved = state.distance > before.distance or state.reprofiled == state.step
-        if not (moved and state.step == before.step + 1):
-            raise NumericalError(
-                f"the wear step at {before.distance:.6g} m is too short to change the distance; "
-                f"raise max_step_depth_um or stability in [campaign]"
-            )
+    return state, taken
+
+
+def _recorded(
+    evolution: WheelsetEvolution, writer: Writer, progress: Progress, state: State, taken: StepTaken
+) -> tuple[Evaluation, bool]:
+    """Record a state; return its evaluation, and True if the campaign ends with it."""
+    evaluation = evolution.evaluate(state, taken)
+    row = evolution.row(state, evaluation, taken)
+    check_row(writer.header, row)
+    with signals_wait():
+        waits = writer.write(state, row)
+        progress.count([taken.reason])
+        progress.report("step", state, step_length=taken.length)
+    if waits:
+        progress.report("deferred")
+    ended = reached(state.distance, evolution.target) or bool(writer.limit_met(row))
+    return evaluation, ended
+
+
+def _next_state(
+    evolution: WheelsetEvolution, before: State, evaluation: Evaluation | None
+) -> tuple[State, StepTaken]:
+    """Take the wear step from a state, evaluated if it was not resumed; return its end and the step."""
+    if evaluation is None or evolution.ended(before):  # also where it ended before it was made longer
+        before = evolution.resumed(before)
+        evaluation = evolution.evaluate(before)
+    state, taken = evolution.advance(before, evaluation)
+    moved = state.distance > before.distance or state.reprofiled == state.step
+    if not (moved and state.step == before.step + 1):
+        raise NumericalError(
+            f"the wear step at {before.distance:.6g} m is too short to change the distance; "
+            f"raise max_step_depth_um or stability in [campaign]"
+        )
+    return state, taken
 
 
 class _Interrupts:

@@ -1,4 +1,4 @@
-"""Where the wheelset runs in a state of a campaign, and what a row says of it."""
+"""Position, yaw and loads of the wheelset in a state of a campaign, and their variables in a row."""
 
 from __future__ import annotations
 

@@ -6,7 +6,7 @@ end of a step does not.
 
 Stiffness: with virtual penetration a step of the stability number S multiplies a wave of the profile by the
 stability polynomial at -S. The Runge-Kutta-Chebyshev rules of second order [1]_ stay below 1 up to about
-:math:`0.59 (s^2 - 1)`, Heun's rule, the one of two stages, up to 2. Where the coefficient of a law jumps with
+:math:`0.59 (s^2 - 1)`, that of two stages, Heun's rule, up to 2. Where the coefficient of a law jumps with
 the pressure, waves decay ten times as fast as depth over interpenetration says: each step shows how fast by
 the rates in its own stages, `stiffness_of`, which chooses the stages of the next one. Stiff waves are damped
 more at each step of three stages and more, to about three quarters, than in [1]_: with its
@@ -20,7 +20,7 @@ References
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -33,8 +33,6 @@ from wearsim.campaign.vertices import only_worn, smooth_sides, worn_off
 from wearsim.contact.patch import FloatArray
 from wearsim.damage.fatigue.balance import damage_after
 from wearsim.profile.shape import vertex_lengths
-
-RateAt = Callable[[State], WearRate]
 
 _DAMPING = 1.0  # epsilon of the Runge-Kutta-Chebyshev rules
 
@@ -109,7 +107,6 @@ def chebyshev_tableau(stages: int) -> Tableau:
 
 INTEGRATORS: dict[str, tuple[Tableau, ...]] = {
     "rkc": tuple(chebyshev_tableau(stages) for stages in range(2, 9)),
-    "heun": (chebyshev_tableau(2),),
     "euler": (Tableau(1, np.array([[0.0], [1.0]]), 1.0),),
 }
 """Rules by name, by rising number of stages; the first that is stable takes the step."""
@@ -145,45 +142,6 @@ class Step(NamedTuple):
         return len(self.rates)
 
 
-def advance(
-    state: State,
-    rate: WearRate,
-    step_length: float,
-    rule: StepRule,
-    rate_at: RateAt,
-    stability: float | None = None,
-) -> Step:
-    """Wear both wheels, and a counterface that wears, over a distance.
-
-    Parameters
-    ----------
-    rate : WearRate
-        At the beginning of the step, for the acting points.
-    step_length : float
-        Distance to run [m].
-    rate_at : callable
-        Wear rate of the same points as a function of the state.
-    stability : float, optional
-        Stability number that asks for the number of stages, by default that of the rate [-].
-
-    Raises
-    ------
-    NumericalError
-        When the step is too deep for the curvature of the profile.
-
-    Notes
-    -----
-    Rates in other states are scaled to the stretches of the vertices at the beginning, so that areas add up.
-    Stages are not clipped. Negative depths of the sum, where a patch has left, are set to 0 and the area is
-    restored.
-    """
-    stages = begun(state, rate, step_length, rule, stability)
-    while stages.left:
-        ahead = stages.ahead()
-        stages = stages.with_rate(ahead, rate_at(ahead))
-    return stages.end()
-
-
 @dataclass(frozen=True)
 class Stages:
     """The stages of a wear step of which the rates are known."""
@@ -207,8 +165,8 @@ class Stages:
 
     def with_rate(self, ahead: State, rate: WearRate) -> Stages:
         """Return the stages with the rate found in the state of the next one."""
-        found = _scaled(self.state, ahead, smoothed(ahead, rate, self.rule.smoothing_wavelength))
-        return replace(self, rates=(*self.rates, found), depths=(*self.depths, ahead.wear_depth))
+        increment = _scaled(self.state, ahead, smoothed(ahead, rate, self.rule.smoothing_wavelength))
+        return replace(self, rates=(*self.rates, increment), depths=(*self.depths, ahead.wear_depth))
 
     def end(self) -> Step:
         """Return the step, once the rates of all stages are known."""
@@ -218,12 +176,40 @@ class Stages:
         return Step(worn, clipped, increment, self.rates[0], self.depths, each)
 
 
-def begun(
-    state: State, rate: WearRate, step_length: float, rule: StepRule, stability: float | None = None
-) -> Stages:
-    """Begin a wear step: its first stage, at the rate in the state; arguments are those of `advance`."""
-    asked = stability_rate(rate) * step_length if stability is None else stability
-    tableau = tableau_of(rule.integrator, asked)
+def begun(state: State, rate: WearRate, step_length: float, rule: StepRule, stability: float) -> Stages:
+    """Begin to wear both wheels, and a counterface that wears, over a distance: the first stage of a step.
+
+    Parameters
+    ----------
+    state : State
+        At the beginning of the step.
+    rate : WearRate
+        In this state, for the acting points.
+    step_length : float
+        Distance to run [m].
+    rule : StepRule
+        Integrator, smoothing and material.
+    stability : float
+        Stability number of the step, which decides the number of stages [-].
+
+    Returns
+    -------
+    Stages
+        `with_rate` adds the rate of the same points in the state `ahead`, until none is `left`; then `end`
+        returns the step.
+
+    Raises
+    ------
+    NumericalError
+        By `ahead` and `end`, when the step is too deep for the curvature of the profile.
+
+    Notes
+    -----
+    Rates in other states are scaled to the stretches of the vertices at the beginning, so that areas add up.
+    Stages are not clipped. Negative depths of the sum, where a patch has left, are set to 0 and the area is
+    restored.
+    """
+    tableau = tableau_of(rule.integrator, stability)
     first = smoothed(state, rate, rule.smoothing_wavelength)
     return Stages(state, step_length, rule, tableau, (first,), (state.wear_depth,))
 

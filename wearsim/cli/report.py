@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from wearsim.errors import NumericalError, WearsimError
 from wearsim.results import load_results, result_warnings
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -22,11 +26,14 @@ def execute(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def write_report(out: Path) -> Path:
-    """Write the report of a campaign; what it needs is imported here, after the campaign has run."""
+def write_report(out: Path, results: Mapping[Path, xr.Dataset] | None = None) -> Path:
+    """Write the report of a campaign, some results of which may be loaded.
+
+    What it needs is imported here, after the campaign has run.
+    """
     from wearsim.report import html
 
-    return html.write_report(out)
+    return html.write_report(out, results)
 
 
 @contextmanager
@@ -40,9 +47,13 @@ def reported(out: Path) -> Iterator[None]:
         raise
 
 
-def print_warnings(results: Sequence[Path]) -> None:
-    """Print the warnings on the results of campaigns, which are rig.nc and field.nc, to standard error."""
-    for path in results:
-        if path.stem in ("rig", "field"):
-            for line in result_warnings(load_results(path)):
-                print(f"warning: {path.stem}: {line}", file=sys.stderr)
+def print_warnings(results: Sequence[Path]) -> dict[Path, xr.Dataset]:
+    """Print the warnings on the results of campaigns, which are rig.nc and field.nc, to standard error.
+
+    Returns these results.
+    """
+    loaded = {path: load_results(path) for path in results if path.stem in ("rig", "field")}
+    for path, dataset in loaded.items():
+        for line in result_warnings(dataset):
+            print(f"warning: {path.stem}: {line}", file=sys.stderr)
+    return loaded

@@ -16,6 +16,5 @@ def execute(arguments: argparse.Namespace) -> int:
     out = Path(arguments.directory)
     with reported(out), observer() as observe:
         results = resume(out, observer=observe, overrides=overrides_of(arguments.set))
-    print_warnings(results)
-    print(f"report: {write_report(out)}")
+    print(f"report: {write_report(out, print_warnings(results))}")
     return 0

@@ -38,10 +38,10 @@ def execute(arguments: argparse.Namespace) -> int:
             arguments.scene, out, command=arguments.command_line, observer=observe, overrides=overrides,
             warn=lambda warning: print(f"warning: {warning}", file=sys.stderr),
         )  # fmt: skip
-    print_warnings(results)
+    loaded = print_warnings(results)
     if arguments.bands:
         _bands(arguments, out, scene.origin.path, overrides)
-    print(f"report: {write_report(out)}")
+    print(f"report: {write_report(out, loaded)}")
     return 0
 
 

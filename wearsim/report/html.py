@@ -211,13 +211,15 @@ def all_figures(campaigns: Campaigns) -> list[Plate]:
     return [block for block in blocks if isinstance(block, Plate)]
 
 
-def write_report(directory: str | Path) -> Path:
+def write_report(directory: str | Path, loaded: Mapping[Path, xr.Dataset] | None = None) -> Path:
     """Write `report.html` from the results in a run directory.
 
     Parameters
     ----------
     directory : path
         Holds rig.nc, field.nc or both; with both, the report compares them.
+    loaded : mapping of Path to Dataset, optional
+        Those of these files that `load_results` has read already.
 
     Returns
     -------
@@ -232,21 +234,26 @@ def write_report(directory: str | Path) -> Path:
     directory = Path(directory)
     states = read_status(directory).get("campaigns") or {}
     paths = (directory / "rig.nc", directory / "field.nc")
-    datasets = [load_results(path) for path in paths if path.exists()]
+    read = loaded or {}
+    datasets = [read[path] if path in read else load_results(path) for path in paths if path.exists()]
     if not datasets:
-        failures = [str(one.get("message")) for one in states.values() if one.get("state") == "failed"]
-        why = f"the campaign failed: {'; '.join(failures)}"
-        advice = why if failures else f"`wearsim run SCENE --out {directory}` makes them"
-        raise ResultError(f"{directory}: there is no rig.nc or field.nc; {advice}")
+        raise _without_results(directory, states)
     factors = None
     if len(datasets) == 2:
         factors = with_known_causes(translate(datasets[0], datasets[1]), directory / "translation.nc")
     hashes = {role_of(data): content_hash(data) for data in datasets}
-    known = known_bands(directory, hashes)
-    text = render(datasets, states, factors, known)
+    text = render(datasets, states, factors, known_bands(directory, hashes))
     path = directory / "report.html"
     write_whole(path, text, "make room, or make the directory writable")
     return path
+
+
+def _without_results(directory: Path, states: Mapping[str, Mapping[str, Any]]) -> ResultError:
+    """Error of a run directory without results, with the reason where its campaigns failed."""
+    failures = [str(one.get("message")) for one in states.values() if one.get("state") == "failed"]
+    why = f"the campaign failed: {'; '.join(failures)}"
+    advice = why if failures else f"`wearsim run SCENE --out {directory}` makes them"
+    return ResultError(f"{directory}: there is no rig.nc or field.nc; {advice}")
 
 
 def render(

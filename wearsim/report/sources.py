@@ -1,4 +1,4 @@
-"""Where a report comes from: coefficients and their certainty, literature, commands and files."""
+"""Provenance of a report: coefficients and their certainty, literature, commands and files."""
 
 from __future__ import annotations
 

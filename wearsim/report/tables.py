@@ -72,7 +72,7 @@ class Table:
         return list(zip(self.frame.index, self.frame.to_numpy().tolist(), strict=True))
 
     def numeric(self, column: int) -> bool:
-        """Whether a column is one of numbers: any row has one there."""
+        """Return True for a column of numbers: any row has one there."""
         if self.look in ("text", "numbers"):
             return self.look == "numbers"
         return any(exact(value) for value in self.frame.iloc[:, column])
@@ -128,7 +128,7 @@ def operating_points(dataset: xr.Dataset) -> Table:
 
 
 def running(dataset: xr.Dataset) -> list[Table]:
-    """Where the wheelset ran at the end, and the forces on it; nothing of results that do not hold it."""
+    """Position of the wheelset at the end, and the forces on it; nothing of results that do not hold it."""
     if "lateral_position" not in dataset:
         return []
     acting, names = dataset["weight"].values > 0.0, words("variables")["running"]

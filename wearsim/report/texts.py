@@ -44,17 +44,17 @@ def run(dataset: xr.Dataset) -> str:
 
 
 def wears(dataset: xr.Dataset) -> bool:
-    """Whether the counterface of a campaign wears."""
+    """Return True if the counterface of a campaign wears."""
     return "counterface_name" in dataset
 
 
 def rolls(dataset: xr.Dataset) -> bool:
-    """Whether the counterface that wears is a pair of rollers."""
+    """Return True if the counterface that wears is a pair of rollers."""
     return "roller" in str(dataset["counterface_name"].values[0])
 
 
 def compares(dataset: xr.Dataset) -> bool:
-    """Whether a campaign has comparison laws."""
+    """Return True if a campaign has comparison laws."""
     return "comparison_name" in dataset
 
 

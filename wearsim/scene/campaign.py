@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, Strict
 
+from wearsim.errors import say
 from wearsim.quantities import QUANTITIES
 from wearsim.scene.section import Section, Text, range_of
 
@@ -74,10 +75,10 @@ class ReprofilingSection(Section):
     cut_mm: float = 0.0
 
 
-STABILITY: Mapping[str, tuple[float, float]] = {"rkc": (8.4, 32.0), "heun": (0.4, 2.0), "euler": (0.4, 2.0)}
+STABILITY: Mapping[str, tuple[float, float]] = {"rkc": (8.4, 32.0), "euler": (0.4, 2.0)}
 """Limit of the stability number by rule where the scene gives none, and the one no scene may exceed."""
 
-HALF_SPACE_DEPTHS: Mapping[str, float] = {"rkc": 2.0, "heun": 1.0, "euler": 1.0}
+HALF_SPACE_DEPTHS: Mapping[str, float] = {"rkc": 2.0, "euler": 1.0}
 """By rule, how many times deeper than one of first order a step on a half-space may be, at most: from three
 times on waves stay that it should damp."""
 
@@ -85,12 +86,13 @@ times on waves stay that it should damp."""
 class CampaignSection(Section):
     """[campaign]: how far, and in which steps."""
 
+    removed: ClassVar[dict[str, str]] = {'integrator = "heun"': say("removed.heun")}
     distance_km: float
     max_step_depth_um: float = 50.0
     first_step_depth_um: float = 2.0
     stability: float | None = None
     smoothing_wavelength_mm: float = 2.5
-    integrator: Literal["rkc", "heun", "euler"] = "rkc"
+    integrator: Literal["rkc", "euler"] = "rkc"
     error_tolerance_um: float = 1.0
     point_spacing_mm: float = 0.25
     max_step_km: float | None = None

@@ -74,7 +74,7 @@ def _mm(profile: Profile) -> np.ndarray:
 
 
 def _origin(rail: ProfileInput, comparison: Comparison | None) -> str:
-    """Where the lateral position of a rail is counted from."""
+    """Origin of the lateral position of a rail, in words."""
     if comparison is not None:
         return "in the track" if comparison.reference.upright else f"of {comparison.reference.profile.name}"
     return "as measured" if rail.measured else "from the symmetry axis" if rail.upright else "in the track"
