@@ -83,10 +83,10 @@ def campaign(out, name, **keys):
     """Row of a campaign of the shipped vehicle with other keys, and its depth along the right wheel."""
     spent, settled = [0.0], evolution.settled_state
 
-    def timed(*arguments):
+    def timed(*arguments, **options):
         begin = time.perf_counter()
         try:
-            return settled(*arguments)
+            return settled(*arguments, **options)
         finally:
             spent[0] += time.perf_counter() - begin
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wearsim.contact.axle import RIGHT, ROLL, Balanced, Begin, balanced_together, read, settled
 from wearsim.contact.equilibrium import rotation_without_creepage
@@ -262,29 +263,17 @@ def solve_guided(
     Guided
         Of all points; `missing` is infinite where there is no contact to begin with.
     """
-    rail, partner = _rails_of(conditions), guidance.partner
+    rail = _rails_of(conditions)
     tasks = _tasks(rail, wheelset, counterface, models, fields="work")
     of_models = NORMAL_MODELS[models.normal].chunk, TANGENTIAL_MODELS[models.tangential].chunk
-    size = max(2, min(CHUNK, *of_models))
-    # partners behind one another, so that a chunk has both
-    first = np.minimum(np.arange(partner.size), partner)
-    order = np.lexsort((np.arange(partner.size), first, rail))
-    chunks: list[IntArray] = []
-    for k in tasks:
-        own = order[rail[order] == k]
-        while own.size:
-            end = size - int(size < own.size and partner[own[size - 1]] == own[min(size, own.size - 1)])
-            chunks.append(own[:end])
-            own = own[end:]
+    chunks = _chunks_with_partners(rail, guidance.partner, max(2, min(CHUNK, *of_models)))
 
     def part(index: IntArray) -> Guided:
         task, chunk = tasks[int(rail[index[0]])], conditions.at(index)
         own = guidance.at(index)
         if nearby is None:
             return _guided_anew(task, chunk, own, index, tolerance, near)
-        balance = isinstance(chunk.rotation, str) and chunk.rotation == "free"
-        speed = None if balance else _rotation_speed(task, chunk, index)
-        problem = Wheelsets(task, chunk, own, speed)
+        problem = Wheelsets(task, chunk, own, _given_speed(task, chunk, index))
         return balanced(problem, nearby.unknown[index], tolerance, nearby.slope[index], near=True)
 
     if threads > 1 and len(chunks) > 1:
@@ -296,6 +285,21 @@ def solve_guided(
     return whole
 
 
+def _chunks_with_partners(rail: IntArray, partner: IntArray, size: int) -> list[IntArray]:
+    """Points in chunks of up to a size on the same rails, each with its partner behind it."""
+    first = np.minimum(np.arange(partner.size), partner)
+    order = np.lexsort((np.arange(partner.size), first, rail))
+    chunks: list[IntArray] = []
+    begin = 0
+    while begin < order.size:
+        end = min(begin + size, int(np.searchsorted(rail[order], rail[order[begin]], side="right")))
+        if end < order.size and partner[order[end - 1]] == order[end]:
+            end -= 1
+        chunks.append(order[begin:end])
+        begin = end
+    return chunks
+
+
 def _guided_anew(
     task: Task,
     chunk: ContactConditions,
@@ -305,35 +309,40 @@ def _guided_anew(
     near: bool,
 ) -> Guided:
     """Search from coarse patches where the wheelsets are; one without contact there begins in the middle."""
-    balance = isinstance(chunk.rotation, str) and chunk.rotation == "free"
-    speed = None if balance else _rotation_speed(task, chunk, index)
-    count, here = chunk.shift.size, chunk
-    begun, unknown = np.zeros(count, dtype=bool), np.zeros((count, UNKNOWNS))
-    for _ in range(2):
-        rows = np.flatnonzero(~begun)
-        while rows.size:
-            part = here.at(rows)
-            given = None if speed is None else speed[rows]
-            try:
-                groups = balanced_together(task, part, (0, 1), given)
-                start = begun_with_coarse_patches(task, part, groups, given)
-            except ContactError as error:
-                if error.row is None:
-                    raise
-                rows = np.delete(rows, list({error.row, *error.rows}))
-                continue
-            for group, one in zip(groups, start, strict=True):
-                unknown[rows[:, None], group.columns] = one.unknown[:, group.columns]
-            begun[rows] = True
-            break
-        if begun.all():
-            break
-        middle = np.where(begun | ~guidance.free[:, 0], here.shift, 0.0)
-        here = replace(here, shift=middle)
-    turning, load, roll = read(task, here, unknown)
+    speed = _given_speed(task, chunk, index)
+    unknown, begun = _coarse_unknown(task, chunk, speed)
+    if not begun.all():
+        middle = np.where(begun | ~guidance.free[:, 0], chunk.shift, 0.0)
+        chunk = replace(chunk, shift=middle)
+        rest = np.flatnonzero(~begun)
+        unknown[rest], _ = _coarse_unknown(task, chunk.at(rest), None if speed is None else speed[rest])
+    turning, load, roll = read(task, chunk, unknown)
     roll = roll if chunk.free_roll else chunk.roll
-    problem = Wheelsets(task, here, guidance, speed)
+    problem = Wheelsets(task, chunk, guidance, speed)
     return balanced(problem, problem.unknown(turning, load, roll), tolerance, near=near)
+
+
+def _coarse_unknown(
+    task: Task, chunk: ContactConditions, speed: FloatArray | None
+) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Unknowns (n, 4) of coarse patches in equilibrium, and which points (n,) have them; 0 elsewhere."""
+    unknown = np.zeros((chunk.shift.size, UNKNOWNS))
+    begun = np.ones(chunk.shift.size, dtype=bool)
+    while begun.any():
+        rows = np.flatnonzero(begun)
+        part, given = chunk.at(rows), None if speed is None else speed[rows]
+        try:
+            groups = balanced_together(task, part, (0, 1), given)
+            start = begun_with_coarse_patches(task, part, groups, given)
+        except ContactError as error:
+            if error.row is None:
+                raise
+            begun[rows[[error.row, *error.rows]]] = False
+            continue
+        for group, one in zip(groups, start, strict=True):
+            unknown[rows[:, None], group.columns] = one.unknown[:, group.columns]
+        break
+    return unknown, begun
 
 
 def _placed(error: ContactError, chunk: ContactConditions, index: IntArray) -> ContactError:
@@ -373,9 +382,8 @@ def _solved_from(
 ) -> ContactSolution:
     """Solve a chunk from where it begins."""
     key = b"" if begin is None else begin.point[index].tobytes()
-    balance = isinstance(chunk.rotation, str) and chunk.rotation == "free" and chunk.creepage is None
-    numbers = (0, 1) if balance or chunk.free_roll else task.sides
-    speed = None if balance else _rotation_speed(task, chunk, index)
+    speed = _given_speed(task, chunk, index)
+    numbers = (0, 1) if speed is None or chunk.free_roll else task.sides
     groups = balanced_together(task, chunk, numbers, speed)
     try:
         if chunk.nearby is None:
@@ -419,6 +427,12 @@ def _begun_nearby(
         )
         for group in groups
     ]
+
+
+def _given_speed(task: Task, chunk: ContactConditions, index: IntArray) -> FloatArray | None:
+    """Rotation speed (n,) that does not follow from the torque [rad/s]; None if it does."""
+    free = isinstance(chunk.rotation, str) and chunk.rotation == "free" and chunk.creepage is None
+    return None if free else _rotation_speed(task, chunk, index)
 
 
 def _rotation_speed(task: Task, chunk: ContactConditions, index: IntArray) -> FloatArray:
