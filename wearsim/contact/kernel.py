@@ -58,6 +58,15 @@ def inner_bare_kernel(function: _Function) -> _Function:
     return _compiled(function, {**_OPTIONS, **_INNER, **_uncounted(getattr(cpu, "CPUTargetOptions", None))})
 
 
+def inlined_bare_kernel(function: _Function) -> _Function:
+    """Compile as `bare_kernel` does, and put the code into the kernels that call it.
+
+    A call hands over every array in ten parts, which takes as long as a few lines of arithmetic.
+    """
+    uncounted = _uncounted(getattr(cpu, "CPUTargetOptions", None))
+    return _compiled(function, {**_OPTIONS, **uncounted, "forceinline": True})
+
+
 class _Inner(registry.CPUDispatcher):  # type: ignore[misc]
     """An inner kernel; without its wrapper a call from Python would end the process."""
 

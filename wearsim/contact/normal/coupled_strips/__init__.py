@@ -125,9 +125,10 @@ def solve(
         solve_wheels(wheels, row, asked, begin, count, work, number, fault, patches, kept)
         if not (fault == NO_ROOM).any():
             break
-    of_gap = np.zeros(gap.gap.shape[0], np.int64)
-    of_gap[row] = np.where(fault == NO_ROOM, NO_BALANCE, fault)
-    raise_first(of_gap)
+    if fault.any():
+        of_gap = np.zeros(gap.gap.shape[0], np.int64)
+        of_gap[row] = np.where(fault == NO_ROOM, NO_BALANCE, fault)
+        raise_first(of_gap)
     measure_patches(wheels, number, patches, kept)
     place = np.repeat(np.arange(rows), number)
     patches = patches[np.arange(patches.shape[1]) < number[:, None]]

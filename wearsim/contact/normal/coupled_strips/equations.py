@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wearsim.contact.kernel import inner_bare_kernel
+from wearsim.contact.kernel import inlined_bare_kernel, inner_bare_kernel
 from wearsim.contact.normal.coupled_strips.influence import LOWEST, PER_OCTAVE, STEP, column_at, influence_at
 from wearsim.contact.normal.coupled_strips.strips import SHORT, Strips
 from wearsim.contact.patch import FloatArray, IntArray
@@ -39,7 +39,8 @@ class Equations(NamedTuple):
     influence, negative outside of the source; influences `mean` in the middle of the strips, `aside` at a
     share of their half-lengths, `rise` by q; `matrix` and right sides of the equations of the `active`
     strips; residuals `height` of the surfaces; `factor` on the ratios, and the `own` one of each
-    strip; q `before` the last step; whether distances are `paired` (1) or not yet (0).
+    strip; q `before` the last step; whether distances are `paired` (1) or not yet (0); whether strips are
+    `in_reach` (1), with pressure or where the rigid surfaces overlap.
     """
 
     table: FloatArray
@@ -51,6 +52,7 @@ class Equations(NamedTuple):
     rise: FloatArray
     matrix: FloatArray
     active: IntArray
+    in_reach: IntArray
     step: FloatArray
     by_displacement: FloatArray
     height: FloatArray
@@ -62,9 +64,9 @@ class Equations(NamedTuple):
 
 def equations_for(most: int, table: FloatArray) -> Equations:
     """Room for the equations of strips."""
-    pairs, active = np.empty((7, most, most)), np.zeros(most, np.int64)
+    pairs, active, in_reach = np.empty((7, most, most)), np.zeros(most, np.int64), np.zeros(most, np.int64)
     far, near, way, mean, aside, rise, matrix = pairs
-    return Equations(table, far, near, way, mean, aside, rise, matrix, active, *np.empty((7, most)))
+    return Equations(table, far, near, way, mean, aside, rise, matrix, active, in_reach, *np.empty((7, most)))
 
 
 @inner_bare_kernel
@@ -84,7 +86,7 @@ def _pair_up(j: int, strips: Strips, total: int, step: float, work: Equations) -
 def _influence_of(
     j: int, strips: Strips, total: int, step: float, aside: bool, straight: bool, work: Equations
 ) -> None:
-    """Take the influence of a strip on all from the table, if asked also `aside` of their middles.
+    """Take the influence of a strip on those in reach from the table, if asked also `aside` of their middles.
 
     Where all middles are in a line, both sides are alike.
     """
@@ -96,6 +98,8 @@ def _influence_of(
     inverse, middle = 1.0 / half, strips.middle[j]
     column, share, beyond = column_at(0.0)
     for i in range(total):
+        if work.in_reach[i] == 0:
+            continue
         way = work.way[j, i]
         weight = abs(way)
         far, near = work.far[j, i] - octaves, work.near[j, i] - octaves
@@ -113,7 +117,6 @@ def _influence_of(
         return
     for i in range(total):
         if strips.square[i] == 0.0:
-            work.aside[j, i] = work.mean[j, i]
             continue
         off, place = (strips.middle[i] - middle) * inverse, strips.reach[i] * inverse
         far, near = work.far[j, i] - octaves, work.near[j, i] - octaves
@@ -122,7 +125,7 @@ def _influence_of(
         work.aside[j, i] = 0.5 * (ahead + behind)
 
 
-@inner_bare_kernel
+@inlined_bare_kernel
 def _aside(table: FloatArray, along: float, far: float, near: float, way: float) -> float:
     """Influence of a strip at a distance along it, over its half-length."""
     column, share, beyond = column_at(along)
@@ -144,7 +147,8 @@ def _factors(strips: Strips, total: int, work: Equations) -> None:
         carried = strips.ratio[j] * strips.square[j]
         if carried > 0.0:
             for i in range(total):
-                factor[i] += carried * (work.mean[j, i] - work.aside[j, i])
+                if strips.square[i] > 0.0:
+                    factor[i] += carried * (work.mean[j, i] - work.aside[j, i])
     i = 0
     while i < total:
         if strips.square[i] <= 0.0:
@@ -226,8 +230,7 @@ def _solve_active(strips: Strips, count: int, work: Equations) -> None:
         pivot = 1.0 / matrix[k, k]
         for a in range(k + 1, count):
             share = matrix[a, k] * pivot
-            for b in range(k + 1, count):
-                matrix[a, b] -= share * matrix[k, b]
+            _subtract(share, matrix[k, k + 1 : count], matrix[a, k + 1 : count])
             step[a] -= share * step[k]
             other[a] -= share * other[k]
     for k in range(count - 1, -1, -1):
@@ -236,6 +239,13 @@ def _solve_active(strips: Strips, count: int, work: Equations) -> None:
             other[k] -= matrix[k, b] * other[b]
         step[k] /= matrix[k, k]
         other[k] /= matrix[k, k]
+
+
+@inner_bare_kernel
+def _subtract(share: float, row: FloatArray, target: FloatArray) -> None:
+    """Subtract a share of a row from another one: whole rows use vector instructions."""
+    for b in range(target.size):
+        target[b] -= share * row[b]
 
 
 @inner_bare_kernel
@@ -257,6 +267,8 @@ def solve_strips(
         adapt = change < _SETTLED
         for i in range(total):
             strips.reach[i] = _AT * np.sqrt(square[i])
+            # Where the rigid surfaces are apart, they are all the more with what the strips displace.
+            work.in_reach[i] = square[i] > 0.0 or strips.gap[i] < displacement
         for i in range(total):
             if square[i] > 0.0:
                 _influence_of(i, strips, total, step, adapt, straight, work)
@@ -314,7 +326,8 @@ def _open_heights(strips: Strips, total: int, displacement: float, work: Equatio
         carried = strips.ratio[j] * strips.square[j]
         if carried > 0.0:
             for i in range(total):
-                height[i] += carried * work.mean[j, i]
+                if work.in_reach[i] == 1:
+                    height[i] += carried * work.mean[j, i]
     missed, count = 0.0, 0
     for i in range(total):
         if strips.square[i] > 0.0 or height[i] < 0.0:

@@ -23,7 +23,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from wearsim.contact.kernel import bare_kernel, leaf_kernel
+from wearsim.contact.kernel import inlined_bare_kernel, leaf_kernel
 from wearsim.contact.patch import FloatArray
 
 # Places of the table: the root of the distance along from the end of the strip, and log2 of eta.
@@ -88,7 +88,7 @@ def _integrate(
                     table[k, e, 1] += load * ratio / root
 
 
-@bare_kernel
+@inlined_bare_kernel
 def column_at(along: float) -> tuple[int, float, float]:
     """Column of the table at xi, share of the next one, and by how much xi goes beyond the last one."""
     away = abs(along)
@@ -100,7 +100,7 @@ def column_at(along: float) -> tuple[int, float, float]:
     return column, place - column, beyond
 
 
-@bare_kernel
+@inlined_bare_kernel
 def influence_at(table: FloatArray, column: int, share: float, octaves: float) -> tuple[float, float]:
     """Influence f and its slope by a step of ln eta, at steps of ln eta from the lowest of the table."""
     inside = min(max(octaves, 0.0), STEPS - 1e-9)
