@@ -117,6 +117,36 @@ def test_results_that_do_not_count_such_wheels_have_none(make):
     assert stood_in_share(make(rate=10e-12).drop_vars("stood_in")) == 0.0
 
 
+@pytest.fixture
+def moved(make):
+    """A rig whose wheelset, without a lateral force, is on its flange at the second point from a row on."""
+
+    def campaign(row, *, force=0.0, stiffness=1e6):
+        data = make("rig")
+        points = data.sizes["operating_point"]
+        shape = ("step", "operating_point"), np.zeros((data.sizes["step"], points))
+        data = data.assign(lateral_force=shape, lateral_stiffness=shape).copy(deep=True)
+        data["contact_angle"].values[:] = 0.05
+        data["lateral_force"].values[:] = force
+        data["lateral_stiffness"].values[:] = stiffness
+        data["contact_angle"].values[row:, 1] = -0.9
+        return data
+
+    return campaign
+
+
+def test_a_wheelset_that_moves_onto_its_flange_without_force_is_named_with_its_distance(moved):
+    data = moved(3)
+    (line,) = [line for line in result_warnings(data) if "moved onto a flange" in line]
+    name, distance = data["operating_point_name"].values[1], data["distance"].values[3] / 1e3
+    assert f"{name} from {distance:g} km on" in line
+
+
+@pytest.mark.parametrize("given", [{"row": 0}, {"row": 3, "force": 5e3}, {"row": 3, "stiffness": 0.0}])
+def test_a_wheelset_on_its_flange_from_the_start_by_force_or_held_there_is_not(moved, given):
+    assert not any("flange" in line for line in result_warnings(moved(**given)))
+
+
 def test_share_of_seizure_of_the_active_and_the_comparison_laws(make):
     data = make(rate=10e-12)
     assert regime_shares(data, "seizure") == {}

@@ -34,6 +34,12 @@ LOAD_TOLERANCE = 0.01
 STOOD_IN_SHARE = 0.05
 """Share of the wear by wheels solved by a contact model that stood in, from which on it deserves a word."""
 
+NO_LATERAL_FORCE = 100.0
+"""Lateral force on a wheelset up to which none is meant [N]."""
+
+FLANGE_CONTACT = np.radians(40.0)
+"""Contact angle from which on a wheel runs on its flange, as for the friction there [rad]."""
+
 SEIZURE_SHARE = 0.01
 """Share of the worn area by seizure that deserves a word."""
 
@@ -266,6 +272,22 @@ def stood_in_warning(dataset: xr.Dataset) -> str | None:
     return say("result.stood_in", share=percent(share), most=most, count=here.sum(), all=here.size)
 
 
+def onto_flange_warning(dataset: xr.Dataset) -> str | None:
+    """Warn of wheelsets on a rig that came onto a flange as their wheels wore, without a lateral force."""
+    if dataset.attrs.get("scene_kind") != "rig" or "lateral_stiffness" not in dataset:
+        return None
+    moves = (dataset["lateral_stiffness"].values > 0.0).any(axis=0)
+    force = np.nan_to_num(dataset["lateral_force"].values)
+    without = moves & (np.abs(force) <= NO_LATERAL_FORCE).all(axis=0)
+    steep = (np.abs(np.nan_to_num(dataset["contact_angle"].values)) > FLANGE_CONTACT).any(axis=2)
+    names, distance = dataset["operating_point_name"].values, dataset["distance"].values
+    parts = [
+        f"{names[point]} from {distance[steep[:, point].argmax()] / 1e3:.6g} km on"
+        for point in np.flatnonzero(without & ~steep[0] & steep.any(axis=0))
+    ]
+    return say("result.onto_flange", parts=parts) if parts else None
+
+
 def regime_shares(dataset: xr.Dataset, sought: str) -> dict[str, float]:
     """Share of the worn area that each law with a regime of that name takes off in it, both wheels.
 
@@ -369,7 +391,8 @@ def cracks_warning(dataset: xr.Dataset) -> str | None:
 def result_warnings(dataset: xr.Dataset) -> list[str]:
     """Return all warnings of this module for one result, one line each."""
     checks = (
-        tread_wear_warning, left_out_warning, load_scale_warning, stood_in_warning, seizure_warning,
+        tread_wear_warning, left_out_warning, load_scale_warning, stood_in_warning,
+        onto_flange_warning, seizure_warning,
         low_friction_warning, outside_warning, cracks_warning,
     )  # fmt: skip
     return [line for check in checks if (line := check(dataset)) is not None]
