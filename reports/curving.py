@@ -112,8 +112,8 @@ friction {FRICTION:g}, wheel radius {1e3 * RADIUS:g} mm, each with the pairs of 
 from the search: the contact is solved anew in the state that was found; its lateral force, yaw moment and
 roll moment are added to those of suspension, inertia and axle boxes; the sums are divided by the axle load,
 moments by the axle load at 1 m; and the larger value of both axles counts. Shifts are those at the height of
-the rails. Where the contact of `fast` jumps within a micrometre, the state nearest to balance is shown, or
-means over both sides of the jump, weighted with their shares of the distance. The target is {TARGET:g}.
+the rails. Where contact forces jump within a micrometre, the state nearest to balance is shown, or means over
+both sides of the jump, weighted with their shares of the distance. The target is {TARGET:g}.
 """
 """With the number of combinations."""
 
@@ -255,8 +255,7 @@ def found_rows(group, radii, problem, running):
     values = np.column_stack([1e3 * place, 1e3 * running.yaw, far, forces.power / SPEED]).reshape(-1, 2, 4)
     for k, radius in enumerate(radii):
         row = {**group.names, "radius_m": radius}
-        at_jump = np.isfinite(far[2 * k : 2 * k + 2]).any() or residual[k, :2].max() > TARGET
-        row["outcome"] = AT_JUMP if at_jump else BALANCED
+        row["outcome"] = AT_JUMP if np.isfinite(far[2 * k : 2 * k + 2]).any() else BALANCED
         for axle, of_axle in zip(AXLES, values[k], strict=True):
             row |= {f"{axle}_{name}": value for name, value in zip(OF_AXLE, of_axle, strict=True)}
         yield row | dict(zip(RESIDUALS, residual[k], strict=True))

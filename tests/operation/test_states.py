@@ -12,7 +12,16 @@ import pytest
 from worn_wheels import worn_wheels
 
 from wearsim.contact.guided import ACCEPTED
-from wearsim.contact.guided_wheelsets import Wheelsets
+from wearsim.contact.guided_wheelsets import (
+    DIFFERENCES,
+    DISPLACEMENT,
+    LATERAL,
+    ROLL_MOMENT,
+    TORQUE,
+    VERTICAL,
+    Contact,
+    Wheelsets,
+)
 from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset, solve
 from wearsim.errors import ContactError
 from wearsim.operation import states
@@ -258,3 +267,72 @@ def test_conditions_take_loads_of_each_wheel_and_torques_of_each_point(bodies, m
     np.testing.assert_allclose(forces.longitudinal.sum(axis=1), [2e3 / 0.46, 0.0], atol=0.01 * 2e3 / 0.46)
     with pytest.raises(ContactError, match=r"wheel_load \(2, 3\)"):
         ContactConditions.of(0.0, wheel_load=np.ones((2, 3)))
+
+
+def test_a_wheelset_that_begins_in_balance_stays_there_with_its_stiffness(bodies, models):
+    given = ContactConditions.of([0.0], yaw=1e-3, speed=20.0, free_roll=True)
+    running = settle(given, under(20e3, 1), *bodies(1.0), models)
+    again = settle(given, under(20e3, 1), *bodies(1.0), models, running)
+    near = 2.0 * states.TOLERANCE * AXLE / running.stiffness[0]
+    assert again.shift[0] == pytest.approx(running.shift[0], abs=near)
+    # slopes by differences and improved ones
+    assert again.stiffness[0] == pytest.approx(running.stiffness[0], rel=0.1)
+
+
+JUMP, PLACE = 4e3, 6.2e-3
+"""Of the lateral force [N], and where [m]."""
+
+
+def force_with_jump(shift):
+    return 5e8 * (shift - PLACE) + np.where(shift > PLACE, JUMP, 0.0)
+
+
+@pytest.fixture
+def jumping(monkeypatch):
+    """Wheelsets whose lateral force rises by 5e8 N/m and jumps by 4 kN at a shift, all else being smooth."""
+
+    def contact(wheelsets, unknown, rows, start):
+        posed = wheelsets.conditions(unknown)
+        forces = np.zeros((len(unknown), 2, 6))
+        forces[:, 0, TORQUE] = 1e3 * unknown[:, 0]
+        forces[:, :, VERTICAL] = wheelsets.loads(unknown)
+        forces[:, :, ROLL_MOMENT] = forces[:, :, VERTICAL] * [0.75, -0.75]
+        forces[:, 0, DISPLACEMENT] = 1.5 * posed.roll
+        forces[:, 0, LATERAL] = -force_with_jump(posed.shift)
+        return Contact(None, forces, rows)
+
+    def beside(wheelsets, unknown, now, rows):
+        return [contact(wheelsets, unknown + step, rows, None) for step in np.diag(DIFFERENCES)]
+
+    monkeypatch.setattr(Wheelsets, "contact", contact)
+    monkeypatch.setattr(Wheelsets, "beside", beside)
+
+
+def test_a_force_within_a_jump_is_the_mean_of_both_of_its_sides(jumping, bodies, models):
+    """Shares are linear in the force: (H - H_below) / (H_above - H_below)."""
+    wanted = np.array([-500.0, 500.0, 2000.0, 3500.0, 4500.0])
+    given = ContactConditions.of(np.zeros(wanted.size), speed=20.0, free_roll=True)
+    running = settle(given, under(wanted, wanted.size), *bodies(0.0), models)
+    beyond = running.beyond
+    assert beyond.point.tolist() == [1, 2, 3]
+    below, above = running.shift[beyond.point], beyond.shift
+    assert ((below <= PLACE) & (above > PLACE) & (above - below <= 1e-6)).all()
+    mean = (1.0 - beyond.share) * force_with_jump(below) + beyond.share * force_with_jump(above)
+    np.testing.assert_allclose(mean, wanted[beyond.point], atol=states.TOLERANCE * AXLE)
+    # 1 um of the slopes at its sides
+    np.testing.assert_allclose(beyond.share, wanted[beyond.point] / JUMP, atol=5e8 * 1e-6 / JUMP)
+    np.testing.assert_allclose(beyond.load, AXLE / 2, rtol=1e-6)
+    alone = [0, 4]
+    np.testing.assert_allclose(
+        force_with_jump(running.shift[alone]), wanted[alone], atol=2.0 * states.TOLERANCE * AXLE
+    )
+
+
+def test_a_wheelset_leaves_a_jump_when_its_force_no_longer_lies_within(jumping, bodies, models):
+    given = ContactConditions.of([0.0], speed=20.0, free_roll=True)
+    at_jump = settle(given, under(2000.0, 1), *bodies(0.0), models)
+    assert at_jump.beyond is not None
+    for wanted in (-800.0, 4800.0):
+        after = settle(given, under(wanted, 1), *bodies(0.0), models, at_jump)
+        assert after.beyond is None
+        assert force_with_jump(after.shift[0]) == pytest.approx(wanted, abs=2.0 * states.TOLERANCE * AXLE)

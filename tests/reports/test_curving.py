@@ -7,7 +7,6 @@ import numpy as np
 import pandas as pd
 import pytest
 from curving import (
-    AT_JUMP,
     AXLES,
     DEFICIENCY,
     GROUPS,
@@ -19,6 +18,8 @@ from curving import (
     TARGETED,
     VEHICLES,
 )
+
+from wearsim.contact.guided import AT_JUMP as ACCEPTED_AT_JUMP
 
 FREIGHT = next(one for one in GROUPS if one.vehicle == "freight_wagon" and one.model == "fast")
 
@@ -43,16 +44,14 @@ def test_the_report_is_what_its_table_says(reports, tmp_path):
 
 
 def test_every_combination_is_in_the_report_with_a_balance(committed):
-    """Within the target but where forces jump: creep forces of `standard` by 0.15 % in one case."""
+    """Within the target but for less than three, where contact forces jump."""
     usual = committed[committed["cant_deficiency_mm"] == DEFICIENCY]
     assert len(usual) == len(MODELS) * len(PAIRS) * len(VEHICLES) * len(RADII) == 2 * 512
     assert not committed.duplicated([*FREIGHT.names, "radius_m"]).any()
     assert not (committed["outcome"] == REFUSED).any()
-    jumps = committed["outcome"] == AT_JUMP
-    assert jumps.sum() < 3
-    smooth = committed[committed["model"] == "standard"]
-    assert (smooth[list(TARGETED)] < 2.0 * TARGET).all(axis=None)
-    assert (committed.loc[~jumps, list(TARGETED)] < TARGET).all(axis=None)
+    beyond = committed[(committed[list(TARGETED)] >= TARGET).any(axis=1)]
+    assert len(beyond) < 3
+    assert (beyond[list(TARGETED)] < ACCEPTED_AT_JUMP).all(axis=None)
 
 
 @pytest.mark.xfail(

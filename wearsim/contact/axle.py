@@ -172,6 +172,8 @@ def newton_step(slope: FloatArray, residual: FloatArray, columns: list[int]) -> 
     if not columns:
         return residual
     alone = len(columns) == 1  # for which the library takes ten times as long
+    idle = ~np.asarray(slope.any(axis=1))  # unknowns without effect: the speed without friction
+    slope = np.where(idle[:, :, None] & np.eye(len(columns), dtype=bool), 1.0, slope)
     flat = ~(np.abs(slope[:, 0, 0] if alone else np.linalg.det(slope)) > 1e-12)
     slope = np.where(flat[:, None, None], np.eye(len(columns)), slope)
     step = -residual / slope[:, 0] if alone else -np.linalg.solve(slope, residual[:, :, None])[:, :, 0]

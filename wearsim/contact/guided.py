@@ -14,7 +14,7 @@ The search is Newton's method in pseudo-time [1]_: a wheelset that slides along 
 .. math:: C_y \dot y = H_c + H, \quad C_\psi \dot\psi = M_c + M, \quad C_\omega \dot\omega = T_c - T,
 
 moves as it does on the way to its stable equilibrium, and implicit Euler steps of a growing length become
-Newton's. All other equations hold at all times. The length grows as long as the linear equations foretell
+Newton's. All other equations have no inertia. The length grows as long as the linear equations foretell
 the residuals, shrinks otherwise, and is limited so that no step is longer than `_LONGEST`, which keeps the
 search from circling where a second contact closes. Slopes are differences, improved by Broyden's rule while
 each step halves the residual.
@@ -52,8 +52,8 @@ from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.wheels import Wheels, by_point, patches_where
 
 ACCEPTED = 1e-4
-"""Largest residual of a balance, over the axle load, and of a torque over what friction can carry the jump of
-its model."""
+"""Largest residual of a balance, over the axle load: of forces, moments at 1 m, and the torque at the wheel's
+radius, or what its creep forces jump by if that is more."""
 AT_JUMP = 5e-3
 """The same where the contact forces of a model jump, of one or both sides together."""
 _LONGEST = np.array([2.0, 0.3, 0.3, 5.0, 5.0, 10.0])  # steps of unknowns: 0.5 mm, 1 mrad
@@ -61,16 +61,17 @@ _LONGEST = np.array([2.0, 0.3, 0.3, 5.0, 5.0, 10.0])  # steps of unknowns: 0.5 m
 # Creep coefficients of a wheelset: in pseudo-time, a distance, it moves by the force missing over them.
 _SLIDING, _TURNING = 16e6, 9e6  # [N, N m]
 _FIRST_LENGTH, _LONGEST_LENGTH = 5.0, 1e6  # of a step in pseudo-time [m]
+_MOVING = SPEED, SHIFT, YAW  # unknowns with inertia in pseudo-time
 _SHORTENED = 12  # times at most, so that no step is too long
 _FORETOLD = np.array([0.25, 0.5, 0.8])  # error of the linear equations over the residual
 _FACTOR = np.array([4.0, 2.0, 1.0, 0.25])  # of the length after it
 _WITHOUT_CONTACT = 0.1  # factor of the length where a wheel has none
-_MOST_STEPS = 80
+_MOST_STEPS, _GROWING = 80, 40  # steps, and those after which lengths do not grow: some circle a jump
 # Steps of shift and yaw in their units: those that are taken even if residuals rise, as wheelsets pass jumps
-# of the contact on its way; between both sides of one; and those that end the search at one.
+# of the contact on their way, and between both sides of one; steps of all unknowns that end a search at one.
 _SHORT, _BRACKET, _SMALLEST = 0.1, 1e-2, 1e-4
 _KEPT = 0.5  # ratio of residuals up to which slopes are kept
-_LEAST_LOAD = 0.02  # of a wheel, over the axle load: with less it is unloaded
+LEAST_LOAD = 0.02  # of a wheel, over the axle load: with less it is unloaded
 _NO_LOAD = 1e-6  # vertical force over the axle load that stands for none
 
 
@@ -91,7 +92,8 @@ class Guided:
     force : (n, 2) array
         Lateral force and yaw moment of the contact [N, N m].
     stiffness : (n,) array
-        Change of the lateral force that guides the wheelset with its shift, all else in balance [N/m].
+        Change of the lateral force that guides the wheelset with its shift, all else but the yaw in balance,
+        by the slopes at the end of the search, which are estimates [N/m].
     at_jump : (n,) bool array
         Whether the search ended where the contact forces of a model jump.
     share : (n,) array
@@ -241,14 +243,16 @@ def balanced(
     """
     count = len(unknown)
     tolerances = problem.tolerances(tolerance)
-    slopes = np.zeros((count, UNKNOWNS, UNKNOWNS)) if slope is None else slope.copy()
-    known = np.full(count, slope is not None)
     length = np.full(count, _LONGEST_LENGTH if near else _FIRST_LENGTH)
     stuck = np.zeros(count, dtype=bool)
     now = best = _tried(problem, unknown, np.ones(count, dtype=bool), None, tolerances)
-    sides = now, now  # both ends of the last step
+    sides = now, now  # both ends of the last step that was not foretold
+    known = now.solved
+    slopes = np.zeros((count, UNKNOWNS, UNKNOWNS)) if slope is None else slope.copy()
+    if slope is None and known.any():
+        slopes = _slopes(problem, now, known)
     partner = problem.guidance.partner
-    for _ in range(_MOST_STEPS):
+    for number in range(_MOST_STEPS):
         open_rows = (best.missing > 1.0) & now.solved & ~stuck
         if not open_rows.any():
             break
@@ -257,19 +261,22 @@ def balanced(
             slopes[asked] = _slopes(problem, now, asked)[asked]
         step, length = _limited_step(problem, slopes, now.residual, length, open_rows)
         ahead = _tried(problem, now.unknown + step, open_rows, now.contact.wheels, tolerances)
-        error = _error_of_foretold(problem, now, ahead, step, length, tolerances)
+        error = _error_of_foretold(problem, now, ahead, slopes, tolerances)
         solved = open_rows & ahead.solved
         short = _no_longer(step, _SHORT, partner)
         taken = solved & (short | (error < 1.0) | (ahead.missing < now.missing))
         slopes = _secant(slopes, ahead.of_contact - now.of_contact, step, solved)
         known = np.where(open_rows, solved & (ahead.missing < _KEPT * now.missing), known)
         factor = np.where(ahead.solved, _FACTOR[np.searchsorted(_FORETOLD, error)], _WITHOUT_CONTACT)
-        length = np.where(open_rows, np.minimum(factor * length, _LONGEST_LENGTH), length)
-        stuck |= open_rows & (factor < 1.0) & _no_longer(step, _SMALLEST, partner)
+        growth = factor if number < _GROWING else np.minimum(factor, 1.0)
+        length = np.where(open_rows, np.minimum(growth * length, _LONGEST_LENGTH), length)
+        tiny = np.asarray((np.abs(step) <= _SMALLEST).all(axis=1))
+        stuck |= open_rows & (factor < 1.0) & tiny & tiny[partner]
         best = best.merged(ahead, solved & (ahead.missing < best.missing))
-        sides = sides[0].merged(now, solved), sides[1].merged(ahead, solved)
+        across = solved & (factor < 1.0)
+        sides = sides[0].merged(now, across), sides[1].merged(ahead, across)
         now = now.merged(ahead, taken)
-    return _ended(problem, best, sides, slopes, tolerances)
+    return _ended(problem, best, now, sides, slopes, tolerances)
 
 
 def _largest(share: FloatArray, partner: IntArray) -> FloatArray:
@@ -302,7 +309,7 @@ def _residuals(problem: Wheelsets, forces: FloatArray) -> FloatArray:
     guidance, chunk, wheelset = problem.guidance, problem.chunk, problem.task.wheelset
     weight = guidance.axle_load[:, None]
     wanted = guidance.wheel_loads(forces[:, :, VERTICAL], forces[:, :, ROLL_MOMENT])
-    wanted = np.maximum(wanted, _LEAST_LOAD * weight)
+    wanted = np.maximum(wanted, LEAST_LOAD * weight)
     carried = np.maximum(forces[:, :, VERTICAL], _NO_LOAD * weight)
     residual = np.zeros((len(forces), UNKNOWNS))
     torque = forces[:, :, TORQUE].sum(axis=1) - chunk.torque
@@ -337,8 +344,7 @@ def _inertia(problem: Wheelsets, length: FloatArray) -> FloatArray:
     """Change (n, 6) of residuals by unknowns that move in pseudo-time, in steps of lengths (n,) [m]."""
     weight = problem.guidance.axle_load
     inertia = np.zeros((length.size, UNKNOWNS))
-    radius = problem.task.wheelset.radius
-    inertia[:, SPEED] = -_SLIDING * SPEED_UNIT * radius / (problem.chunk.traction_scale * radius)
+    inertia[:, SPEED] = -_SLIDING * SPEED_UNIT / problem.chunk.traction_scale
     inertia[:, SHIFT] = _SLIDING * SHIFT_UNIT / weight
     inertia[:, YAW] = _TURNING * YAW_UNIT / weight
     inertia /= length[:, None]
@@ -348,24 +354,30 @@ def _inertia(problem: Wheelsets, length: FloatArray) -> FloatArray:
 def _limited_step(
     problem: Wheelsets, slopes: FloatArray, residual: FloatArray, length: FloatArray, rows: NDArray[np.bool_]
 ) -> tuple[FloatArray, FloatArray]:
-    """Step (n, 6) of `rows` (n,) in pseudo-time, and lengths (n,) with which it is not too long."""
+    """Step (n, 6) of `rows` (n,), and lengths (n,) with which what has inertia does not go too far."""
     partner = problem.guidance.partner
     step = np.zeros_like(residual)
+    moving = np.isin(np.arange(UNKNOWNS), _MOVING)
     todo = rows
     for _ in range(_SHORTENED):
-        step[todo] = _newton_step(problem, slopes, residual, length)[todo]
-        longest = _largest(step / _LONGEST, partner)
+        step[todo] = _newton_step(problem, slopes, residual, length, todo)
+        longest = _largest(np.where(moving, step / _LONGEST, 0.0), partner)
         todo = rows & (longest > 1.0)
         if not todo.any():
-            return step, length
+            break
         length = np.where(todo, length / np.clip(longest, 1.5, 10.0), length)
+    longest = _largest(step / _LONGEST, partner)
     return step / np.maximum(longest, 1.0)[:, None], length
 
 
 def _newton_step(
-    problem: Wheelsets, slopes: FloatArray, residual: FloatArray, length: FloatArray
+    problem: Wheelsets,
+    slopes: FloatArray,
+    residual: FloatArray,
+    length: FloatArray,
+    rows: NDArray[np.bool_],
 ) -> FloatArray:
-    """Step (n, 6) of each wheelset together with its partner."""
+    """Step (k, 6) of each of `rows` (n,) together with its partner."""
     guidance, wanted = problem.guidance, problem.wanted
     partner, count = guidance.partner, len(residual)
     own = slopes.copy()
@@ -381,8 +393,8 @@ def _newton_step(
     across[coupled, SHIFT:] = by_partner[coupled]
     across[~wanted] = 0.0
     across = np.where(wanted[partner][:, None], across, 0.0)
-    whole = np.block([[own, across], [across[partner], own[partner]]])
-    sides = np.concatenate([residual, residual[partner]], axis=1)
+    whole = np.block([[own, across], [across[partner], own[partner]]])[rows]
+    sides = np.concatenate([residual, residual[partner]], axis=1)[rows]
     try:
         step = np.linalg.solve(whole, -sides[:, :, None])[:, :, 0]
     except np.linalg.LinAlgError:  # of a wheel without any load
@@ -405,18 +417,17 @@ def _guidance_slopes(problem: Wheelsets) -> tuple[FloatArray, FloatArray]:
 
 
 def _error_of_foretold(
-    problem: Wheelsets,
-    now: _Trial,
-    ahead: _Trial,
-    step: FloatArray,
-    length: FloatArray,
-    tolerances: FloatArray,
+    problem: Wheelsets, now: _Trial, ahead: _Trial, slopes: FloatArray, tolerances: FloatArray
 ) -> FloatArray:
     """Error (n,) of the residuals that the linear equations foretell, over what they were or should be."""
-    partner = problem.guidance.partner
-    foretold = np.where(problem.wanted, _inertia(problem, length) * step, 0.0)
-    error = _largest((ahead.residual - foretold) / tolerances, partner)
-    scale = np.maximum(now.missing, _largest(foretold / tolerances, partner))
+    guidance = problem.guidance
+    step = ahead.unknown - now.unknown
+    foretold = now.residual + (slopes @ step[:, :, None])[:, :, 0]
+    moved = guidance.forces(problem.position(ahead.unknown)) - guidance.forces(problem.position(now.unknown))
+    foretold[:, SHIFT:] += moved / guidance.axle_load[:, None]
+    foretold[~problem.wanted] = 0.0
+    error = _largest((ahead.residual - foretold) / tolerances, guidance.partner)
+    scale = np.maximum(now.missing, _largest(foretold / tolerances, guidance.partner))
     return np.where(ahead.solved, error / np.maximum(scale, 1e-300), np.inf)
 
 
@@ -429,6 +440,7 @@ def _no_longer(step: FloatArray, longest: float, partner: IntArray) -> NDArray[n
 def _ended(
     problem: Wheelsets,
     best: _Trial,
+    now: _Trial,
     sides: tuple[_Trial, _Trial],
     slopes: FloatArray,
     tolerances: FloatArray,
@@ -436,15 +448,18 @@ def _ended(
     """End of a search: the best state, or both sides of a jump of the contact where it ended at one."""
     guidance = problem.guidance
     # a torque at a jump of the creep forces is as near to balance as it can be
-    torque = max(tolerances[SPEED], problem.jump * tolerances[SHIFT] / ACCEPTED)
-    tolerances = np.concatenate([[torque], tolerances[RIGHT:]])
+    tolerances = tolerances.copy()
+    accepted = problem.jump * tolerances[:, SHIFT] / ACCEPTED
+    tolerances[:, SPEED] = np.maximum(tolerances[:, SPEED], accepted)
     missing = np.where(best.solved, _largest(best.residual / tolerances, guidance.partner), np.inf)
     one, other = sides
     share = _share_of_other(problem, one, other)
     both = one.residual + share[:, None] * (other.residual - one.residual)
     together = _largest(both / tolerances, guidance.partner)
-    at_jump = problem.may_jump & (missing > ACCEPTED / tolerances[SHIFT]) & other.solved
-    at_jump &= _no_longer(other.unknown - one.unknown, _BRACKET, guidance.partner)
+    at_jump = problem.may_jump & (missing > ACCEPTED / tolerances[:, SHIFT]) & other.solved
+    at_jump &= (other.unknown != one.unknown).any(axis=1)
+    for side in sides:  # where the search ended
+        at_jump &= _no_longer(side.unknown - now.unknown, _BRACKET, guidance.partner)
     two = at_jump & (together < missing)
     main = best.merged(one, two)
     load, other_load = (
@@ -452,7 +467,7 @@ def _ended(
         for side in (main, other)
     )
     missing = np.where(two, together, missing)
-    unloaded = np.asarray((load < _LEAST_LOAD * guidance.axle_load[:, None]).any(axis=1))
+    unloaded = np.asarray((load < LEAST_LOAD * guidance.axle_load[:, None]).any(axis=1))
     return Guided(
         unknown=main.unknown,
         slope=slopes,

@@ -135,15 +135,17 @@ class Wheelsets:
         )
 
     def tolerances(self, tolerance: float) -> FloatArray:
-        """Tolerances (6,) of the residuals, with that of forces over the axle load."""
-        torque = max(TANGENTIAL_MODELS[self.task.models.tangential].tolerance, tolerance)
-        heights = max(resting(self.task), tolerance / _HEIGHTS)
-        return np.array([torque, tolerance, tolerance, heights, tolerance, tolerance])
+        """Tolerances (n, 6) of the residuals, with that of forces over the axle load."""
+        most = np.full((self.chunk.shift.size, UNKNOWNS), tolerance)
+        at_radius = tolerance * self.guidance.axle_load / self.chunk.traction_scale
+        most[:, SPEED] = np.maximum(at_radius, TANGENTIAL_MODELS[self.task.models.tangential].tolerance)
+        most[:, ROLL] = max(resting(self.task), tolerance / _HEIGHTS)
+        return most
 
     @property
     def may_jump(self) -> bool:
-        """Whether the contact forces jump with the pose, so that no pose may balance."""
-        return NORMAL_MODELS[self.task.models.normal].several_solutions
+        """Whether normal or creep forces jump with the pose, so that no pose may balance."""
+        return NORMAL_MODELS[self.task.models.normal].several_solutions or self.jump > 0.0
 
     @property
     def jump(self) -> float:

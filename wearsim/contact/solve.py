@@ -254,7 +254,8 @@ def solve_guided(
     near : bool
         Whether the wheelsets begin near the balance.
     nearby : Guided, optional
-        Of like points, to begin with; by default the search begins with coarse patches.
+        Of like points, to begin with, with slopes or NaN in their place; by default the search begins with
+        coarse patches.
     threads : int
         Of the solution; the result has the same bits for any number.
 
@@ -274,7 +275,9 @@ def solve_guided(
         if nearby is None:
             return _guided_anew(task, chunk, own, index, tolerance, near)
         problem = Wheelsets(task, chunk, own, _given_speed(task, chunk, index))
-        return balanced(problem, nearby.unknown[index], tolerance, nearby.slope[index], near=True)
+        slope = nearby.slope[index]
+        known = slope if np.isfinite(slope).all() else None
+        return balanced(problem, nearby.unknown[index], tolerance, known, near=True)
 
     if threads > 1 and len(chunks) > 1:
         with ThreadPoolExecutor(threads) as pool:

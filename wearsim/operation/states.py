@@ -32,7 +32,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearsim.contact.guidance import Guidance
-from wearsim.contact.guided import ACCEPTED, AT_JUMP, Guided, none_guided
+from wearsim.contact.guided import ACCEPTED, AT_JUMP, LEAST_LOAD, Guided, none_guided
+from wearsim.contact.guided_wheelsets import UNKNOWNS
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import (
     ContactConditions,
@@ -47,11 +48,10 @@ from wearsim.operation.controlled import Controlled
 from wearsim.operation.resultants import Resultants, resultants
 
 TOLERANCE = 2e-5
-"""Largest residual of force, moment (at 1 m) and wheel load at the end of a wear step, over the axle load."""
+"""Residual of force, moment (at 1 m) and wheel load, over the axle load, that ends a search."""
 _PUSH = 0.1e-3  # of a wheelset out of an unstable balance [m]
 _FURTHEST_AHEAD = 0.5e-3  # that a wheelset is expected to have moved [m]
 _STRIDE, _STRIDES = 0.25e-3, 64  # of shifts at which the largest force of a flange is looked for [m]
-_LEAST_LOAD = 0.02  # of a wheel, over the axle load: below it is unloaded
 _LEAST_SHARE = 1e-3  # of the distance on one side of a jump: with less an axle runs on the other one alone
 
 
@@ -303,14 +303,20 @@ def _found(
     bodies = given.wheelset, given.counterface, given.models
     found = solve_guided(here, guidance, *bodies, tolerance, near=near, nearby=nearby, threads=given.threads)
     alone = guidance.free[:, 0] & ~guidance.free[:, 1]
-    unstable = alone & (found.stiffness <= 0.0) & np.isfinite(found.missing)
-    if not unstable.any():
+    doubtful = np.flatnonzero(alone & (found.stiffness <= 0.0) & np.isfinite(found.missing))
+    if not doubtful.size:
         return found
-    push = np.where(guidance.force[:, 0] < 0.0, -_PUSH, _PUSH)
-    index = np.flatnonzero(unstable)
-    off = replace(here, shift=found.shift + push).at(index)
-    again = solve_guided(off, guidance.at(index), *bodies, tolerance, threads=given.threads)
-    return found.replaced(index, again)
+    own = guidance.at(doubtful)
+    # slopes by differences say whether the balance is unstable
+    there = replace(found.at(doubtful), slope=np.full((doubtful.size, UNKNOWNS, UNKNOWNS), np.nan))
+    judged = solve_guided(here.at(doubtful), own, *bodies, tolerance, nearby=there, threads=given.threads)
+    unstable = judged.stiffness <= 0.0
+    push = np.where(own.force[:, 0] < 0.0, -_PUSH, _PUSH)
+    off = replace(here.at(doubtful), shift=judged.shift + np.where(unstable, push, 0.0))
+    again = solve_guided(off, own, *bodies, tolerance, threads=given.threads)
+    better = unstable & (again.missing * tolerance <= ACCEPTED)
+    found = found.replaced(doubtful, judged)
+    return found.replaced(doubtful[better], again.at(np.flatnonzero(better)))
 
 
 def _running_at(begin: Running, rows: IntArray, found: Guided) -> Running:
@@ -368,7 +374,7 @@ def _reasons(given: _Given, running: Running, rows: IntArray) -> dict[int, str]:
 
 
 def _why_no_shift(given: _Given, running: Running, row: int) -> str:
-    """Reason why a lateral force has no balance, with the largest one that has."""
+    """Reason why a lateral force has no balance; the largest one is that under equal wheel loads."""
     wanted = float(given.controlled.lateral_force[row])
     many = np.full(_STRIDES, row)
     conditions = running.conditions(given.conditions).at(many)
@@ -393,9 +399,11 @@ def _why_no_shift(given: _Given, running: Running, row: int) -> str:
     forces = resultants(joined(patches), _STRIDES)
     largest = float((-direction * forces.force[:end]).max())
     unloaded = _unloaded_by(forces, given.controlled.at(many), 0)
-    if unloaded is None or largest < abs(wanted) < abs(unloaded[1]):
+    if unloaded is not None and not largest < abs(wanted) < abs(unloaded[1]):
+        return say("state.unloaded", side=unloaded[0], largest=unloaded[1])
+    if largest < abs(wanted):
         return say("state.flange", most=largest)
-    return say("state.unloaded", side=unloaded[0], largest=unloaded[1])
+    return say("state.unsettled")
 
 
 def _unloaded_by(forces: Resultants, controlled: Controlled, at: int) -> tuple[str, float] | None:
@@ -411,6 +419,6 @@ def _unloaded_by(forces: Resultants, controlled: Controlled, at: int) -> tuple[s
     ]
     loaded, unloaded = ([one, axle_load - one] for one in right)
     wheel = int(np.argmin(loaded))
-    if loaded[wheel] > _LEAST_LOAD * axle_load:
+    if loaded[wheel] > LEAST_LOAD * axle_load:
         return None
     return ("right", "left")[wheel], wanted * unloaded[wheel] / (unloaded[wheel] - loaded[wheel])
