@@ -66,7 +66,7 @@ _SHORTENED = 12  # times at most, so that no step is too long
 _FORETOLD = np.array([0.25, 0.5, 0.8])  # error of the linear equations over the residual
 _FACTOR = np.array([4.0, 2.0, 1.0, 0.25])  # of the length after it
 _WITHOUT_CONTACT = 0.1  # factor of the length where a wheel has none
-_MOST_STEPS, _GROWING = 80, 40  # steps, and those after which lengths do not grow: some circle a jump
+_MOST_STEPS, _GROWING = 120, 80  # steps, and those after which lengths do not grow: some circle a jump
 # Steps of shift and yaw in their units: those that are taken even if residuals rise, as wheelsets pass jumps
 # of the contact on their way, and between both sides of one; steps of all unknowns that end a search at one.
 _SHORT, _BRACKET, _SMALLEST = 0.1, 1e-2, 1e-4
