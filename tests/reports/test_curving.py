@@ -44,18 +44,19 @@ def test_the_report_is_what_its_table_says(reports, tmp_path):
 
 
 def test_every_combination_is_in_the_report_with_a_balance(committed):
-    """Within the target but for less than three, where contact forces jump."""
+    """Within the target with `standard`; with `fast` but for less than three, where forces jump."""
     usual = committed[committed["cant_deficiency_mm"] == DEFICIENCY]
     assert len(usual) == len(MODELS) * len(PAIRS) * len(VEHICLES) * len(RADII) == 2 * 512
     assert not committed.duplicated([*FREIGHT.names, "radius_m"]).any()
     assert not (committed["outcome"] == REFUSED).any()
     beyond = committed[(committed[list(TARGETED)] >= TARGET).any(axis=1)]
     assert len(beyond) < 3
+    assert (beyond["model"] == "fast").all()
     assert (beyond[list(TARGETED)] < ACCEPTED_AT_JUMP).all(axis=None)
 
 
 @pytest.mark.xfail(
-    strict=True, reason="measured 1.3e-4 of one axle by standard, 1.8e-3 of one by fast, target 1e-4"
+    strict=True, reason="measured 9.4e-4 of one axle at a jump of the contact by fast, target 1e-4"
 )
 def test_axles_at_a_jump_are_balanced_as_well(committed):
     assert (committed[list(TARGETED)] < TARGET).all(axis=None)
