@@ -23,7 +23,10 @@ def again():
 
 @pytest.mark.slow
 def test_sampled_cases_of_the_report(committed, again):
-    """Reference to 1e-4: half-spaces stop at 3e-5 of the pressure; errors are differences."""
+    """Reference to 1e-4: half-spaces stop at 3e-5 of the pressure; errors are differences.
+
+    Areas to 2e-4: cells at the edge carry next to nothing (1.2e-4 between two kinds of processor).
+    """
     rows = committed[committed["case"].isin(CASES)].reset_index(drop=True)
     assert list(again.columns) == list(rows.columns)
     exact = ["model", "case", "counterface_profile", "inclination"]
@@ -31,7 +34,8 @@ def test_sampled_cases_of_the_report(committed, again):
     np.testing.assert_array_equal(again["message"] != "", rows["message"] != "")
     for name in ("counterface_curvature", "shift", "yaw", "wheel_load", "friction", "area", "max_pressure",
                  "power", "slip_share", "patches"):  # fmt: skip
-        np.testing.assert_allclose(again[name], rows[name], rtol=1e-4, err_msg=name)
+        rtol = 2e-4 if name == "area" else 1e-4
+        np.testing.assert_allclose(again[name], rows[name], rtol=rtol, err_msg=name)
     for name in ERRORS:
         np.testing.assert_allclose(
             again[f"error_{name}"], rows[f"error_{name}"], rtol=0.0, atol=2e-4, err_msg=name
