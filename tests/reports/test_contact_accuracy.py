@@ -25,7 +25,8 @@ def again():
 def test_sampled_cases_of_the_report(committed, again):
     """Reference to 1e-4: half-spaces stop at 3e-5 of the pressure; errors are differences.
 
-    Areas to 2e-4: cells at the edge carry next to nothing (1.2e-4 between two kinds of processor).
+    Areas and shares of them to 2e-4: cells at the edge carry next to nothing (1.2e-4 and 1.1e-4 between two
+    kinds of processor).
     """
     rows = committed[committed["case"].isin(CASES)].reset_index(drop=True)
     assert list(again.columns) == list(rows.columns)
@@ -34,7 +35,7 @@ def test_sampled_cases_of_the_report(committed, again):
     np.testing.assert_array_equal(again["message"] != "", rows["message"] != "")
     for name in ("counterface_curvature", "shift", "yaw", "wheel_load", "friction", "area", "max_pressure",
                  "power", "slip_share", "patches"):  # fmt: skip
-        rtol = 2e-4 if name == "area" else 1e-4
+        rtol = 2e-4 if name in ("area", "slip_share") else 1e-4
         np.testing.assert_allclose(again[name], rows[name], rtol=rtol, err_msg=name)
     for name in ERRORS:
         np.testing.assert_allclose(
