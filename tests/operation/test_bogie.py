@@ -237,7 +237,7 @@ class Linear(Wheelsets):
         forces[:, 0, YAW_MOMENT] = turning * rolling
         return Contact(None, forces, rows)
 
-    def beside(self, unknown, now, rows):
+    def by_unknown(self, unknown, now, rows):
         moved = [unknown + step for step in np.diag(DIFFERENCES)]
         return [self.contact(one, rows, None) for one in moved]
 

@@ -301,11 +301,11 @@ def jumping(monkeypatch):
         forces[:, 0, LATERAL] = -force_with_jump(posed.shift)
         return Contact(None, forces, rows)
 
-    def beside(wheelsets, unknown, now, rows):
+    def by_unknown(wheelsets, unknown, now, rows):
         return [contact(wheelsets, unknown + step, rows, None) for step in np.diag(DIFFERENCES)]
 
     monkeypatch.setattr(Wheelsets, "contact", contact)
-    monkeypatch.setattr(Wheelsets, "beside", beside)
+    monkeypatch.setattr(Wheelsets, "by_unknown", by_unknown)
 
 
 def test_a_force_within_a_jump_is_the_mean_of_both_of_its_sides(jumping, bodies, models):

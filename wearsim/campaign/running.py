@@ -73,10 +73,9 @@ def begun_at(points: OperatingPoints, ends: Guided | None, models: ContactModels
 
     With a model whose wheels have several solutions it begins anew.
     """
-    if ends is None or points.controlled is None or NORMAL_MODELS[models.normal].several_solutions:
+    if ends is None or NORMAL_MODELS[models.normal].several_solutions:
         return points
-    load = points.controlled.guidance(points.conditions).axle_load
-    return replace(points, conditions=replace(points.conditions, nearby=ends.nearby(load)))
+    return replace(points, conditions=replace(points.conditions, nearby=ends.nearby))
 
 
 def with_help(error: ContactError, points: OperatingPoints, setup: Setup) -> ContactError:

@@ -89,8 +89,6 @@ class Guided:
         Largest residual over its tolerance, infinite without contact or with a wheel without load.
     load : (n, 2) array
         Vertical forces of both wheels that balance the roll [N].
-    force : (n, 2) array
-        Lateral force and yaw moment of the contact [N, N m].
     stiffness : (n,) array
         Change of the lateral force that guides the wheelset with its shift, all else but the yaw in balance,
         by the slopes at the end of the search, which are estimates [N/m].
@@ -107,7 +105,6 @@ class Guided:
     slope: FloatArray
     missing: FloatArray
     load: FloatArray
-    force: FloatArray
     stiffness: FloatArray
     at_jump: NDArray[np.bool_]
     share: FloatArray
@@ -125,16 +122,11 @@ class Guided:
             values[index] = getattr(other, name)
         return Guided(**whole)
 
-    def nearby(self, axle_load: FloatArray) -> FloatArray:
-        """Equilibria (n, 20) at the shifts and yaws found, for `ContactConditions`, under their wheel loads.
-
-        Parameters
-        ----------
-        axle_load : (n,) array
-            Of the guidance [N].
-        """
+    @property
+    def nearby(self) -> FloatArray:
+        """Equilibria (n, 20) at the shifts, yaws and wheel loads found, for `ContactConditions`."""
         unknown = self.unknown[:, :SHIFT].copy()
-        unknown[:, RIGHT:ROLL] += np.log(0.5 * axle_load[:, None] / self.load)
+        unknown[:, RIGHT:ROLL] += np.log(self.load.mean(axis=1, keepdims=True) / self.load)
         slope = self.slope[:, :SHIFT, :SHIFT].reshape(-1, SHIFT * SHIFT)
         return np.concatenate([unknown, slope], axis=1)
 
@@ -162,7 +154,6 @@ def none_guided(count: int) -> Guided:
         slope=np.full((count, UNKNOWNS, UNKNOWNS), np.nan),
         missing=nothing,
         load=np.full((count, 2), np.nan),
-        force=np.full((count, 2), np.nan),
         stiffness=nothing,
         at_jump=np.zeros(count, dtype=bool),
         share=nothing,
@@ -325,7 +316,7 @@ def _residuals(problem: Wheelsets, forces: FloatArray) -> FloatArray:
 def _slopes(problem: Wheelsets, now: _Trial, rows: NDArray[np.bool_]) -> FloatArray:
     """Differences (n, 6, 6) of the residuals of the contact of `rows` (n,) over those of the unknowns."""
     slopes = np.zeros((len(rows), UNKNOWNS, UNKNOWNS))
-    for column, there in enumerate(problem.beside(now.unknown, now.contact, rows)):
+    for column, there in enumerate(problem.by_unknown(now.unknown, now.contact, rows)):
         change = (_residuals(problem, there.forces) - now.of_contact) / DIFFERENCES[column]
         slopes[there.solved, :, column] = change[there.solved]
     return slopes
@@ -473,7 +464,6 @@ def _ended(
         slope=slopes,
         missing=np.where(unloaded | unloaded[guidance.partner], np.inf, missing),
         load=load,
-        force=main.contact.forces[:, :, [LATERAL, YAW_MOMENT]].sum(axis=1),
         stiffness=_stiffness(problem, slopes),
         at_jump=at_jump,
         share=np.where(two, share, np.nan),

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.contact.axle import RIGHT, ROLL, ROLL_UNIT, SPEED, SPEED_UNIT, resting
+from wearsim.contact.axle import RIGHT, ROLL, ROLL_UNIT, SPEED, read, resting, written
 from wearsim.contact.guidance import Guidance
 from wearsim.contact.loaded import displacements, loads_of, solved_wheels
 from wearsim.contact.normal import NORMAL_MODELS
@@ -97,16 +98,18 @@ class Wheelsets:
             roll=ROLL_UNIT * unknown[:, ROLL],
         )
 
+    @cached_property
+    def _even(self) -> ContactConditions:
+        """Conditions with half the axle load on each wheel, over which the unknowns of `axle` are taken."""
+        return replace(self.chunk, wheel_load=0.5 * self.guidance.axle_load)
+
     def speed(self, unknown: FloatArray) -> FloatArray:
         """Rotation speed (n,), negative when rolling forwards [rad/s]."""
-        if self.given is not None:
-            return self.given
-        return -self.chunk.speed / self.task.wheelset.radius * (1.0 + SPEED_UNIT * unknown[:, SPEED])
+        return read(self.task, self._even, unknown)[0] if self.given is None else self.given
 
     def loads(self, unknown: FloatArray) -> FloatArray:
         """Return the loads L (n, 2) [N]."""
-        loads: FloatArray = 0.5 * self.guidance.axle_load[:, None] * np.exp(unknown[:, RIGHT:ROLL])
-        return loads
+        return read(self.task, self._even, unknown)[1]
 
     def position(self, unknown: FloatArray) -> FloatArray:
         """Lateral position of the axle and yaw (n, 2) [m, rad]."""
@@ -123,16 +126,8 @@ class Wheelsets:
         load : (n, 2) array
             Loads L [N].
         """
-        slower = speed * -self.task.wheelset.radius / self.chunk.speed - 1.0
-        return np.column_stack(
-            [
-                slower / SPEED_UNIT,
-                np.log(load / (0.5 * self.guidance.axle_load[:, None])),
-                roll / ROLL_UNIT,
-                self.chunk.shift / SHIFT_UNIT,
-                self.chunk.yaw / YAW_UNIT,
-            ]
-        )
+        shift, yaw = self.chunk.shift / SHIFT_UNIT, self.chunk.yaw / YAW_UNIT
+        return np.column_stack([written(self.task, self._even, speed, load, roll), shift, yaw])
 
     def tolerances(self, tolerance: float) -> FloatArray:
         """Tolerances (n, 6) of the residuals, with that of forces over the axle load."""
@@ -171,8 +166,8 @@ class Wheelsets:
                 solved[[error.row, *error.rows]] = False
         return Contact(None, np.zeros((len(unknown), 2, 6)), solved)
 
-    def beside(self, unknown: FloatArray, now: Contact, rows: NDArray[np.bool_]) -> list[Contact]:
-        """Contact of wheelsets `rows` (n,) beside a state (n, 6), by each unknown in turn.
+    def by_unknown(self, unknown: FloatArray, now: Contact, rows: NDArray[np.bool_]) -> list[Contact]:
+        """Contact of wheelsets `rows` (n,) at `DIFFERENCES` from a state (n, 6), of each unknown in turn.
 
         Unknowns that none of them is searched for are left as they are.
         """

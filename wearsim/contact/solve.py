@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import TypeVar
@@ -63,6 +63,7 @@ CHUNK = 256  # operating points per task at most, whatever the number of threads
 np.empty(2**22 - 2**13)
 
 Result = TypeVar("Result")
+Chunk = TypeVar("Chunk")
 
 
 def solve(
@@ -169,8 +170,7 @@ def solve_each(
     rail = _rails_of(conditions)
     tasks = _tasks(rail, wheelset, counterface, models, sides=sides, vertical=vertical, fields=fields)
     # chunks of points on the same rails
-    of_models = NORMAL_MODELS[models.normal].chunk, TANGENTIAL_MODELS[models.tangential].chunk
-    size = min(CHUNK, *of_models)
+    size = _largest_chunk(models)
     starts = sorted({*range(0, max(count, 1), size), *(np.flatnonzero(np.diff(rail)) + 1).tolist()})
     ends = dict(zip(starts, [*starts[1:], count], strict=True))
 
@@ -188,10 +188,20 @@ def solve_each(
                 index = index[~np.isin(index, error.rows)]
         return each(solution)
 
-    if threads > 1 and len(starts) > 1:
+    return _on_threads(part, starts, threads)
+
+
+def _on_threads(solved: Callable[[Chunk], Result], chunks: Sequence[Chunk], threads: int) -> list[Result]:
+    """Solve chunks on threads, in their order."""
+    if threads > 1 and len(chunks) > 1:
         with ThreadPoolExecutor(threads) as pool:
-            return list(pool.map(part, starts))
-    return [part(start) for start in starts]
+            return list(pool.map(solved, chunks))
+    return [solved(chunk) for chunk in chunks]
+
+
+def _largest_chunk(models: ContactModels) -> int:
+    """Return how many points are solved together with some models, at most."""
+    return min(CHUNK, NORMAL_MODELS[models.normal].chunk, TANGENTIAL_MODELS[models.tangential].chunk)
 
 
 def _rails_of(conditions: ContactConditions) -> IntArray:
@@ -266,8 +276,7 @@ def solve_guided(
     """
     rail = _rails_of(conditions)
     tasks = _tasks(rail, wheelset, counterface, models, fields="work")
-    of_models = NORMAL_MODELS[models.normal].chunk, TANGENTIAL_MODELS[models.tangential].chunk
-    chunks = _chunks_with_partners(rail, guidance.partner, max(2, min(CHUNK, *of_models)))
+    chunks = _chunks_with_partners(rail, guidance.partner, max(2, _largest_chunk(models)))
 
     def part(index: IntArray) -> Guided:
         task, chunk = tasks[int(rail[index[0]])], conditions.at(index)
@@ -279,12 +288,9 @@ def solve_guided(
         known = slope if np.isfinite(slope).all() else None
         return balanced(problem, nearby.unknown[index], tolerance, known, near=True)
 
-    if threads > 1 and len(chunks) > 1:
-        with ThreadPoolExecutor(threads) as pool:
-            parts = list(pool.map(part, chunks))
-    else:
-        parts = [part(index) for index in chunks]
-    whole: Guided = joined(parts, np.argsort(np.concatenate(chunks), kind="stable"))
+    whole: Guided = joined(
+        _on_threads(part, chunks, threads), np.argsort(np.concatenate(chunks), kind="stable")
+    )
     return whole
 
 

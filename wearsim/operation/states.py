@@ -91,19 +91,40 @@ class Running:
             beyond = replace(beyond, shift=beyond.shift + moved[beyond.point])
         return replace(self, shift=self.shift + moved, beyond=beyond)
 
-    def replaced(self, rows: IntArray, other: Running) -> Running:
-        """Return this with points `rows` (k,) where they run in another one, on one side of any jump."""
+    def moved(
+        self,
+        rows: IntArray,
+        *,
+        shift: FloatArray,
+        load: FloatArray,
+        stiffness: FloatArray,
+        yaw: FloatArray,
+        roll: FloatArray,
+    ) -> Running:
+        """Return this with points `rows` (k,) in other places, on one side of any jump."""
         beyond = self.beyond
         if beyond is not None:
-            beyond = joined([beyond], np.flatnonzero(~np.isin(beyond.point, rows)))
+            stays = np.flatnonzero(~np.isin(beyond.point, rows))
+            beyond = joined([beyond], stays) if stays.size else None
         return replace(
             self,
-            shift=_with(self.shift, rows, other.shift[rows]),
-            load=_with(self.load, rows, other.load[rows]),
-            stiffness=_with(self.stiffness, rows, other.stiffness[rows]),
-            yaw=_with(self.yaw, rows, other.yaw[rows]),
-            roll=_with(self.roll, rows, other.roll[rows]) if self.roll.size else self.roll,
+            shift=_with(self.shift, rows, shift),
+            load=_with(self.load, rows, load),
+            stiffness=_with(self.stiffness, rows, stiffness),
+            yaw=_with(self.yaw, rows, yaw),
+            roll=_with(self.roll, rows, roll) if self.roll.size else self.roll,
             beyond=beyond,
+        )
+
+    def replaced(self, rows: IntArray, other: Running) -> Running:
+        """Return this with points `rows` (k,) where they run in another one, on one side of any jump."""
+        return self.moved(
+            rows,
+            shift=other.shift[rows],
+            load=other.load[rows],
+            stiffness=other.stiffness[rows],
+            yaw=other.yaw[rows],
+            roll=other.roll[rows] if other.roll.size else other.roll,
         )
 
     def conditions(self, conditions: ContactConditions) -> ContactConditions:
@@ -200,11 +221,12 @@ def settle_nearby(
     StateError
         As in `settle`.
     """
-    moves = controlled.guidance(conditions).free[:, 0]
+    guidance = controlled.guidance(conditions)
+    moves = guidance.free[:, 0]
     if moves.any():
         depth = np.zeros(moves.size) if conditions.shift_depth is None else conditions.shift_depth
         conditions = replace(conditions, shift_depth=np.where(moves, bodies[0].radius, depth))
-    given = _Given(conditions, controlled, *bodies, models, threads)
+    given = _Given(conditions, controlled, guidance, *bodies, models, threads)
     acts = controlled.any if stage is None else controlled.any & (stage | controlled.on_bogies)
     tolerance = TOLERANCE if stage is None else ACCEPTED
     middle = _in_the_middle(given)
@@ -227,6 +249,7 @@ class _Given:
 
     conditions: ContactConditions
     controlled: Controlled
+    guidance: Guidance  # what is controlled, as forces
     wheelset: Wheelset
     counterface: Counterface
     models: ContactModels
@@ -235,8 +258,7 @@ class _Given:
 
 def _in_the_middle(given: _Given) -> Running:
     """Wheelsets in the middle of the track where forces decide, and as given elsewhere."""
-    conditions = given.conditions
-    guidance = given.controlled.guidance(conditions)
+    conditions, guidance = given.conditions, given.guidance
     half = 0.5 * np.repeat(guidance.axle_load[:, None], 2, axis=1)
     load = np.where(np.isfinite(guidance.wheel_load), guidance.wheel_load, half)
     shift = np.where(guidance.free[:, 0], 0.0, conditions.shift)
@@ -248,7 +270,7 @@ def _in_the_middle(given: _Given) -> Running:
 
 def _where_it_ran(start: Running, given: _Given, middle: Running) -> Running:
     """Wheelsets where they ran before if forces decide it, and as given elsewhere."""
-    guidance = given.controlled.guidance(given.conditions)
+    guidance = given.guidance
     shared = np.isnan(guidance.wheel_load)
     ran = replace(
         middle,
@@ -281,7 +303,7 @@ def _settled(
     asked = rows if nearby is None else rows[np.isfinite(nearby.missing[rows])]
     if not asked.size:
         return begin, rows, ends
-    guidance = given.controlled.guidance(given.conditions).at(asked)
+    guidance = given.guidance.at(asked)
     here = begin.conditions(given.conditions).at(asked)
     known = None if nearby is None else nearby.at(asked)
     found = _found(given, here, guidance, tolerance, near, known)
@@ -310,13 +332,16 @@ def _found(
     # slopes by differences say whether the balance is unstable
     there = replace(found.at(doubtful), slope=np.full((doubtful.size, UNKNOWNS, UNKNOWNS), np.nan))
     judged = solve_guided(here.at(doubtful), own, *bodies, tolerance, nearby=there, threads=given.threads)
-    unstable = judged.stiffness <= 0.0
-    push = np.where(own.force[:, 0] < 0.0, -_PUSH, _PUSH)
-    off = replace(here.at(doubtful), shift=judged.shift + np.where(unstable, push, 0.0))
-    again = solve_guided(off, own, *bodies, tolerance, threads=given.threads)
-    better = unstable & (again.missing * tolerance <= ACCEPTED)
     found = found.replaced(doubtful, judged)
-    return found.replaced(doubtful[better], again.at(np.flatnonzero(better)))
+    unstable = np.flatnonzero(judged.stiffness <= 0.0)
+    if not unstable.size:
+        return found
+    pushed, own = doubtful[unstable], own.at(unstable)
+    push = np.where(own.force[:, 0] < 0.0, -_PUSH, _PUSH)
+    off = replace(here.at(pushed), shift=judged.shift[unstable] + push)
+    again = solve_guided(off, own, *bodies, tolerance, threads=given.threads)
+    better = np.flatnonzero(again.missing * tolerance <= ACCEPTED)
+    return found.replaced(pushed[better], again.at(better))
 
 
 def _running_at(begin: Running, rows: IntArray, found: Guided) -> Running:
@@ -328,27 +353,26 @@ def _running_at(begin: Running, rows: IntArray, found: Guided) -> Running:
     # the main state is the one further left
     swapped = two & (found.other_shift < found.shift)
     main = other_alone | swapped
-    shift = np.where(main, found.other_shift, found.shift)
-    load = np.where(main[:, None], found.other_load, found.load)
-    running = replace(
-        begin,
-        shift=_with(begin.shift, rows, shift),
-        load=_with(begin.load, rows, load),
-        stiffness=_with(begin.stiffness, rows, found.stiffness),
-        yaw=_with(begin.yaw, rows, found.yaw),
-        roll=_with(begin.roll, rows, found.roll) if begin.roll.size else begin.roll,
+    running = begin.moved(
+        rows,
+        shift=np.where(main, found.other_shift, found.shift),
+        load=np.where(main[:, None], found.other_load, found.load),
+        stiffness=found.stiffness,
+        yaw=found.yaw,
+        roll=found.roll,
     )
+    if not two.any():
+        return running
     past = BeyondJump(
         rows[two],
         np.where(swapped, found.shift, found.other_shift)[two],
         np.where(swapped[:, None], found.load, found.other_load)[two],
         np.where(swapped, 1.0 - share, share)[two],
     )
-    if begin.beyond is not None:
-        kept = ~np.isin(begin.beyond.point, rows)
-        stays = joined([begin.beyond], np.flatnonzero(kept))
-        past = joined([stays, past], np.argsort(np.concatenate([stays.point, past.point]), kind="stable"))
-    return replace(running, beyond=past if past.point.size else None)
+    if running.beyond is not None:
+        points = np.concatenate([running.beyond.point, past.point])
+        past = joined([running.beyond, past], np.argsort(points, kind="stable"))
+    return replace(running, beyond=past)
 
 
 def _with(values: FloatArray, rows: IntArray, new: FloatArray) -> FloatArray:
@@ -398,7 +422,7 @@ def _why_no_shift(given: _Given, running: Running, row: int) -> str:
         return say("state.unsettled")
     forces = resultants(joined(patches), _STRIDES)
     largest = float((-direction * forces.force[:end]).max())
-    unloaded = _unloaded_by(forces, given.controlled.at(many), 0)
+    unloaded = _unloaded_by(forces, given.guidance.at(np.array([row])))
     if unloaded is not None and not largest < abs(wanted) < abs(unloaded[1]):
         return say("state.unloaded", side=unloaded[0], largest=unloaded[1])
     if largest < abs(wanted):
@@ -406,19 +430,23 @@ def _why_no_shift(given: _Given, running: Running, row: int) -> str:
     return say("state.unsettled")
 
 
-def _unloaded_by(forces: Resultants, controlled: Controlled, at: int) -> tuple[str, float] | None:
-    """Wheel that the force unloads with the levers of a place, and the largest force; None if none."""
-    axle_load, wanted = float(controlled.axle_load[at]), float(controlled.lateral_force[at])
-    if not np.isfinite(axle_load):
+def _unloaded_by(forces: Resultants, guidance: Guidance) -> tuple[str, float] | None:
+    """Wheel that the force on a wheelset unloads, with the levers of the first of some places.
+
+    And the largest force; None if no wheel is, or their loads are given.
+    """
+    if np.isfinite(guidance.wheel_load).all():
         return None
-    height = float(forces.height[at])
-    lever = (forces.roll_moment[at] - height * forces.lateral[at]) / forces.vertical[at]
-    right = [
-        (float(controlled.box_moment[at]) + height * force - lever[1] * axle_load) / (lever[0] - lever[1])
+    wanted, height = guidance.force[:, 0], forces.height[:1]
+    held = forces.roll_moment[:1] - height * forces.lateral[:1]
+    loaded, unloaded = (
+        replace(guidance, box_moment=guidance.box_moment + height * force).wheel_loads(
+            forces.vertical[:1], held
+        )[0]
         for force in (wanted, 0.0)
-    ]
-    loaded, unloaded = ([one, axle_load - one] for one in right)
+    )
     wheel = int(np.argmin(loaded))
-    if loaded[wheel] > LEAST_LOAD * axle_load:
+    if loaded[wheel] > LEAST_LOAD * guidance.axle_load[0]:
         return None
-    return ("right", "left")[wheel], wanted * unloaded[wheel] / (unloaded[wheel] - loaded[wheel])
+    largest = wanted[0] * unloaded[wheel] / (unloaded[wheel] - loaded[wheel])
+    return ("right", "left")[wheel], float(largest)
