@@ -11,7 +11,7 @@ from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.row import summarise
 from wearsim.campaign.running import row_running
 from wearsim.campaign.state import State, flattened, rebuilt
-from wearsim.contact.guided_wheelsets import Wheelsets
+from wearsim.contact.axle import Wheelsets
 from wearsim.operation import states
 from wearsim.operation.points import where_it_runs
 from wearsim.operation.states import TOLERANCE, BeyondJump
@@ -180,10 +180,10 @@ def worn_by_force():
     """Rows of the shipped scene to 700 km, and contacts of a wheelset solved in each search."""
     contact, settle, searches = Wheelsets.contact, running_of_states.settle_nearby, []
 
-    def counting(wheelsets, unknown, rows, start):
-        if searches:  # not yet while the scene is built
+    def counting(wheelsets, unknown, rows, near):
+        if searches and not (wheelsets.coarse or wheelsets.placed.all()):  # not while the scene is built
             searches[-1].append(rows.sum())
-        return contact(wheelsets, unknown, rows, start)
+        return contact(wheelsets, unknown, rows, near)
 
     def settled_and_counted(*given, **options):
         searches.append([])

@@ -11,9 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from wearsim.contact.guided import ACCEPTED, AT_JUMP, balanced
-from wearsim.contact.guided_wheelsets import (
-    DIFFERENCES,
+from wearsim.contact.axle import (
     LATERAL,
     ROLL_MOMENT,
     VERTICAL,
@@ -21,6 +19,7 @@ from wearsim.contact.guided_wheelsets import (
     Contact,
     Wheelsets,
 )
+from wearsim.contact.balance import ACCEPTED, AT_JUMP, balanced
 from wearsim.contact.problem import ContactModels
 from wearsim.contact.solve import ContactConditions, Counterface, Wheelset, solve
 from wearsim.contact.wheels import Task
@@ -226,7 +225,7 @@ class Linear(Wheelsets):
     def wanted(self):
         return np.repeat([[False] * 4 + [True] * 2], len(self.chunk.shift), axis=0)
 
-    def contact(self, unknown, rows, start):
+    def contact(self, unknown, rows, near):
         shift, yaw = self.position(unknown).T
         turning = -2.0 * self.creep * self.half
         rolling = self.conicity / self.radius * shift + self.half * self.chunk.track_curvature
@@ -235,11 +234,12 @@ class Linear(Wheelsets):
         forces[:, :, ROLL_MOMENT] = forces[:, :, VERTICAL] * [0.75, -0.75]
         forces[:, 0, LATERAL] = 2.0 * self.creep * yaw
         forces[:, 0, YAW_MOMENT] = turning * rolling
-        return Contact(None, forces, rows)
+        return Contact(None, forces, rows, np.zeros((rows.size, 3)), np.ones((rows.size, 2)))
 
-    def by_unknown(self, unknown, now, rows):
-        moved = [unknown + step for step in np.diag(DIFFERENCES)]
-        return [self.contact(one, rows, None) for one in moved]
+    def slopes(self, unknown, now, rows):
+        still = self.residuals(now.forces)
+        moved = [self.contact(unknown + step, rows, None) for step in np.eye(6)]
+        return np.stack([self.residuals(there.forces) - still for there in moved], axis=2)
 
 
 def linear_state(vehicle, curvature):

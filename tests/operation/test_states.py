@@ -11,9 +11,7 @@ import numpy as np
 import pytest
 from worn_wheels import worn_wheels
 
-from wearsim.contact.guided import ACCEPTED
-from wearsim.contact.guided_wheelsets import (
-    DIFFERENCES,
+from wearsim.contact.axle import (
     DISPLACEMENT,
     LATERAL,
     ROLL_MOMENT,
@@ -22,6 +20,7 @@ from wearsim.contact.guided_wheelsets import (
     Contact,
     Wheelsets,
 )
+from wearsim.contact.balance import ACCEPTED
 from wearsim.contact.solve import ContactConditions, ContactModels, Counterface, Wheelset, solve
 from wearsim.errors import ContactError
 from wearsim.operation import states
@@ -50,9 +49,10 @@ def solutions(monkeypatch):
     counted = np.zeros(8, dtype=int)
     contact = Wheelsets.contact
 
-    def counting(wheelsets, unknown, rows, start):
-        counted[: rows.size] += rows
-        return contact(wheelsets, unknown, rows, start)
+    def counting(wheelsets, unknown, rows, near):
+        if not wheelsets.coarse:
+            counted[: rows.size] += rows
+        return contact(wheelsets, unknown, rows, near)
 
     monkeypatch.setattr(Wheelsets, "contact", counting)
     return counted
@@ -287,11 +287,18 @@ def force_with_jump(shift):
     return 5e8 * (shift - PLACE) + np.where(shift > PLACE, JUMP, 0.0)
 
 
+def differences(contact, wheelsets, unknown):
+    """Slopes (n, 6, 6) of residuals over a thousandth of each unknown."""
+    still = wheelsets.residuals(contact(unknown).forces)
+    moved = [wheelsets.residuals(contact(unknown + step).forces) for step in 1e-3 * np.eye(6)]
+    return np.stack([(there - still) / 1e-3 for there in moved], axis=2)
+
+
 @pytest.fixture
 def jumping(monkeypatch):
     """Wheelsets whose lateral force rises by 5e8 N/m and jumps by 4 kN at a shift, all else being smooth."""
 
-    def contact(wheelsets, unknown, rows, start):
+    def contact(wheelsets, unknown, rows, near):
         posed = wheelsets.conditions(unknown)
         forces = np.zeros((len(unknown), 2, 6))
         forces[:, 0, TORQUE] = 1e3 * unknown[:, 0]
@@ -299,13 +306,13 @@ def jumping(monkeypatch):
         forces[:, :, ROLL_MOMENT] = forces[:, :, VERTICAL] * [0.75, -0.75]
         forces[:, 0, DISPLACEMENT] = 1.5 * posed.roll
         forces[:, 0, LATERAL] = -force_with_jump(posed.shift)
-        return Contact(None, forces, rows)
+        return Contact(None, forces, rows, np.zeros((rows.size, 3)), np.ones((rows.size, 2)))
 
-    def by_unknown(wheelsets, unknown, now, rows):
-        return [contact(wheelsets, unknown + step, rows, None) for step in np.diag(DIFFERENCES)]
+    def slopes(wheelsets, unknown, now, rows):
+        return differences(lambda there: contact(wheelsets, there, rows, None), wheelsets, unknown)
 
     monkeypatch.setattr(Wheelsets, "contact", contact)
-    monkeypatch.setattr(Wheelsets, "by_unknown", by_unknown)
+    monkeypatch.setattr(Wheelsets, "slopes", slopes)
 
 
 def test_a_force_within_a_jump_is_the_mean_of_both_of_its_sides(jumping, bodies, models):

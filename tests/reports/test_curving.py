@@ -19,7 +19,7 @@ from curving import (
     VEHICLES,
 )
 
-from wearsim.contact.guided import AT_JUMP as ACCEPTED_AT_JUMP
+from wearsim.contact.balance import AT_JUMP as ACCEPTED_AT_JUMP
 
 FREIGHT = next(one for one in GROUPS if one.vehicle == "freight_wagon" and one.model == "fast")
 

@@ -11,7 +11,7 @@ from wearsim.campaign.evaluate import Evaluation, Setup, accumulate, rate
 from wearsim.campaign.left_out import Failed
 from wearsim.campaign.passage import Passage
 from wearsim.campaign.state import State, WearRate
-from wearsim.contact.guided import Guided
+from wearsim.contact.balance import Guided
 from wearsim.contact.patch import FloatArray
 from wearsim.operation.points import OperatingPoints
 from wearsim.operation.states import Running

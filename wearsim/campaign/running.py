@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from wearsim.campaign.evaluate import Setup, forces_of, worn_bodies
 from wearsim.campaign.passage import Passage
 from wearsim.campaign.state import PatchWear, State
-from wearsim.contact.guided import Guided
+from wearsim.contact.balance import Guided
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.problem import ContactModels

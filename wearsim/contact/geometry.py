@@ -9,7 +9,7 @@ points form the wheel's contact line, and the gap is the distance of it from the
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import NamedTuple
 
@@ -137,6 +137,10 @@ class Gap:
     def lowest(self) -> FloatArray:
         """Smallest gap of each row (n,) [m]."""
         return np.asarray(self.gap.min(axis=1))
+
+    def copy(self) -> Gap:
+        """Return the same gap in arrays of its own."""
+        return replace(self, **{name: getattr(self, name).copy() for name in _Nearest._fields})
 
 
 def _open_curve(profile: Profile, spacing: float, start: int) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -56,6 +56,18 @@ class Guidance:
             place[self.partner[index]],
         )
 
+    def alone(self, index: IntArray) -> Guidance:
+        """Return the wheelsets at `index`, each without its partner."""
+        return Guidance(
+            self.axle_load[index],
+            self.wheel_load[index],
+            self.box_moment[index],
+            self.free[index],
+            self.force[index],
+            self.slope[index],
+            np.arange(index.size),
+        )
+
     def forces(self, position: FloatArray) -> FloatArray:
         """Lateral force and yaw moment (n, 2) at lateral positions and yaws (n, 2) [m, rad -> N, N m]."""
         both = np.concatenate([position, position[self.partner]], axis=1)
@@ -76,3 +88,17 @@ class Guidance:
         right = (self.box_moment - lever[:, 1] * self.axle_load) / apart
         both = np.stack([right, self.axle_load - right], axis=1)
         return np.where(np.isfinite(self.wheel_load), self.wheel_load, both)
+
+
+def in_given_place(load: FloatArray) -> Guidance:
+    """Return what wheelsets carry in a given place, with vertical loads (n, 2) of both wheels [N]."""
+    count = len(load)
+    return Guidance(
+        axle_load=load.sum(axis=1),
+        wheel_load=load,
+        box_moment=np.zeros(count),
+        free=np.zeros((count, 2), dtype=bool),
+        force=np.zeros((count, 2)),
+        slope=np.zeros((count, 2, 4)),
+        partner=np.arange(count),
+    )

@@ -24,9 +24,9 @@ PAIRS: Mapping[str, tuple[str, str]] = {
 }
 """Normal and tangential model of each name of a pair, as [contact] and commands take it."""
 
-UNKNOWNS = 4
-"""Of the equilibrium of a wheelset: rotation speed, loads of both wheels, roll."""
-NEARBY = UNKNOWNS + UNKNOWNS**2
+PLACED = 4
+"""Unknowns of the equilibrium of a wheelset in a given place: rotation speed, loads of both wheels, roll."""
+NEARBY = PLACED + PLACED**2
 """Numbers of a point that say where it begins nearby, see `ContactPatches.nearby`."""
 
 

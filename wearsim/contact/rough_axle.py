@@ -11,18 +11,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.contact.axle import (
-    Balanced,
-    Begin,
-    newton_step,
-    residuals,
-    slopes_by_differences,
-    written,
-)
+from wearsim.contact.axle import Contact, Wheelsets
+from wearsim.contact.balance import placed_step
 from wearsim.contact.equilibrium import balanced_rotation, resting_roll
 from wearsim.contact.loaded import lifted, loads_of, renewed, solved_wheels
 from wearsim.contact.patch import FloatArray
-from wearsim.contact.problem import UNKNOWNS, ContactConditions
+from wearsim.contact.problem import ContactConditions
 from wearsim.contact.tangential import fastsim
 from wearsim.contact.wheels import (
     Forces,
@@ -45,26 +39,22 @@ _FAR = 0.2  # change of the logarithm of a load beyond which coarse patches are 
 _NEAR_REST = 1e-6  # m, between the wheels' displacements with coarse patches and without creep forces
 
 
-def begun_with_coarse_patches(
-    task: Task, chunk: ContactConditions, groups: list[Balanced], given: FloatArray | None
-) -> list[Begin]:
-    """Where the search for the equilibrium of each group of sides begins.
+def begun_with_coarse_patches(problem: Wheelsets) -> tuple[FloatArray, FloatArray, Contact]:
+    """Where the search for the equilibrium of wheelsets begins.
 
     Parameters
     ----------
-    task : Task
-        Wheelset, counterface and models.
-    chunk : ContactConditions
-        n operating points.
-    groups : list of Balanced
-        As of `balanced_together`.
-    given : (n,) array, optional
-        Rotation speed, negative when rolling forwards [rad/s]; None: free.
+    problem : Wheelsets
+        n wheelsets, at the shifts and yaws of their conditions.
 
     Returns
     -------
-    list of Begin
-        With coarse patches.
+    unknown : (n, 6) array
+        Near the balance of torque, loads and heights.
+    slopes : (n, 6, 6) array
+        Of the residuals.
+    contact : Contact
+        Of coarse patches, to begin with.
 
     Raises
     ------
@@ -73,13 +63,19 @@ def begun_with_coarse_patches(
     NumericalError
         If no rotation speed balances the torque.
     """
+    task, chunk = problem.task, problem.chunk
     if chunk.free_roll and chunk.shift.size > 0:
-        resting = _near_rest(task, chunk)
-        return [_bracketed(task, chunk, group, resting, given) for group in groups]
-    return [
-        _bracketed(task, chunk, group, tuple(side_of(task, number, chunk) for number in group.sides), given)
-        for group in groups
-    ]
+        sides = _near_rest(task, chunk)
+    else:
+        sides = tuple(side_of(task, number, chunk) for number in problem.sides)
+    speed, load, wheels = _bracketed(task, chunk, sides, problem.given)
+    coarse, every = replace(problem, coarse=True), np.ones(problem.count, dtype=bool)
+    unknown = coarse.unknown(speed, load, sides[0].sign * sides[0].pose.roll)
+    still = tuple(replace(side, rough=None) for side in sides)
+    contact = coarse.of_wheels(unknown, wheels, still)
+    slopes = coarse.slopes(unknown, contact, every)
+    unknown = unknown + placed_step(coarse, slopes, coarse.residuals(contact.forces))
+    return unknown, slopes, contact.to_begin_with()
 
 
 def _near_rest(task: Task, chunk: ContactConditions) -> tuple[Side, ...]:
@@ -118,20 +114,19 @@ def _near_rest(task: Task, chunk: ContactConditions) -> tuple[Side, ...]:
 def _bracketed(
     task: Task,
     chunk: ContactConditions,
-    group: Balanced,
     sides: tuple[Side, ...],
     given: FloatArray | None,
-) -> Begin:
-    """Unknowns near equilibrium, slopes of the residuals, and the coarse patches they are of."""
+) -> tuple[FloatArray, FloatArray, Wheels]:
+    """Rotation speed (n,) and loads (n, 2) near equilibrium, and the coarse patches under them."""
     count = chunk.shift.size
     wheel_load = chunk.loads.copy()
     load = tried = wheel_load
     here = np.zeros((count, 2), bool)
-    here[:, list(group.sides)] = True
+    here[:, [side.number for side in sides]] = True
     rough = solved_wheels(task, chunk, sides, load, here, rough=True)
     speed = -chunk.speed / task.wheelset.radius if given is None else given
     low, high = np.full((count, 2), -np.inf), np.full((count, 2), np.inf)
-    asked = open_rows = np.ones(count, bool)
+    open_rows = np.ones(count, bool)
     far = here & task.vertical
     for _ in range(_MOST_LOADS):
         again = here & open_rows[:, None] & (np.abs(np.log(load / loads_of(rough, count))) > _FAR)
@@ -156,22 +151,10 @@ def _bracketed(
             rows = np.flatnonzero(locked.any(axis=1)).tolist()
             reason = "no normal force up to ten times the wheel load balances it"
             raise lifted(near, rows[0], int(np.argmax(locked[rows[0]])), reason, rows)
-        asked = open_rows
         open_rows = np.asarray((now & (np.abs(excess) > _NEAR)).any(axis=1))
         if not open_rows.any():
             break
-    if not asked.all():  # the last forces are of the points alone that took longest
-        near = stretched(rough, tried)
-        forces = forces_of(task, near, speed, fastsim.MODEL)
-    columns, roll = group.columns, sides[0].sign * sides[0].pose.roll
-    slope = slopes_by_differences(task, chunk, sides, near, forces, fastsim.MODEL, speed, columns, rough=True)
-    unknown = written(task, chunk, speed, tried, roll)
-    missed = residuals(task, chunk, near, forces, columns)
-    unknown[:, columns] += newton_step(slope, missed, columns)
-    slopes = np.tile(np.eye(UNKNOWNS), (count, 1, 1))
-    block = np.array(columns, dtype=np.int64)
-    slopes[:, block[:, None], block] = slope
-    return Begin(unknown, slopes, sides, rough)
+    return speed, tried, stretched(rough, tried)
 
 
 def _turning(

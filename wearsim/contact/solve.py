@@ -11,16 +11,15 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.contact.axle import RIGHT, ROLL, Balanced, Begin, balanced_together, read, settled
+from wearsim.contact.axle import UNKNOWNS, Wheelsets
+from wearsim.contact.balance import Guided, Settled, balanced, nearby_of, settled
 from wearsim.contact.equilibrium import rotation_without_creepage
-from wearsim.contact.guidance import Guidance
-from wearsim.contact.guided import Guided, balanced
-from wearsim.contact.guided_wheelsets import Wheelsets
+from wearsim.contact.guidance import Guidance, in_given_place
 from wearsim.contact.kernel import leaf_kernel, plain
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.patch import FloatArray, IntArray, SurfaceFields, mean_over_planes
 from wearsim.contact.problem import (
-    UNKNOWNS,
+    PLACED,
     ContactConditions,
     ContactModels,
     ContactSolution,
@@ -33,18 +32,18 @@ from wearsim.contact.track_forces import track_forces
 from wearsim.contact.wheels import (
     Task,
     Wheels,
+    by_point,
+    contact_joined,
     contact_where,
     height,
     joined,
     patches_where,
     planes_of,
-    side_of,
 )
 from wearsim.errors import ContactError
 
 __all__ = [
     "CHUNK",
-    "Begin",
     "ContactConditions",
     "ContactModels",
     "ContactSolution",
@@ -319,39 +318,38 @@ def _guided_anew(
 ) -> Guided:
     """Search from coarse patches where the wheelsets are; one without contact there begins in the middle."""
     speed = _given_speed(task, chunk, index)
-    unknown, begun = _coarse_unknown(task, chunk, speed)
+    unknown, slopes, begun = _begun(Wheelsets(task, chunk, guidance, speed))
     if not begun.all():
         middle = np.where(begun | ~guidance.free[:, 0], chunk.shift, 0.0)
         chunk = replace(chunk, shift=middle)
         rest = np.flatnonzero(~begun)
-        unknown[rest], _ = _coarse_unknown(task, chunk.at(rest), None if speed is None else speed[rest])
-    turning, load, roll = read(task, chunk, unknown)
-    roll = roll if chunk.free_roll else chunk.roll
-    problem = Wheelsets(task, chunk, guidance, speed)
-    return balanced(problem, problem.unknown(turning, load, roll), tolerance, near=near)
+        of_rest = Wheelsets(task, chunk.at(rest), guidance.at(rest), None if speed is None else speed[rest])
+        unknown[rest], slopes[rest], _ = _begun(of_rest)
+    return balanced(Wheelsets(task, chunk, guidance, speed), unknown, tolerance, slopes, near=near)
 
 
-def _coarse_unknown(
-    task: Task, chunk: ContactConditions, speed: FloatArray | None
-) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Unknowns (n, 4) of coarse patches in equilibrium, and which points (n,) have them; 0 elsewhere."""
-    unknown = np.zeros((chunk.shift.size, UNKNOWNS))
-    begun = np.ones(chunk.shift.size, dtype=bool)
+def _begun(problem: Wheelsets) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+    """Unknowns (n, 6) and slopes (n, 6, 6) of coarse patches, 0 without any, and who (n,) has some."""
+    chunk, speed = problem.chunk, problem.given
+    unknown = np.zeros((problem.count, UNKNOWNS))
+    slopes = np.zeros((problem.count, UNKNOWNS, UNKNOWNS))
+    begun = np.ones(problem.count, dtype=bool)
     while begun.any():
         rows = np.flatnonzero(begun)
-        part, given = chunk.at(rows), None if speed is None else speed[rows]
+        part = Wheelsets(
+            problem.task,
+            chunk.at(rows),
+            problem.guidance.alone(rows),
+            None if speed is None else speed[rows],
+        )
         try:
-            groups = balanced_together(task, part, (0, 1), given)
-            start = begun_with_coarse_patches(task, part, groups, given)
+            unknown[rows], slopes[rows], _ = begun_with_coarse_patches(part)
+            break
         except ContactError as error:
             if error.row is None:
                 raise
             begun[rows[[error.row, *error.rows]]] = False
-            continue
-        for group, one in zip(groups, start, strict=True):
-            unknown[rows[:, None], group.columns] = one.unknown[:, group.columns]
-        break
-    return unknown, begun
+    return unknown, slopes, begun
 
 
 def _placed(error: ContactError, chunk: ContactConditions, index: IntArray) -> ContactError:
@@ -393,49 +391,55 @@ def _solved_from(
     key = b"" if begin is None else begin.point[index].tobytes()
     speed = _given_speed(task, chunk, index)
     numbers = (0, 1) if speed is None or chunk.free_roll else task.sides
-    groups = balanced_together(task, chunk, numbers, speed)
+    earlier = None if begin is None else begin.before.get(key)
+    problems = _together(task, chunk, numbers, speed)
     try:
-        if chunk.nearby is None:
-            start = begun_with_coarse_patches(task, chunk, groups, speed)
-        else:
-            earlier = None if begin is None else begin.before.get(key)
-            start = _begun_nearby(task, chunk, groups, earlier)
-        solved = settled(task, chunk, groups, speed, start, near=chunk.nearby is not None)
+        parts = [_settled(problem, earlier) for problem in problems]
     except ContactError as error:
         if error.row is None:  # the grid: a fault of no point
             raise
         raise _placed(error, chunk, index) from None
+    wheels, order = by_point([part.wheels for part in parts])
+    contact = contact_joined([part.contact for part in parts], order)
     # pressures of grids would fill the memory of all points
-    if begin is not None and solved.wheels.normal.patch.grid is None:
-        begin.found[key] = solved.wheels
-    wheels, contact = solved.wheels, solved.contact
+    if begin is not None and wheels.normal.patch.grid is None:
+        begin.found[key] = wheels
     if numbers != task.sides:
         wanted = np.isin(wheels.sign < 0.0, np.array(task.sides) == 1)
         wheels, contact = patches_where(wheels, wanted), contact_where(contact, wanted)
-    turning, _, roll = read(task, chunk, solved.unknown)
-    turning, roll = turning if speed is None else speed, roll if chunk.free_roll else chunk.roll
-    nearby = np.column_stack((solved.unknown, solved.slopes.reshape(-1, UNKNOWNS**2)))
+    nearby = nearby_of(parts[0].unknown, parts[0].slopes)
+    for problem, part in zip(problems[1:], parts[1:], strict=True):
+        searched: FloatArray = problem.wanted.astype(np.float64)
+        own = nearby_of(searched, searched[:, None] * searched[:, :, None])
+        nearby = np.where(own == 1.0, nearby_of(part.unknown, part.slopes), nearby)
+    turning, roll = problems[0].speed(parts[0].unknown), problems[0].roll(parts[0].unknown)
     return _finish(task, wheels, contact, nearby, turning, roll, index)
 
 
-def _begun_nearby(
-    task: Task, chunk: ContactConditions, groups: list[Balanced], earlier: Wheels | None
-) -> list[Begin]:
-    """Where the search begins at an equilibrium nearby, with its wheels if they are known."""
-    assert chunk.nearby is not None
-    unknown, slopes = chunk.nearby[:, :UNKNOWNS].copy(), chunk.nearby[:, UNKNOWNS:]
-    if not task.vertical:
-        unknown[:, RIGHT:ROLL] = 0.0  # loads are those given
-    tilted = replace(chunk, roll=read(task, chunk, unknown)[2]) if chunk.free_roll else chunk
-    return [
-        Begin(
-            unknown,
-            slopes.reshape(-1, UNKNOWNS, UNKNOWNS),
-            tuple(side_of(task, number, tilted) for number in group.sides),
-            earlier,
-        )
-        for group in groups
-    ]
+def _together(
+    task: Task, chunk: ContactConditions, sides: tuple[int, ...], speed: FloatArray | None
+) -> list[Wheelsets]:
+    """Wheelsets of a chunk; each wheel by itself where neither speed nor roll binds it to the other."""
+    placed = in_given_place(chunk.loads)
+    bound = speed is None or chunk.free_roll
+    groups = [sides] if bound else [(side,) for side in sides]
+    return [Wheelsets(task, chunk, placed, speed, group) for group in groups]
+
+
+def _settled(problem: Wheelsets, earlier: Wheels | None) -> Settled:
+    """Balance wheelsets, from coarse patches or from an equilibrium nearby, with its wheels if known."""
+    nearby = problem.chunk.nearby
+    if nearby is None:
+        return settled(problem, *begun_with_coarse_patches(problem))
+    unknown = np.zeros((problem.count, UNKNOWNS))
+    unknown[:, :PLACED] = nearby[:, :PLACED]
+    slopes = np.zeros((problem.count, UNKNOWNS, UNKNOWNS))
+    slopes[:, :PLACED, :PLACED] = nearby[:, PLACED:].reshape(-1, PLACED, PLACED)
+    contact = None
+    if earlier is not None:
+        wheels = patches_where(earlier, np.isin(earlier.sign < 0.0, np.array(problem.sides) == 1))
+        contact = problem.beside(wheels)
+    return settled(problem, unknown, slopes, contact)
 
 
 def _given_speed(task: Task, chunk: ContactConditions, index: IntArray) -> FloatArray | None:
@@ -455,9 +459,8 @@ def _rotation_speed(task: Task, chunk: ContactConditions, index: IntArray) -> Fl
             chunk, shift=still, yaw=still, roll=still, track_curvature=still, nearby=None, free_roll=False
         )
         try:
-            group = balanced_together(task, central, task.sides[:1], nominal)
-            start = begun_with_coarse_patches(task, central, group, nominal)
-            wheels = settled(task, central, group, nominal, start, near=False).wheels
+            (problem,) = _together(task, central, task.sides[:1], nominal)
+            wheels = _settled(problem, None).wheels
         except ContactError as error:
             if error.row is None:
                 raise

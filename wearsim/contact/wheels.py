@@ -62,6 +62,15 @@ class Side:
     pose: WheelsetPose
     rough: NormalSolution | None = None
 
+    def known_where(self, rows: NDArray[np.bool_], other: Side | None = None) -> Side:
+        """Return the same side with the poses of another one but at `rows` (n,); without one they are NaN."""
+        if rows.all():
+            return self
+        nothing = np.full(rows.size, np.nan)
+        old = WheelsetPose(nothing, nothing, nothing) if other is None else other.pose
+        pose = WheelsetPose(*(np.where(rows, new, was) for new, was in zip(self.pose, old, strict=True)))
+        return replace(self, pose=pose)
+
 
 class Planes(NamedTuple):
     """Contact planes of patches in the axes of a right wheel: one of each patch, or those of its strips.

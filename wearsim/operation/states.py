@@ -31,9 +31,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from wearsim.contact.axle import LEAST_LOAD, UNKNOWNS
+from wearsim.contact.balance import ACCEPTED, AT_JUMP, Guided, none_guided
 from wearsim.contact.guidance import Guidance
-from wearsim.contact.guided import ACCEPTED, AT_JUMP, LEAST_LOAD, Guided, none_guided
-from wearsim.contact.guided_wheelsets import UNKNOWNS
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import (
     ContactConditions,

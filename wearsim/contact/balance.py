@@ -1,13 +1,12 @@
-r"""Where wheelsets run under forces: shift, yaw, roll, wheel loads and rotation in one search.
+r"""Equilibrium of wheelsets: shift, yaw, roll, wheel loads and rotation in one search.
 
-Unknowns of a wheelset are those of `axle` (rotation speed, loads L of both wheels, roll) and, where forces
-guide it, lateral shift and yaw. The residuals are torque, wheel loads against those that balance the roll,
-difference of heights, and
+Unknowns and residuals are those of `axle`. Where shift and yaw are not given, they follow from
 
 .. math:: H_c + H = 0, \qquad M_c + M = 0
 
 with the resultants :math:`H_c, M_c` of the contact and the forces of `Guidance`, which couple both axles of a
-bogie. A wheelset on rollers that is held by an actuator, and the axles of a vehicle, are solved alike.
+bogie. A wheelset whose place is given, one on rollers that is held by an actuator, and the axles of a vehicle
+are solved alike.
 
 The search is Newton's method in pseudo-time [1]_: a wheelset that slides along its own creep forces,
 
@@ -16,40 +15,54 @@ The search is Newton's method in pseudo-time [1]_: a wheelset that slides along 
 moves as it does on the way to its stable equilibrium, and implicit Euler steps of a growing length become
 Newton's. All other equations have no inertia. The length grows as long as the linear equations foretell
 the residuals, shrinks otherwise, and is limited so that no step is longer than `_LONGEST`, which keeps the
-search from circling where a second contact closes. Slopes are differences, improved by Broyden's rule while
-each step halves the residual.
+search from circling where a second contact closes. Slopes are differences, improved by Broyden's rule [2]_
+with their zeros kept [3]_ while each step halves the residual.
 
 References
 ----------
 .. [1] C. T. Kelley, D. E. Keyes, SIAM Journal on Numerical Analysis 35 (1998) 508-523.
+.. [2] C. G. Broyden, Mathematics of Computation 19 (1965) 577-593.
+.. [3] L. K. Schubert, Mathematics of Computation 24 (1970) 27-30.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.contact.axle import LEFT, RIGHT, ROLL, ROLL_UNIT, SPEED, SPEED_UNIT
-from wearsim.contact.guided_wheelsets import (
-    DIFFERENCES,
-    DISPLACEMENT,
-    LATERAL,
+from wearsim.contact.axle import (
+    LEAST_LOAD,
+    LEFT,
+    RIGHT,
+    ROLL,
     ROLL_MOMENT,
+    ROLL_UNIT,
     SHIFT,
     SHIFT_UNIT,
-    TORQUE,
+    SPEED,
+    SPEED_UNIT,
     UNKNOWNS,
     VERTICAL,
     YAW,
-    YAW_MOMENT,
     YAW_UNIT,
     Contact,
     Wheelsets,
 )
+from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.patch import FloatArray, IntArray
-from wearsim.contact.wheels import Wheels, by_point, patches_where
+from wearsim.contact.problem import PLACED
+from wearsim.contact.tangential import TANGENTIAL_MODELS, TangentialModel, TangentialSolution
+from wearsim.contact.wheels import (
+    Wheels,
+    by_point,
+    contact_joined,
+    contact_where,
+    patches_where,
+    stretched,
+)
+from wearsim.errors import NumericalError
 
 ACCEPTED = 1e-4
 """Largest residual of a balance, over the axle load: of forces, moments at 1 m, and the torque at the wheel's
@@ -57,6 +70,9 @@ radius, or what its creep forces jump by if that is more."""
 AT_JUMP = 5e-3
 """The same where the contact forces of a model jump, of one or both sides together."""
 _LONGEST = np.array([2.0, 0.3, 0.3, 5.0, 5.0, 10.0])  # steps of unknowns: 0.5 mm, 1 mrad
+TOLERANCE = 1e-6
+"""Of a wheelset whose place is given: vertical forces over the wheel load; torque over friction coefficient x
+load x radius, or the tolerance of the tangential model if it is larger."""
 
 # Creep coefficients of a wheelset: in pseudo-time, a distance, it moves by the force missing over them.
 _SLIDING, _TURNING = 16e6, 9e6  # [N, N m]
@@ -67,12 +83,23 @@ _FORETOLD = np.array([0.25, 0.5, 0.8])  # error of the linear equations over the
 _FACTOR = np.array([4.0, 2.0, 1.0, 0.25])  # of the length after it
 _WITHOUT_CONTACT = 0.1  # factor of the length where a wheel has none
 _MOST_STEPS, _GROWING = 120, 80  # steps, and those after which lengths do not grow: some circle a jump
+_MOST_OF_PLACED = 20  # steps of wheelsets whose place is given
 # Steps of shift and yaw in their units: those that are taken even if residuals rise, as wheelsets pass jumps
 # of the contact on their way, and between both sides of one; steps of all unknowns that end a search at one.
 _SHORT, _BRACKET, _SMALLEST = 0.1, 1e-2, 1e-4
 _KEPT = 0.5  # ratio of residuals up to which slopes are kept
-LEAST_LOAD = 0.02  # of a wheel, over the axle load: with less it is unloaded
-_NO_LOAD = 1e-6  # vertical force over the axle load that stands for none
+_HEIGHTS = 0.5  # weight of the residual of the heights among the others
+
+# Last steps of a wheelset whose place is given, in which patches are only stretched: residuals from which the
+# first one, which leaves 3 % of them, is mostly enough; the most; those after which jumps of the creep forces
+# are taken to be what is left; logarithm of the load by which patches may be stretched, as those of a model
+# whose load jumps past the balance are; and the residual of the heights that is accepted then.
+_PROMISING = 1.5e-5
+_MOST_LAST, _AT_JUMP, _LARGEST_JUMP, _AT_REST_THEN = 14, 4, 0.1, 1.0
+_STRETCHED = 2e-3  # logarithm of the load beyond which stretched patches say so
+_OF_LOAD = 0.3  # creep forces that friction can carry over the load, about
+# Residuals by column, as shares of what friction can carry, of the wheel loads, and of a unit of roll.
+_MISSED = "torque", "right load", "left load", "roll"
 
 
 @dataclass(frozen=True)
@@ -125,10 +152,7 @@ class Guided:
     @property
     def nearby(self) -> FloatArray:
         """Equilibria (n, 20) at the shifts, yaws and wheel loads found, for `ContactConditions`."""
-        unknown = self.unknown[:, :SHIFT].copy()
-        unknown[:, RIGHT:ROLL] += np.log(self.load.mean(axis=1, keepdims=True) / self.load)
-        slope = self.slope[:, :SHIFT, :SHIFT].reshape(-1, SHIFT * SHIFT)
-        return np.concatenate([unknown, slope], axis=1)
+        return nearby_of(self.unknown, self.slope)
 
     @property
     def shift(self) -> FloatArray:
@@ -144,6 +168,12 @@ class Guided:
     def roll(self) -> FloatArray:
         """Roll (n,) [rad]."""
         return ROLL_UNIT * self.unknown[:, ROLL]
+
+
+def nearby_of(unknown: FloatArray, slope: FloatArray) -> FloatArray:
+    """Where others of the same place can begin (n, 20), from unknowns (n, 6) and slopes (n, 6, 6)."""
+    of_placed = slope[:, :PLACED, :PLACED].reshape(-1, PLACED * PLACED)
+    return np.concatenate([unknown[:, :PLACED], of_placed], axis=1)
 
 
 def none_guided(count: int) -> Guided:
@@ -181,7 +211,7 @@ class _Trial:
             return self
         return _Trial(
             np.where(taken[:, None], other.unknown, self.unknown),
-            _merged(self.contact, other.contact, taken),
+            self.contact.merged(other.contact, taken),
             np.where(taken[:, None], other.of_contact, self.of_contact),
             np.where(taken[:, None], other.residual, self.residual),
             np.where(taken, other.missing, self.missing),
@@ -189,19 +219,36 @@ class _Trial:
         )
 
 
-def _merged(old: Contact, new: Contact, taken: NDArray[np.bool_]) -> Contact:
-    """Contact of which wheelsets `taken` (n,) are those of a new one."""
-    parts = [
-        patches_where(one.wheels, mask[one.wheels.normal.patch.row])
-        for one, mask in ((old, ~taken), (new, taken))
-        if one.wheels is not None
-    ]
-    parts = [part for part in parts if part.place.size]
-    return Contact(
-        by_point(parts)[0] if parts else None,
-        np.where(taken[:, None, None], new.forces, old.forces),
-        np.where(taken, new.solved, old.solved),
-    )
+@dataclass(frozen=True)
+class Settled:
+    """Wheelsets in equilibrium whose place is given.
+
+    Parameters
+    ----------
+    wheels : Wheels
+        Patches, ordered by point, side and falling normal force.
+    contact : TangentialSolution
+        Their creep forces, with the fields of cells that the task wants.
+    unknown : (n, 6) array
+        Rotation speed, loads, roll, shift and yaw in their units.
+    slopes : (n, 6, 6) array
+        Of the residuals.
+    """
+
+    wheels: Wheels
+    contact: TangentialSolution
+    unknown: FloatArray
+    slopes: FloatArray
+
+
+@dataclass(frozen=True)
+class _Search:
+    """End of a search: best and last states, both ends of the last step not foretold, and slopes."""
+
+    best: _Trial
+    now: _Trial
+    ends: tuple[_Trial, _Trial]
+    slopes: FloatArray
 
 
 def balanced(
@@ -232,31 +279,125 @@ def balanced(
     Guided
         The states with the smallest residuals met.
     """
-    count = len(unknown)
-    tolerances = problem.tolerances(tolerance)
+    tolerances = _tolerances(problem, tolerance)
+    search = _searched(problem, unknown, tolerances, slope, None, near=near)
+    return _ended(problem, search, tolerances)
+
+
+def settled(
+    problem: Wheelsets,
+    unknown: FloatArray,
+    slope: FloatArray,
+    contact: Contact | None,
+) -> Settled:
+    """Balance torque, loads and heights of wheelsets whose place is given.
+
+    Parameters
+    ----------
+    problem : Wheelsets
+        n wheelsets.
+    unknown : (n, 6) array
+        To begin with.
+    slope : (n, 6, 6) array
+        Of the residuals there.
+    contact : Contact, optional
+        Nearby, to begin with.
+
+    Raises
+    ------
+    ContactError
+        If a wheel has no contact, or its flange locks: at a contact angle whose tangent times the friction
+        coefficient reaches 1 creep forces lift the wheel whatever the normal force.
+    NumericalError
+        If the iteration does not converge.
+
+    Notes
+    -----
+    A point does not depend on the others but for the last bits of sums over padding, nor a wheel on the other
+    one if speed and roll are given.
+    """
+    tolerances = np.full((problem.count, UNKNOWNS), _PROMISING)
+    tolerances[:, SPEED] = max(_PROMISING, _tangential(problem).tolerance)
+    tolerances[:, ROLL] = problem.resting
+    search = _searched(problem, unknown, tolerances, slope, contact, near=True)
+    end = search.best
+    lost = ~end.solved | ((end.missing > 1.0) & ~search.now.solved)
+    if lost.any():
+        raise search.now.contact.faults[int(np.argmax(lost))]
+    return _with_last_steps(problem, end, search.slopes)
+
+
+def placed_step(problem: Wheelsets, slopes: FloatArray, residual: FloatArray) -> FloatArray:
+    """Newton's step (n, 6) of wheelsets that stay where they are, shortened to the longest one.
+
+    Parameters
+    ----------
+    problem : Wheelsets
+        n wheelsets.
+    slopes : (n, 6, 6) array
+        Of the residuals.
+    residual : (n, 6) array
+        Of the contact.
+    """
+    columns = problem.wanted.copy()
+    columns[:, SHIFT:] = False
+    every, endless = np.ones(problem.count, dtype=bool), np.full(problem.count, np.inf)
+    step = _newton_step(problem, slopes, residual, endless, every, columns)
+    longest = np.abs(step / _LONGEST).max(axis=1)
+    shortened: FloatArray = step / np.maximum(longest, 1.0)[:, None]
+    return shortened
+
+
+def _tolerances(problem: Wheelsets, tolerance: float) -> FloatArray:
+    """Tolerances (n, 6) of the residuals, with that of forces over the axle load."""
+    most = np.full((problem.count, UNKNOWNS), tolerance)
+    at_radius = tolerance * problem.guidance.axle_load / problem.chunk.traction_scale
+    most[:, SPEED] = np.maximum(at_radius, _tangential(problem).tolerance)
+    most[:, ROLL] = max(problem.resting, tolerance / _HEIGHTS)
+    return most
+
+
+def _tangential(problem: Wheelsets) -> TangentialModel:
+    """Record of the tangential model."""
+    return TANGENTIAL_MODELS[problem.task.models.tangential]
+
+
+def _searched(
+    problem: Wheelsets,
+    unknown: FloatArray,
+    tolerances: FloatArray,
+    slope: FloatArray | None,
+    contact: Contact | None,
+    *,
+    near: bool,
+) -> _Search:
+    """Search the balance within tolerances (n, 6); other parameters as of `balanced` and `settled`."""
+    count, placed = problem.count, problem.placed
+    most = np.where(placed, _MOST_OF_PLACED, _MOST_STEPS)
     length = np.full(count, _LONGEST_LENGTH if near else _FIRST_LENGTH)
     stuck = np.zeros(count, dtype=bool)
-    now = best = _tried(problem, unknown, np.ones(count, dtype=bool), None, tolerances)
-    sides = now, now  # both ends of the last step that was not foretold
+    now = best = _tried(problem, unknown, np.ones(count, dtype=bool), contact, tolerances)
+    ends = now, now
     known = now.solved
     slopes = np.zeros((count, UNKNOWNS, UNKNOWNS)) if slope is None else slope.copy()
     if slope is None and known.any():
-        slopes = _slopes(problem, now, known)
+        slopes = problem.slopes(now.unknown, now.contact, known)
     partner = problem.guidance.partner
     for number in range(_MOST_STEPS):
-        open_rows = (best.missing > 1.0) & now.solved & ~stuck
+        open_rows = (best.missing > 1.0) & now.solved & ~stuck & (number < most)
         if not open_rows.any():
             break
         asked = open_rows & ~known
         if asked.any():
-            slopes[asked] = _slopes(problem, now, asked)[asked]
+            slopes[asked] = problem.slopes(now.unknown, now.contact, asked)[asked]
         step, length = _limited_step(problem, slopes, now.residual, length, open_rows)
-        ahead = _tried(problem, now.unknown + step, open_rows, now.contact.wheels, tolerances)
+        ahead = _tried(problem, now.unknown + step, open_rows, now.contact, tolerances)
         error = _error_of_foretold(problem, now, ahead, slopes, tolerances)
         solved = open_rows & ahead.solved
         short = _no_longer(step, _SHORT, partner)
-        taken = solved & (short | (error < 1.0) | (ahead.missing < now.missing))
-        slopes = _secant(slopes, ahead.of_contact - now.of_contact, step, solved)
+        lost = open_rows & placed & ~ahead.solved
+        taken = lost | (solved & (short | (error < 1.0) | (ahead.missing < now.missing)))
+        slopes = _secant(problem, slopes, ahead.of_contact - now.of_contact, step, solved)
         known = np.where(open_rows, solved & (ahead.missing < _KEPT * now.missing), known)
         factor = np.where(ahead.solved, _FACTOR[np.searchsorted(_FORETOLD, error)], _WITHOUT_CONTACT)
         growth = factor if number < _GROWING else np.minimum(factor, 1.0)
@@ -265,9 +406,88 @@ def balanced(
         stuck |= open_rows & (factor < 1.0) & tiny & tiny[partner]
         best = best.merged(ahead, solved & (ahead.missing < best.missing))
         across = solved & (factor < 1.0)
-        sides = sides[0].merged(now, across), sides[1].merged(ahead, across)
+        ends = ends[0].merged(now, across), ends[1].merged(ahead, across)
         now = now.merged(ahead, taken)
-    return _ended(problem, best, now, sides, slopes, tolerances)
+    return _Search(best, now, ends, slopes)
+
+
+def _with_last_steps(problem: Wheelsets, end: _Trial, slopes: FloatArray) -> Settled:
+    """Wheelsets near their balance in it, by steps of speed and loads in which patches are only stretched."""
+    model = _tangential(problem)
+    columns = problem.wanted.copy()
+    columns[:, ROLL] = False
+    unknown, residual, slopes = end.unknown, end.residual, slopes.copy()
+    done: list[Wheels] = []
+    contacts: list[TangentialSolution] = []
+    open_rows = np.ones(problem.count, dtype=bool)
+    endless = np.full(problem.count, np.inf)
+    for number in range(_MOST_LAST):
+        torque, load = max(model.tolerance, TOLERANCE), TOLERANCE
+        if number >= _AT_JUMP:
+            torque, load = max(model.jump, torque), max(_OF_LOAD * model.jump, load)
+        limits = np.array([torque, load, load, _AT_REST_THEN, np.inf, np.inf])
+        missed = open_rows & (np.abs(residual) > limits).any(axis=1)
+        step = np.zeros_like(unknown)
+        if missed.any():
+            step[missed] = _newton_step(problem, slopes, residual, endless, missed, columns)
+        unknown = unknown + step
+        wheels, jump = _stretched_from(problem, end.contact, open_rows, unknown)
+        forces, contact = problem.forces(unknown, wheels, fields=True)
+        after = np.where(problem.wanted & open_rows[:, None], problem.residuals(forces), residual)
+        settled = open_rows & (np.abs(after) <= limits).all(axis=1) & (jump <= _LARGEST_JUMP)
+        if settled.any() or not problem.count:
+            mask = settled[wheels.normal.patch.row]
+            done.append(patches_where(wheels, mask))
+            contacts.append(contact_where(contact, mask))
+        open_rows = open_rows & ~settled
+        if not open_rows.any():
+            break
+        slopes = _secant(problem, slopes, after - residual, step, open_rows)
+        residual = after
+    else:
+        raise _unbalanced(problem, residual, open_rows)
+    whole, order = by_point(done)
+    return Settled(whole, contact_joined(contacts, order), unknown, slopes)
+
+
+def _stretched_from(
+    problem: Wheelsets, contact: Contact, rows: NDArray[np.bool_], unknown: FloatArray
+) -> tuple[Wheels, FloatArray]:
+    """Patches of wheelsets `rows` (n,) under other loads, and the largest logarithm of what stretches them.
+
+    Where that is more than similar patches allow, their load scale says how far.
+    """
+    assert contact.wheels is not None
+    near = patches_where(contact.wheels, rows[contact.wheels.normal.patch.row])
+    wheels = stretched(near, problem.loads(unknown))
+    ratio = wheels.load / contact.load.ravel()[wheels.place]
+    jump = np.zeros(problem.count)
+    np.maximum.at(jump, wheels.normal.patch.row, np.abs(np.log(ratio)))
+    scale = np.where(np.abs(np.log(ratio)) > _STRETCHED, ratio, 1.0)
+    normal = replace(wheels.normal, load_scale=scale * wheels.normal.load_scale)
+    return replace(wheels, normal=normal), jump
+
+
+def _unbalanced(problem: Wheelsets, residual: FloatArray, open_rows: NDArray[np.bool_]) -> NumericalError:
+    """Error of the points that are not balanced."""
+    row = int(np.argmax(open_rows))
+    rows = np.flatnonzero(open_rows).tolist()
+    if problem.wanted[row, ROLL] and abs(residual[row, ROLL]) > _AT_REST_THEN:
+        reason = (
+            "no roll of the wheelset lets normal and creep forces of both wheels carry their loads; lower "
+            "friction, yaw or shift, or give the roll"
+        )
+    else:
+        left = ", ".join(
+            f"{_MISSED[column]} {residual[row, column]:.1e}"
+            for column in np.flatnonzero(problem.wanted[row]).tolist()
+        )
+        reason = (
+            f"wheel load and axle torque are not balanced by contact forces: left over are {left} after "
+            f"{_MOST_OF_PLACED + _MOST_LAST} trials; "
+            "smooth measured profiles, or lower friction, yaw or shift"
+        )
+    return NumericalError(reason, row=row, rows=rows)
 
 
 def _largest(share: FloatArray, partner: IntArray) -> FloatArray:
@@ -280,13 +500,13 @@ def _tried(
     problem: Wheelsets,
     unknown: FloatArray,
     rows: NDArray[np.bool_],
-    start: Wheels | None,
+    near: Contact | None,
     tolerances: FloatArray,
 ) -> _Trial:
     """Solve the contact of wheelsets `rows` (n,) in a state; the others have no residuals."""
     guidance = problem.guidance
-    contact = problem.contact(unknown, rows, start)
-    of_contact = _residuals(problem, contact.forces)
+    contact = problem.contact(unknown, rows, near)
+    of_contact = problem.residuals(contact.forces)
     residual = of_contact.copy()
     residual[:, SHIFT:] += guidance.forces(problem.position(unknown)) / guidance.axle_load[:, None]
     residual[~problem.wanted] = 0.0
@@ -295,40 +515,17 @@ def _tried(
     return _Trial(unknown, contact, of_contact, residual, missing, solved)
 
 
-def _residuals(problem: Wheelsets, forces: FloatArray) -> FloatArray:
-    """Residuals (n, 6) of the forces (n, 2, 6) of the contact, without those that guide."""
-    guidance, chunk, wheelset = problem.guidance, problem.chunk, problem.task.wheelset
-    weight = guidance.axle_load[:, None]
-    wanted = guidance.wheel_loads(forces[:, :, VERTICAL], forces[:, :, ROLL_MOMENT])
-    wanted = np.maximum(wanted, LEAST_LOAD * weight)
-    carried = np.maximum(forces[:, :, VERTICAL], _NO_LOAD * weight)
-    residual = np.zeros((len(forces), UNKNOWNS))
-    torque = forces[:, :, TORQUE].sum(axis=1) - chunk.torque
-    residual[:, SPEED] = torque / (chunk.traction_scale * wheelset.radius)
-    residual[:, RIGHT:ROLL] = np.log(carried / wanted)
-    apart = forces[:, 0, DISPLACEMENT] - forces[:, 1, DISPLACEMENT]
-    residual[:, ROLL] = apart / (2.0 * wheelset.half_span * ROLL_UNIT)
-    of_both = forces[:, :, [LATERAL, YAW_MOMENT]].sum(axis=1)
-    residual[:, SHIFT:] = of_both / weight
-    return residual
-
-
-def _slopes(problem: Wheelsets, now: _Trial, rows: NDArray[np.bool_]) -> FloatArray:
-    """Differences (n, 6, 6) of the residuals of the contact of `rows` (n,) over those of the unknowns."""
-    slopes = np.zeros((len(rows), UNKNOWNS, UNKNOWNS))
-    for column, there in enumerate(problem.by_unknown(now.unknown, now.contact, rows)):
-        change = (_residuals(problem, there.forces) - now.of_contact) / DIFFERENCES[column]
-        slopes[there.solved, :, column] = change[there.solved]
-    return slopes
-
-
-def _secant(slopes: FloatArray, change: FloatArray, step: FloatArray, rows: NDArray[np.bool_]) -> FloatArray:
+def _secant(
+    problem: Wheelsets, slopes: FloatArray, change: FloatArray, step: FloatArray, rows: NDArray[np.bool_]
+) -> FloatArray:
     """Slopes (n, 6, 6) of `rows` (n,) after a step (n, 6) that changed residuals by (n, 6): Broyden's."""
     missed = change - (slopes @ step[:, :, None])[:, :, 0]
-    square = (step**2).sum(axis=1)
-    seen = rows & (square > 0.0)
-    improved = slopes + missed[:, :, None] * step[:, None] / np.where(seen, square, 1.0)[:, None, None]
-    return np.where(seen[:, None, None], improved, slopes)
+    part = np.where(problem.linked, step[:, None], 0.0)
+    square = (part**2).sum(axis=2)
+    seen = rows[:, None] & (square > 0.0)
+    share = np.where(seen, missed / np.where(seen, square, 1.0), 0.0)
+    improved: FloatArray = slopes + share[:, :, None] * part
+    return improved
 
 
 def _inertia(problem: Wheelsets, length: FloatArray) -> FloatArray:
@@ -349,9 +546,12 @@ def _limited_step(
     partner = problem.guidance.partner
     step = np.zeros_like(residual)
     moving = np.isin(np.arange(UNKNOWNS), _MOVING)
+    columns = problem.wanted.copy()
+    # a wheelset at rest keeps its roll while the others settle, and its patches with it
+    columns[:, ROLL] &= ~(problem.placed & (np.abs(residual[:, ROLL]) <= problem.resting))
     todo = rows
     for _ in range(_SHORTENED):
-        step[todo] = _newton_step(problem, slopes, residual, length, todo)
+        step[todo] = _newton_step(problem, slopes, residual, length, todo, columns)
         longest = _largest(np.where(moving, step / _LONGEST, 0.0), partner)
         todo = rows & (longest > 1.0)
         if not todo.any():
@@ -367,30 +567,37 @@ def _newton_step(
     residual: FloatArray,
     length: FloatArray,
     rows: NDArray[np.bool_],
+    columns: NDArray[np.bool_],
 ) -> FloatArray:
-    """Step (k, 6) of each of `rows` (n,) together with its partner."""
-    guidance, wanted = problem.guidance, problem.wanted
-    partner, count = guidance.partner, len(residual)
-    own = slopes.copy()
-    each = np.arange(UNKNOWNS)
-    own[:, each, each] -= _inertia(problem, length)
+    """Step (k, 6) of each of `rows` (n,) together with its partner, in some columns (n, 6)."""
+    guidance = problem.guidance
+    partner, each = guidance.partner, np.arange(UNKNOWNS)
     by_own, by_partner = _guidance_slopes(problem)
+    own = slopes.copy()
+    own[:, each, each] -= _inertia(problem, length)
     own[:, SHIFT:] += by_own
-    own[~wanted] = 0.0
-    own = np.where(wanted[:, None], own, 0.0)
-    own[:, each, each] = np.where(wanted, own[:, each, each], 1.0)
+    own = np.where(columns[:, :, None] & columns[:, None], own, 0.0)
+    idle = ~own.any(axis=1)  # unknowns that are given, and those without effect: the speed without friction
+    own[:, each, each] = np.where(idle, 1.0, own[:, each, each])
+    missing = np.where(columns, residual, 0.0)
+    coupled = partner != np.arange(problem.count)
+    if not coupled.any():
+        return _solved(own[rows], missing[rows])
     across = np.zeros_like(own)
-    coupled = partner != np.arange(count)
     across[coupled, SHIFT:] = by_partner[coupled]
-    across[~wanted] = 0.0
-    across = np.where(wanted[partner][:, None], across, 0.0)
+    across = np.where(columns[:, :, None] & columns[partner][:, None], across, 0.0)
     whole = np.block([[own, across], [across[partner], own[partner]]])[rows]
-    sides = np.concatenate([residual, residual[partner]], axis=1)[rows]
+    both = np.concatenate([missing, missing[partner]], axis=1)[rows]
+    return _solved(whole, both)[:, :UNKNOWNS]
+
+
+def _solved(slopes: FloatArray, residual: FloatArray) -> FloatArray:
+    """Newton's steps (k, m) from slopes (k, m, m) and residuals (k, m)."""
     try:
-        step = np.linalg.solve(whole, -sides[:, :, None])[:, :, 0]
+        step = -np.asarray(np.linalg.solve(slopes, residual[:, :, None]), dtype=np.float64)[:, :, 0]
     except np.linalg.LinAlgError:  # of a wheel without any load
-        step = -(np.linalg.pinv(whole) @ sides[:, :, None])[:, :, 0]
-    return step[:, :UNKNOWNS]
+        step = -(np.linalg.pinv(slopes) @ residual[:, :, None])[:, :, 0]
+    return step
 
 
 def _guidance_slopes(problem: Wheelsets) -> tuple[FloatArray, FloatArray]:
@@ -428,29 +635,24 @@ def _no_longer(step: FloatArray, longest: float, partner: IntArray) -> NDArray[n
     return np.asarray(short & short[partner])
 
 
-def _ended(
-    problem: Wheelsets,
-    best: _Trial,
-    now: _Trial,
-    sides: tuple[_Trial, _Trial],
-    slopes: FloatArray,
-    tolerances: FloatArray,
-) -> Guided:
+def _ended(problem: Wheelsets, search: _Search, tolerances: FloatArray) -> Guided:
     """End of a search: the best state, or both sides of a jump of the contact where it ended at one."""
-    guidance = problem.guidance
+    guidance, best = problem.guidance, search.best
+    largest_jump = _tangential(problem).jump
+    may_jump = NORMAL_MODELS[problem.task.models.normal].several_solutions or largest_jump > 0.0
     # a torque at a jump of the creep forces is as near to balance as it can be
     tolerances = tolerances.copy()
-    accepted = problem.jump * tolerances[:, SHIFT] / ACCEPTED
+    accepted = largest_jump * tolerances[:, SHIFT] / ACCEPTED
     tolerances[:, SPEED] = np.maximum(tolerances[:, SPEED], accepted)
     missing = np.where(best.solved, _largest(best.residual / tolerances, guidance.partner), np.inf)
-    one, other = sides
+    one, other = search.ends
     share = _share_of_other(problem, one, other)
     both = one.residual + share[:, None] * (other.residual - one.residual)
     together = _largest(both / tolerances, guidance.partner)
-    at_jump = problem.may_jump & (missing > ACCEPTED / tolerances[:, SHIFT]) & other.solved
+    at_jump = may_jump & (missing > ACCEPTED / tolerances[:, SHIFT]) & other.solved
     at_jump &= (other.unknown != one.unknown).any(axis=1)
-    for side in sides:  # where the search ended
-        at_jump &= _no_longer(side.unknown - now.unknown, _BRACKET, guidance.partner)
+    for side in search.ends:  # where the search ended
+        at_jump &= _no_longer(side.unknown - search.now.unknown, _BRACKET, guidance.partner)
     two = at_jump & (together < missing)
     main = best.merged(one, two)
     load, other_load = (
@@ -461,10 +663,10 @@ def _ended(
     unloaded = np.asarray((load < LEAST_LOAD * guidance.axle_load[:, None]).any(axis=1))
     return Guided(
         unknown=main.unknown,
-        slope=slopes,
+        slope=search.slopes,
         missing=np.where(unloaded | unloaded[guidance.partner], np.inf, missing),
         load=load,
-        stiffness=_stiffness(problem, slopes),
+        stiffness=_stiffness(problem, search.slopes),
         at_jump=at_jump,
         share=np.where(two, share, np.nan),
         other_shift=SHIFT_UNIT * other.unknown[:, SHIFT],
