@@ -137,7 +137,7 @@ def test_the_power_of_the_paper_is_patch_and_creepages():
         np.testing.assert_allclose(factor[:, 0], paper, rtol=0.2)
         whole = [solve(conditions, *one) for one in (bodies(radius), bodies(None))]
         ratio = whole[0].power / whole[1].power
-        np.testing.assert_allclose(factor.ravel(), ratio, rtol=1e-6)  # of the load balance
+        np.testing.assert_allclose(factor.ravel(), ratio, rtol=2e-6)  # of the load balance of both
         patch, longitudinal, lateral, spin = causes[:, 0].T
         assert (patch < 1.0).all()
         np.testing.assert_allclose(lateral, 1.0, atol=0.02)

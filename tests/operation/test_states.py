@@ -97,8 +97,8 @@ def test_shifts_by_force_are_those_of_the_reference_and_need_few_solutions_when_
         # as much as a step of wear moves it
         before = Running(running.shift - 2e-6, running.load + 30.0, 1.1 * running.stiffness, running.yaw)
         again = settle(given, wanted, *bodies(curvature), models, before)
-        # one at the start, two for the slopes and two steps
-        assert 1 <= solutions.max() <= 5
+        # one at the start and one or two steps; two more for the slopes where those of coarse patches mislead
+        assert 1 <= solutions.sum() <= 4.5 * count
         # both within the tolerance of the force
         near = 2.0 * states.TOLERANCE * AXLE / running.stiffness
         assert (np.abs(again.shift - running.shift) <= near).all()
@@ -301,7 +301,7 @@ def jumping(monkeypatch):
     def contact(wheelsets, unknown, rows, near):
         posed = wheelsets.conditions(unknown)
         forces = np.zeros((len(unknown), 2, 6))
-        forces[:, 0, TORQUE] = 1e3 * unknown[:, 0]
+        forces[:, 0, TORQUE] = 7e3 * unknown[:, 0]  # of a creep coefficient of 15 MN
         forces[:, :, VERTICAL] = wheelsets.loads(unknown)
         forces[:, :, ROLL_MOMENT] = forces[:, :, VERTICAL] * [0.75, -0.75]
         forces[:, 0, DISPLACEMENT] = 1.5 * posed.roll

@@ -64,6 +64,7 @@ RESTING = 1e-9
 """Between the displacements of both wheels of a wheelset at rest [m]."""
 
 _DIFFERENCES = np.array([1e-2, SIMILAR, SIMILAR, 5e-2, 1e-2, 1e-2])  # of unknowns, for slopes
+_COARSER = np.array([1.0, 1.0, 1.0, 10.0, 10.0, 10.0])  # differences with coarse patches, over these
 _OF_SCATTER = 0.5  # of displacements from unlike starts, by which they may differ at rest, too
 _NO_LOAD = 1e-6  # vertical force over the axle load that stands for none
 
@@ -401,6 +402,7 @@ class Wheelsets:
         """
         assert now.wheels is not None
         wheels = patches_where(now.wheels, rows[now.wheels.normal.patch.row])
+        differences = _DIFFERENCES * _COARSER if self.coarse else _DIFFERENCES
         wanted = np.asarray(self.wanted[rows].any(axis=0))
         still = self.residuals(now.forces)
         slopes = np.zeros((self.count, UNKNOWNS, UNKNOWNS))
@@ -409,7 +411,7 @@ class Wheelsets:
             under_load, _ = self.forces(unknown, heavier)
         for column in np.flatnonzero(wanted).tolist():
             moved = unknown.copy()
-            moved[:, column] += _DIFFERENCES[column]
+            moved[:, column] += differences[column]
             forces, seen = now.forces, rows
             if column == SPEED:
                 forces, _ = self.forces(moved, wheels)
@@ -419,6 +421,6 @@ class Wheelsets:
             else:
                 there = self.contact(moved, rows, replace(now, sides=()))
                 forces, seen = there.forces, there.solved
-            change = (self.residuals(forces) - still) / _DIFFERENCES[column]
+            change = (self.residuals(forces) - still) / differences[column]
             slopes[seen, :, column] = change[seen]
         return slopes

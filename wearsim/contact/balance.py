@@ -243,7 +243,7 @@ class Settled:
 
 @dataclass(frozen=True)
 class _Search:
-    """End of a search: best and last states, both ends of the last step not foretold, and slopes."""
+    """End of a search: best and last states, ends of the last step across a jump, if any, and slopes."""
 
     best: _Trial
     now: _Trial
@@ -405,7 +405,8 @@ def _searched(
         tiny = np.asarray((np.abs(step) <= _SMALLEST).all(axis=1))
         stuck |= open_rows & (factor < 1.0) & tiny & tiny[partner]
         best = best.merged(ahead, solved & (ahead.missing < best.missing))
-        across = solved & (factor < 1.0)
+        share = _share_of_other(problem, now, ahead)
+        across = solved & (factor < 1.0) & (share > 0.0) & (share < 1.0)
         ends = ends[0].merged(now, across), ends[1].merged(ahead, across)
         now = now.merged(ahead, taken)
     return _Search(best, now, ends, slopes)
