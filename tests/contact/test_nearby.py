@@ -43,7 +43,7 @@ def nearby(request, anew, conditions):
 
 
 def test_solutions_are_those_from_the_wheel_loads(anew, solved, nearby):
-    """Loads balance to 1e-6, both rolls to 1e-9 m between the wheels, which the last steps move by as much."""
+    """Loads balance to 1e-6, both rolls to 1e-9 m between the wheels, which last steps move by as much."""
     found = solved(nearby)
     np.testing.assert_array_equal(found.point, anew.point)
     np.testing.assert_allclose(found.normal_force, anew.normal_force, rtol=5e-6)
