@@ -44,8 +44,8 @@ LIMIT = 900.0  # CPU time at which a run is stopped [s]
 QUICK = 100.0  # longest distance of the quick cases [km]
 COLUMNS = (
     "case", "distance_km", "end", "reached_km", "cpu_s", "target_s", "kernel_ns", "steps", "stages",
-    "rejected", "held_by", "deepest_um", "curvature_new_per_m", "curvature_worn_per_m", "faint_load",
-    "faint_wear", "left_out", "steps_quarter", "difference_percent", "unsmoothed",
+    "rejected", "held_by", "deepest_um", "curvature_new_per_m", "curvature_worn_per_m", "left_out",
+    "steps_quarter", "difference_percent", "unsmoothed",
 )  # fmt: skip
 
 INTRODUCTION = f"""\
@@ -234,8 +234,6 @@ def measured(case, folder, limit=LIMIT):
             "deepest_um": 1e6 * float(depth.max()),
             "curvature_new_per_m": new,
             "curvature_worn_per_m": worn,
-            "faint_load": float(results["faint_load_max"].max()),
-            "faint_wear": float(results["faint_wear_max"].max()),
             "left_out": float(results["left_out_share"].max()) if "left_out_share" in results else 0.0,
         }
     if case.quarter and end == "reached":
@@ -310,9 +308,9 @@ def tables(table):
               (*run_of, ("target_s", ".0f"), ("kernel_ns", ".2f"), *counts, ("end", "")),
               "Whole distances, one thread.", long),
         *part(["held by"], (("held_by", ""),), "What limited the steps of these runs.", long),
-        *part(["deepest [µm]", *bent_head, "faint load", "faint wear", "left out"],
-              (("deepest_um", ".1f"), *bent, *((n, ".1e") for n in ("faint_load", "faint_wear", "left_out"))),
-              "What these runs did to the wheels; shares are the largest of a step.", long),
+        *part(["deepest [µm]", *bent_head, "left out"],
+              (("deepest_um", ".1f"), *bent, ("left_out", ".1e")),
+              "What these runs did to the wheels; shares left out are the largest of a step.", long),
         *part(["km", "CPU [s]", "steps", "steps, quarter", "difference [%]", "target [%]"],
               (("distance_km", ".6g"), ("cpu_s", ".1f"), ("steps", ".0f"), ("steps_quarter", ".0f"),
                ("difference_percent", ".2f"), ("tolerance_percent", ".0f")),

@@ -19,7 +19,6 @@ from wearsim.campaign.row import NO_STEP, StepTaken
 from wearsim.campaign.state import State
 from wearsim.quantities import STEP_LIMITS
 from wearsim.results import FILL_FLOAT, FILL_INT, LAYOUT, ROW, Header
-from wearsim.results.schema import FAINT
 
 
 class Stop(Exception):
@@ -135,7 +134,6 @@ class SyntheticEvolution:
             wear_depth_by_regime=state.regime_depth,
             friction_work=evaluation,
             n_patch=np.full(N_OPERATING, 2, np.int32),
-            **dict.fromkeys(FAINT, np.asarray(0.01 * state.step)),
             worn_area=state.worn_area,
             worn_mass=state.worn_mass,
             max_wear_depth=state.wear_depth.max(axis=1),

@@ -5,8 +5,9 @@ import pytest
 
 from wearsim.campaign import evaluate as rate_module
 from wearsim.campaign import evolution as evolution_module
-from wearsim.campaign.control import reached
+from wearsim.campaign.control import half_space_depth_limit, reached
 from wearsim.campaign.evaluate import Setup, accumulate, passage_of, patch_wear, rate, solve_passage
+from wearsim.campaign.passage import shared
 from wearsim.contact.solve import ContactModels, Counterface
 from wearsim.damage.wear import WearSettings, passage_depth
 from wearsim.operation.points import select
@@ -113,6 +114,30 @@ def test_models_without_interpenetration_have_no_stability_number(solution, poin
     flat = replace(solution.patch, interpenetration=np.zeros_like(solution.patch.interpenetration))
     result = worn(replace(solution, patch=flat), points, points.weight, state, law_on(wheelset))
     assert not result.stability.any()
+
+
+def test_a_faint_patch_does_not_hold_up_the_step(made_solution, made_points, state, wheelset):
+    """Flat or soft as it may be, with 0.05 % of the load; one that acts in 0.1 % of the distance does."""
+    solution = made_solution(
+        [0, 0, 1] * 2, np.repeat([0, 1], 3), [0.0, 0.02, -0.02] * 2, [5e-3] * 6, [4e6] * 6
+    )
+    whole, share = np.array([1.0, 5e-4, 1.0] * 2), np.array([0.999, 0.001])
+    soft = replace(solution, normal_force=80e3 * whole, max_pressure=1e9 * whole)
+    points, setup = made_points([1.0]), law_on(wheelset)
+
+    def limits(solution):
+        passage = shared(passage_of(solution, setup), share)
+        passage = replace(passage, contact=replace(passage.contact, point=0 * solution.point))
+        rate = accumulate(passage, points, points.weight, state, setup)
+        return rate.stability, half_space_depth_limit(rate, points.weight, ContactModels.of("fast"), 1e-4)
+
+    stability, _ = limits(soft)
+    for low, high, limiting in ((15e-3, 25e-3, False), (-5e-3, 5e-3, True), (-25e-3, -15e-3, True)):
+        near = (state.y[0] > low) & (state.y[0] < high)
+        assert stability[:, near].any() == limiting
+    flat = replace(soft.patch, interpenetration=0.0 * soft.patch.interpenetration)
+    _, limit = limits(replace(soft, patch=flat))
+    assert limit == pytest.approx(1e9 / ContactModels.of("fast").effective_modulus * 1e-4)
 
 
 def test_no_friction_no_wear(made_solution, made_points, state, wheelset):

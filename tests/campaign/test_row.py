@@ -28,9 +28,7 @@ def test_of_more_patches_than_slots_the_most_loaded_are_kept():
         regime_highest=np.arange(10),
     )
     ones = np.ones((10, 3))
-    passage = Passage(
-        Contact(), ones, ones[:, 0], (), ComparisonPassage(), ones[:, 0], 0.0 * ones, ones[:, 0]
-    )
+    passage = Passage(Contact(), ones, ones[:, 0], (), ComparisonPassage(), ones[:, 0])
     row = summarise(passage, wear, 2)
     assert list(row["n_patch"]) == [10, 0]
     np.testing.assert_array_equal(row["area"][0], [1, 3, 4, 6, 7, 8, 9, 10])  # all but the lightest two

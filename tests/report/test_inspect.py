@@ -6,7 +6,6 @@ import pytest
 
 from wearsim.errors import ResultError
 from wearsim.report.inspect import inspect, summary, summary_text, write_figures
-from wearsim.report.tables import quality
 from wearsim.results.limits import attributes_of
 
 
@@ -47,15 +46,6 @@ def test_text_shows_the_units_people_read(run_directory):
     assert "1.200" in text
     assert "undefined" in text  # conicity at the end
     assert "nan" not in text.lower()
-    assert "load 0.02% (0.02%), power 0.02% (0.02%), wear 0.02% (0.02%)" in text
-    assert "faint" not in summary_text(inspect(run_directory / "field.nc"))
-
-
-def test_the_report_lists_what_faint_patches_lost(rig, field):
-    rows = quality([rig, field]).frame.set_index("Check").T
-    for name in ("load", "power", "wear"):
-        text = f"Largest share of the {name} that faint patches lost, in all and of a wheel [%]"
-        assert rows[text].tolist() == ["0.02, 0.02", "none"]
 
 
 def test_figures_are_written_and_change_no_global_setting(run_directory, tmp_path):

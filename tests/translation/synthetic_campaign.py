@@ -6,7 +6,6 @@ import numpy as np
 
 from wearsim.profile.shape import arc_length, polygon_area_between, vertex_normals
 from wearsim.results import FILL_FLOAT, FILL_INT, PATCH_SLOTS, Header, create
-from wearsim.results.schema import FAINT
 
 POINTS = 181
 RADIUS = 0.46
@@ -130,7 +129,6 @@ def campaign_rows(kind, header, steps, rate, friction_free=False):
             "max_wear_depth": depth.max(axis=1),
             "equivalent_conicity": np.array(0.17 + 100.0 * depth.max() if k < 4 else FILL_FLOAT),
             "n_patch": np.full(n, 3),
-            **dict.fromkeys(FAINT, np.array(2e-4 if kind == "rig" else 0.0)),
         }
         row |= _patches(kind, header, 1.0 + 0.05 * k)
         yield {name: np.asarray(value) for name, value in row.items()}

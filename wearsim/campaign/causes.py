@@ -310,7 +310,7 @@ def _area_rates(world: World, values: FloatArray) -> FloatArray:
     zone = 1 + np.searchsorted(list(WHEEL_ZONES.values())[:-1], passage.contact.wheel_y, side="right")
     rate = np.zeros((count, 1 + len(WHEEL_ZONES)))
     for place in (np.zeros_like(zone), zone):
-        np.add.at(rate, (passage.contact.point, place), passage.weight * passage.wear.area_rate)
+        np.add.at(rate, (passage.contact.point, place), passage.wear.area_rate)
     rate[list(passage.failed)] = np.nan
     return rate
 

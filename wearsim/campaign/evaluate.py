@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from wearsim.campaign.comparison import ComparisonLaws, comparison_laws, comparison_passage
 from wearsim.campaign.counterface import with_counterface, worn_counterface
-from wearsim.campaign.faint import faded, shared
 from wearsim.campaign.left_out import Failed, judged
-from wearsim.campaign.passage import Passage
+from wearsim.campaign.passage import Passage, shared
 from wearsim.campaign.state import PatchWear, PointHistory, State, WearRate, worn_wheels
 from wearsim.campaign.vertices import sample, share_out, stretches, strip_heights
+from wearsim.contact.normal.model import FAINT
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import NEARBY, ContactPatches
 from wearsim.contact.solve import (
@@ -73,19 +73,16 @@ def setup_of(campaign: CampaignSetup, threads: int = 1) -> Setup:
 
 
 def passage_of(solution: ContactSolution, setup: Setup) -> Passage:
-    """Evaluate the laws of a setup on a contact solution, and let faint patches fade out."""
+    """Evaluate the laws of a setup on a contact solution."""
     fields = solution.fields
-    whole = Passage(
+    return Passage(
         solution.patches(),
         fields.strip_work,
         fields.work_density.max(axis=(1, 2), initial=0.0),
         tuple(passage_depth(fields, solution.area, setup.wear)),
         comparison_passage(solution, setup.comparison),
-        weight=np.ones(solution.point.size),
-        lost=np.zeros((solution.point.size, 3)),
         share=np.ones(solution.point.size),
     )
-    return faded(whole)
 
 
 def worn_bodies(state: State, setup: Setup) -> tuple[Wheelset, Counterface]:
@@ -238,7 +235,7 @@ def accumulate(
 
     gap = solution.patch.interpenetration
     rim = _RIM * gap.max(axis=1, keepdims=True, initial=0.0)
-    full = passage.weight == 1.0
+    full = _full(passage)
     load_bearing = (gap > rim) & full[:, None]  # a faint patch does not limit the step
     law = scale[0][:, None] * np.sum(passage.depth, axis=0)
     over_gap = np.where(load_bearing, law / np.where(load_bearing, gap, 1.0), 0.0)
@@ -255,6 +252,14 @@ def accumulate(
         return result
     radius = setup.wheelset.radius
     return with_counterface(result, law, over_gap, state, radius, setup.counterface_wear)
+
+
+def _full(passage: Passage) -> NDArray[np.bool_]:
+    """Whether patches (m,) are not faint among those of their wheel, in however short a run they act."""
+    force = passage.contact.normal_force
+    wheel = 2 * passage.contact.point + passage.contact.side
+    full: NDArray[np.bool_] = force >= FAINT * passage.share * np.bincount(wheel, force)[wheel]
+    return full
 
 
 def carried(passage: Passage, scale: FloatArray, state: State, setup: Setup) -> FloatArray:

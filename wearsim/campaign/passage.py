@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from wearsim.campaign.comparison import ComparisonPassage
 from wearsim.campaign.state import PatchWear
@@ -11,6 +11,11 @@ from wearsim.contact.patch import FloatArray
 from wearsim.contact.problem import ContactPatches
 from wearsim.contact.wheels import Wheels
 from wearsim.errors import ContactError
+
+_FORCES = (
+    "normal_force", "force_x", "force_y", "spin_moment", "power", "track_lateral", "track_vertical",
+    "track_longitudinal", "track_yaw_moment", "track_roll_moment",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -22,11 +27,30 @@ class Passage:
     work_density_max: FloatArray  # (m,) of all cells [Pa]
     depth: tuple[FloatArray, ...]  # (m, ny) by the regimes of the active wear law, along the normal [m]
     comparison: ComparisonPassage
-    weight: FloatArray  # (m,) with which each patch acts: below 1 where it is faint [-]
-    lost: FloatArray  # (m, 3) share of load, power and wear that faint patches of its wheel lost [-]
     share: FloatArray  # (m,) of the distance of its point that each acts in; forces and wear are means [-]
     failed: Mapping[int, ContactError] = field(default_factory=dict)  # points without contact solution
     # what follows from the profiles, of `solve_passage` alone
     wear: PatchWear | None = None
     strip_edges_arc: FloatArray | None = None  # (m, ny + 1) arc length at the edges of strips [m]
     wheels: Mapping[bytes, Wheels] | None = None  # of its chunks, for another passage to begin with
+
+
+def shared(passage: Passage, share: FloatArray) -> Passage:
+    """Passage of patches that act in shares of the distance of their points, those of its runs (n,)."""
+    contact, comparison = passage.contact, passage.comparison
+    factor = share[contact.point]
+    if (factor == 1.0).all():
+        return passage
+
+    def of(values: tuple[FloatArray, ...]) -> tuple[FloatArray, ...]:
+        return tuple(factor[:, None] * value for value in values)
+
+    laws = replace(comparison, depth=tuple(map(of, comparison.depth)), damage=of(comparison.damage))
+    return replace(
+        passage,
+        contact=replace(contact, **{name: factor * getattr(contact, name) for name in _FORCES}),
+        strip_work=factor[:, None] * passage.strip_work,
+        depth=of(passage.depth),
+        comparison=laws,
+        share=factor,
+    )

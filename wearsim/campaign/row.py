@@ -23,7 +23,6 @@ from wearsim.campaign.counterface import (
     static_counterface,
 )
 from wearsim.campaign.evaluate import Evaluation
-from wearsim.campaign.faint import lost_row
 from wearsim.campaign.left_out import row_left_out
 from wearsim.campaign.passage import Passage
 from wearsim.campaign.running import row_running
@@ -99,7 +98,6 @@ def build_row(
         **{name: np.asarray(getattr(state, field)) for name, field in _OF_STATE.items()},
         **{name: measures[name] for name in _MEASURES},
         **summarise(evaluation.passage, evaluation.wear, len(setup.points.label)),
-        **lost_row(evaluation.passage, setup.points, evaluation.weight),
         **comparison_row(state, collective, laws),
         **counterface_row(state.counterface),
         **row_left_out(state.points),

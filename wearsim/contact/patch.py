@@ -121,7 +121,7 @@ class StripPlanes:
         """Similar strips in the same planes; lengths and pressures by a scale (m,), from centres (m,)."""
         wide, centre = scale[:, None], centre_y[:, None]
         return StripPlanes(
-            y=centre + wide * (self.y - centre),
+            y=self.y + (wide - 1.0) * (self.y - centre),
             station=self.station + (wide - 1.0) * self.offset,
             width=wide * self.width,
             half=wide * self.half,

@@ -17,7 +17,8 @@ from wearsim.contact.gap import between_points
 from wearsim.contact.geometry import CounterfaceProfile, Gap, WheelsetPose, WheelSurface, gap
 from wearsim.contact.kernel import kernel, plain
 from wearsim.contact.normal import NORMAL_MODELS, NormalModel, NormalSolution
-from wearsim.contact.patch import FloatArray, IntArray, PatchGrid, Resolution, mean_over_planes
+from wearsim.contact.normal.faint import faded_loads, similar
+from wearsim.contact.patch import FloatArray, IntArray, Resolution, mean_over_planes
 from wearsim.contact.problem import ContactConditions, ContactModels, Wheelset
 from wearsim.contact.tangential import (
     TANGENTIAL_MODELS,
@@ -184,6 +185,7 @@ def normal_of(
     try:
         resolution = COARSE if rough else models.resolution
         found = model(side.gap, row, load, resolution=resolution, start=start, rough=rough, **options)
+        found = _faded(found, task.vertical)
         return replace(found, stood_in=np.zeros(found.patch.row.size, dtype=bool))
     except ContactError as error:
         if error.row is None:
@@ -219,8 +221,18 @@ def _stood_in(
     fine = models.resolution
     resolution = replace(fine, strips=max(fine.strips, model.fewest), cells=max(fine.cells, model.fewest))
     found = model(gap, row, load, resolution=resolution, start=None, rough=False, **options)
+    found = _faded(found, options["vertical"])
     stood_in = np.ones(found.patch.row.size, dtype=bool)
     return replace(found, patch=replace(found.patch, grid=None), stood_in=stood_in)
+
+
+def _faded(normal: NormalSolution, vertical: bool) -> NormalSolution:
+    """Solution in which the faint patches of wheels have faded, and without those that are gone."""
+    ratio = faded_loads(normal, vertical)
+    if (ratio == 1.0).all():
+        return normal
+    kept = ratio > 0.0
+    return similar(patches_where(normal, kept), ratio[kept])
 
 
 def by_row(parts: list[NormalSolution]) -> NormalSolution:
@@ -377,37 +389,12 @@ def stretched(wheels: Wheels, load: FloatArray) -> Wheels:
     ratio = load.ravel()[wheels.place] / wheels.load
     if (ratio == 1.0).all():
         return wheels
-    normal = wheels.normal
-    patch, s = normal.patch, np.cbrt(ratio)
-    wide = s[:, None]
-    motion, grid, planes = wheels.kinematics, patch.grid, patch.planes
+    before, motion, s = wheels.normal, wheels.kinematics, np.cbrt(ratio)
+    planes, wide, middle = before.patch.planes, s[:, None], wheels.wheel_y[:, None]
     if planes is not None:  # strips move outwards in their planes
         motion = moved(motion, np.zeros_like(planes.station), (wide - 1.0) * planes.offset)
-        planes = planes.stretched(s, normal.centre_y)
-    if grid is not None:
-        pressure = wide[:, :, None] * grid.pressure
-        grid = PatchGrid(s * grid.x_lead, s * grid.cell_length, pressure)
-    patch = replace(
-        patch,
-        y=wide * patch.y,
-        width=s * patch.width,
-        x_lead=wide * patch.x_lead,
-        x_trail=wide * patch.x_trail,
-        interpenetration=wide**2 * patch.interpenetration,
-        grid=grid,
-        planes=planes,
-    )
-    centre, middle = normal.centre_y[:, None], wheels.wheel_y[:, None]
-    normal = replace(
-        normal,
-        patch=patch,
-        approach=s**2 * normal.approach,
-        normal_force=ratio * normal.normal_force,
-        max_pressure=s * normal.max_pressure,
-        edge_y=centre + wide * (normal.edge_y - centre),
-        vertical_displacement=normal.vertical_displacement
-        + (s**2 - 1.0) * normal.approach / np.cos(normal.contact_angle),
-    )
+    lowered = (s**2 - 1.0) * before.approach / np.cos(before.contact_angle)
+    normal = replace(similar(before, ratio), vertical_displacement=before.vertical_displacement + lowered)
     return replace(
         wheels,
         load=ratio * wheels.load,

@@ -19,7 +19,6 @@ from wearsim.report.texts import environment, stated_warnings, wears, words
 from wearsim.results import checks, load_results, result_warnings
 from wearsim.results.fatigue import largest_index, quantity_of
 from wearsim.results.limits import limits_met
-from wearsim.results.schema import FAINT
 from wearsim.whole_files import json_value
 
 _ALONG = {
@@ -71,7 +70,6 @@ def summary(dataset: xr.Dataset) -> dict[str, Any]:
         "worn": {name: dataset[name].values[end] for name in measures},
         "contact": {name: _ends(np.abs(dataset[name].values[end])) for name in _CONTACT},
         "regime_share": dict(zip(dataset["regime_name"].values, share, strict=True)),
-        "faint": {name: dataset[name].values.max() for name in FAINT if name in dataset},
         "ended": str(dataset.attrs.get("finished", "")) or None,
         "limits": {one.name: {"limit": one.limit, "met": one.distance} for one in limits_met(dataset)},
         "reprofilings": checks.reprofilings(dataset),

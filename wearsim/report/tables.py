@@ -288,10 +288,6 @@ def _checks(dataset: xr.Dataset) -> dict[str, Any]:
     most = f"{checks.LOAD_TOLERANCE:.0%}"
     text = f"Distance run with normal forces scaled to the wheel load by more than {most} [%]"
     rows[text] = 100.0 * scaling.distance_share if scaling else "none"
-    for name in ("load", "power", "wear"):
-        shares = [100.0 * float(dataset[f"faint_{name}{of}"].values.max()) for of in ("", "_max")]
-        text = f"Largest share of the {name} that faint patches lost, in all and of a wheel [%]"
-        rows[text] = ", ".join(f"{share:.2g}" for share in shares) if max(shares) > 0.0 else "none"
     tread = checks.tread_wear(dataset)
     if tread is not None:
         rows["Largest wear depth on the tread per 100 000 km [mm]"] = 1e3 * tread

@@ -104,9 +104,6 @@ def check_row(header: Header, row: Row) -> None:
             )
 
 
-FAINT = tuple(f"faint_{name}{largest}" for name in ("load", "power", "wear") for largest in ("", "_max"))
-"""Variables on what faint patches lost."""
-
 KINDS: dict[str, Any] = {"f8": np.dtype("f8"), "i4": np.dtype("i4"), "str": str}
 """Types of variables in result files by the kind of their quantity."""
 

@@ -28,7 +28,8 @@ LONGEST_PATCH = 0.3
 """Largest half length of a patch over the smallest rolling radius: there the parabola that stands for a
 circle is 2 % off, surfaces are inclined by 17 degrees and strains reach 10 %: no half-space any more."""
 FAINT = 1e-3
-"""Share of a wheel's load below which a patch is faint: it may be at an edge or beyond a half-space."""
+"""Share of a wheel's load below which a patch is faint: it may be at an edge or beyond a half-space. Whoever
+solves wheels lets it fade, see `normal.faint`."""
 
 
 @dataclass(frozen=True)
