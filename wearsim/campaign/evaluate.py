@@ -23,11 +23,10 @@ from wearsim.contact.solve import (
     ContactModels,
     ContactSolution,
     Counterface,
-    Earlier,
     Wheelset,
     solve_each,
 )
-from wearsim.contact.wheels import Wheels, joined
+from wearsim.contact.wheels import joined
 from wearsim.damage.wear import WearSettings, highest_regime, passage_depth, patch_regime
 from wearsim.errors import ContactError
 from wearsim.operation.points import OperatingPoints, mask_of, shared_weight
@@ -109,7 +108,6 @@ def solve_passage(
     points whose place is given begins at that of an `earlier` passage, which saves work and changes nothing
     beyond the tolerance.
     """
-    wheels: dict[bytes, Wheels] = {}
     bodies, every, groups = worn_bodies(state, setup), list[Passage](), 0
     failed: Failed = {}
     conditions, of, share = points.runs
@@ -128,11 +126,9 @@ def solve_passage(
         groups += 1
         rows: Failed | None = None if state.points is None else {}
         evaluated = partial(_passage_at, of[index], share[index], setup, state)
-        begin = Earlier(of[index], {} if earlier is None else earlier.wheels or {}, wheels)
         try:
             every += solve_each(
-                conditions.at(index), *bodies, setup.models, evaluated, failed=rows, begin=begin,
-                **setup.options,
+                conditions.at(index), *bodies, setup.models, evaluated, failed=rows, **setup.options,
             )  # fmt: skip
         except ContactError as error:
             raise _numbered(error, of[index]) from None
@@ -140,7 +136,7 @@ def solve_passage(
     wheel = np.concatenate([2 * part.contact.point + part.contact.side for part in every])
     order = np.argsort(wheel, kind="stable")
     whole: Passage = joined(every, order if groups > 1 or points.beyond is not None else None)
-    return replace(whole, failed=failed, wheels=wheels)
+    return replace(whole, failed=failed)
 
 
 def _nearby(contact: ContactPatches, points: OperatingPoints, of: IntArray) -> FloatArray:

@@ -9,7 +9,6 @@ from wearsim.campaign.comparison import ComparisonPassage
 from wearsim.campaign.state import PatchWear
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.problem import ContactPatches
-from wearsim.contact.wheels import Wheels
 from wearsim.errors import ContactError
 
 _FORCES = (
@@ -32,7 +31,6 @@ class Passage:
     # what follows from the profiles, of `solve_passage` alone
     wear: PatchWear | None = None
     strip_edges_arc: FloatArray | None = None  # (m, ny + 1) arc length at the edges of strips [m]
-    wheels: Mapping[bytes, Wheels] | None = None  # of its chunks, for another passage to begin with
 
 
 def shared(passage: Passage, share: FloatArray) -> Passage:

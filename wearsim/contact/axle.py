@@ -27,7 +27,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearsim.contact.guidance import Guidance
-from wearsim.contact.loaded import SIMILAR, displacements, loads_of, may_be_stretched, solved_wheels
+from wearsim.contact.loaded import (
+    SIMILAR,
+    displacements,
+    loads_of,
+    may_be_stretched,
+    renewed,
+    solved_wheels,
+)
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.problem import ContactConditions
@@ -250,8 +257,7 @@ class Wheelsets:
         rows : (n,) bool array
             Wheelsets to solve; the others have no contact.
         near : Contact, optional
-            In a state nearby: its patches are stretched where the pose is the same and the load similar, and
-            solved from these otherwise.
+            In a state nearby: its patches are stretched where the pose is the same and the load similar.
         stretch : bool
             Whether patches are stretched whatever the load.
 
@@ -276,12 +282,6 @@ class Wheelsets:
                 faults.update(dict.fromkeys(failed, error))
                 solved[failed] = False
         return Contact(None, np.zeros((self.count, 2, 6)), solved, pose, load, sides, faults)
-
-    def beside(self, wheels: Wheels) -> Contact:
-        """Contact of all wheelsets in another state, of which only the wheels are known, to begin with."""
-        nothing = np.full((self.count, 3), np.nan)
-        every = np.ones(self.count, dtype=bool)
-        return Contact(wheels, np.zeros((self.count, 2, 6)), every, nothing, nothing[:, :2])
 
     def of_wheels(self, unknown: FloatArray, wheels: Wheels, sides: tuple[Side, ...]) -> Contact:
         """Contact of all wheelsets in a state (n, 6), of patches that were solved for it."""
@@ -328,20 +328,10 @@ class Wheelsets:
         same = rows & near.solved & (near.pose == pose).all(axis=1)
         similar = same[:, None] & (stretch | may_be_stretched(near.wheels, near.load, load))
         again = here & ~similar
-        parts = []
-        kept = (here & similar).ravel()[near.wheels.place]
-        if kept.any():
-            parts.append(stretched(patches_where(near.wheels, kept), load))
-        if again.any() or not self.count:
-            start = None if self._begins_anew else near.wheels
-            parts.append(solved_wheels(self.task, posed, sides, load, again, start, rough=self.coarse))
-        return by_point(parts)[0], np.where(similar, near.load, load)
-
-    @property
-    def _begins_anew(self) -> bool:
-        """Whether patches have several solutions: those of another place would lead to another one."""
-        several = NORMAL_MODELS[self.task.models.normal].several_solutions
-        return several and bool(self.guidance.free.any())
+        wheels = patches_where(near.wheels, here.ravel()[near.wheels.place])
+        if again.any():
+            wheels = renewed(self.task, posed, sides, wheels, load, again, rough=self.coarse)
+        return stretched(wheels, load), np.where(similar, near.load, load)
 
     def forces(
         self, unknown: FloatArray, wheels: Wheels, *, fields: bool = False

@@ -288,7 +288,7 @@ def settled(
     problem: Wheelsets,
     unknown: FloatArray,
     slope: FloatArray,
-    contact: Contact | None,
+    contact: Contact | None = None,
 ) -> Settled:
     """Balance torque, loads and heights of wheelsets whose place is given.
 

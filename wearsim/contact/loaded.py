@@ -19,7 +19,6 @@ from wearsim.contact.wheels import (
     Task,
     Wheels,
     by_point,
-    joined,
     normal_of,
     patches_where,
     planes_of,
@@ -39,7 +38,6 @@ def solved_wheels(
     sides: Sequence[Side],
     load: FloatArray,
     wanted: NDArray[np.bool_],
-    start: Wheels | None = None,
     rough: bool = False,
 ) -> Wheels:
     """Solve normal and kinematical problem of the wheels `wanted` (n, 2) under loads (n, 2), by point."""
@@ -48,15 +46,11 @@ def solved_wheels(
         row = np.flatnonzero(wanted[:, side.number])
         if row.size == 0 and chunk.shift.size > 0:
             continue
-        earlier = None
-        if start is not None:
-            mask = (start.sign == side.sign) & wanted[start.normal.patch.row, side.number]
-            earlier = patches_where(start.normal, mask)
         part = load[:, side.number]
         try:
-            normal = side.rough if rough and start is None else None
+            normal = side.rough
             if normal is None:
-                normal = normal_of(task, side, row, part[row], start=earlier, rough=rough)
+                normal = normal_of(task, side, row, part[row], rough=rough)
             several = np.flatnonzero(np.diff(normal.patch.row) == 0)
             if chunk.creepage is not None and several.size > 0 and not rough:
                 raise ContactError(
@@ -65,16 +59,7 @@ def solved_wheels(
                 )
         except ContactError as error:
             error.side = side.number
-            if (
-                start is None
-                or error.row is None
-                or load[error.row, side.number] <= _RAISED * chunk.loads[error.row, side.number]
-            ):
-                raise
-            times = load[error.row, side.number] / chunk.loads[error.row, side.number]
-            raise lifted(
-                start, error.row, side.number, f"at {times:.1f} times the wheel load {error}"
-            ) from None
+            raise
         parts.append(wheels_of(task, side, chunk, normal, part))
     return by_point(parts)[0]
 
@@ -96,11 +81,19 @@ def renewed(
     *,
     rough: bool = False,
 ) -> Wheels:
-    """Solve some of the wheels (n, 2) anew under their loads."""
+    """Solve some of the wheels (n, 2) anew under their loads; others stay as they are."""
     kept = ~again.ravel()[wheels.place]
-    solved = solved_wheels(task, chunk, sides, load, again, start=wheels, rough=rough)
-    whole: Wheels = joined([patches_where(wheels, kept), solved]) if kept.any() else solved
-    return whole
+    try:
+        solved = solved_wheels(task, chunk, sides, load, again, rough=rough)
+    except ContactError as error:
+        if error.row is None or error.side is None:
+            raise
+        times = load[error.row, error.side] / chunk.loads[error.row, error.side]
+        if times <= _RAISED:
+            raise
+        reason = f"at {times:.1f} times the wheel load {error}"
+        raise lifted(wheels, error.row, error.side, reason) from None
+    return by_point([patches_where(wheels, kept), solved])[0] if kept.any() else solved
 
 
 def may_be_stretched(wheels: Wheels, solved: FloatArray, load: FloatArray) -> NDArray[np.bool_]:

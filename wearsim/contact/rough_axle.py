@@ -124,6 +124,7 @@ def _bracketed(
     here = np.zeros((count, 2), bool)
     here[:, [side.number for side in sides]] = True
     rough = solved_wheels(task, chunk, sides, load, here, rough=True)
+    sides = tuple(replace(side, rough=None) for side in sides)  # that is under the wheel loads
     speed = -chunk.speed / task.wheelset.radius if given is None else given
     low, high = np.full((count, 2), -np.inf), np.full((count, 2), np.inf)
     open_rows = np.ones(count, bool)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
@@ -126,18 +126,6 @@ def available_cores() -> int:
     return os.cpu_count() or 1
 
 
-@dataclass(frozen=True)
-class Earlier:
-    """Wheels in equilibrium that chunks begin with, and those they come to, by the bytes of their points.
-
-    The same points on the same rails make a chunk once.
-    """
-
-    point: IntArray  # (n,) number of each
-    before: Mapping[bytes, Wheels]
-    found: dict[bytes, Wheels]
-
-
 def solve_each(
     conditions: ContactConditions,
     wheelset: Wheelset,
@@ -150,15 +138,14 @@ def solve_each(
     threads: int = 1,
     failed: dict[int, ContactError] | None = None,
     fields: Wanted = True,
-    begin: Earlier | None = None,
 ) -> list[Result]:
     """Solve chunk by chunk and keep only what `each` makes of a chunk's solution.
 
     The fields of a batch of points fill a hundred times the memory of the rest; whoever needs them only
     for a sum passes that sum as `each`, which runs on the chunk's thread. Points without a solution are left
     out and put into `failed` with their errors, where it is given; the rest of their chunk is solved without
-    them. With `fields` "work" pressure, shear and slip have no meaning: models may not give them. Points
-    with `nearby` begin with the wheels of `begin`. Other parameters: see `solve`.
+    them. With `fields` "work" pressure, shear and slip have no meaning: models may not give them. Other
+    parameters: see `solve`.
 
     Returns
     -------
@@ -178,7 +165,7 @@ def solve_each(
         task = tasks[int(rail[start]) if count else 0]
         while True:
             try:
-                solution = _solve_chunk(task, conditions.at(index), index, begin)
+                solution = _solve_chunk(task, conditions.at(index), index)
                 break
             except ContactError as error:
                 if failed is None or error.row is None:
@@ -363,9 +350,7 @@ def _placed(error: ContactError, chunk: ContactConditions, index: IntArray) -> C
     return type(error)(f"{place}: {error}", point, side, index[list(error.rows)].tolist())
 
 
-def _solve_chunk(
-    task: Task, chunk: ContactConditions, index: IntArray, begin: Earlier | None
-) -> ContactSolution:
+def _solve_chunk(task: Task, chunk: ContactConditions, index: IntArray) -> ContactSolution:
     """All four problems for the chunk of the points at `index`, from equilibria nearby or else anew."""
     if chunk.nearby is None:
         return _solved_from(task, chunk, index)
@@ -373,7 +358,7 @@ def _solve_chunk(
     parts: list[ContactSolution] = []
     while near.any() and not parts:
         try:
-            parts.append(_solved_from(task, chunk.at(np.flatnonzero(near)), index[near], begin))
+            parts.append(_solved_from(task, chunk.at(np.flatnonzero(near)), index[near]))
         except ContactError as error:
             near &= ~np.isin(index, error.rows) & (error.row is not None)
     if not parts or not near.all():
@@ -384,26 +369,19 @@ def _solve_chunk(
     return whole
 
 
-def _solved_from(
-    task: Task, chunk: ContactConditions, index: IntArray, begin: Earlier | None = None
-) -> ContactSolution:
+def _solved_from(task: Task, chunk: ContactConditions, index: IntArray) -> ContactSolution:
     """Solve a chunk from where it begins."""
-    key = b"" if begin is None else begin.point[index].tobytes()
     speed = _given_speed(task, chunk, index)
     numbers = (0, 1) if speed is None or chunk.free_roll else task.sides
-    earlier = None if begin is None else begin.before.get(key)
     problems = _together(task, chunk, numbers, speed)
     try:
-        parts = [_settled(problem, earlier) for problem in problems]
+        parts = [_settled(problem) for problem in problems]
     except ContactError as error:
         if error.row is None:  # the grid: a fault of no point
             raise
         raise _placed(error, chunk, index) from None
     wheels, order = by_point([part.wheels for part in parts])
     contact = contact_joined([part.contact for part in parts], order)
-    # pressures of grids would fill the memory of all points
-    if begin is not None and wheels.normal.patch.grid is None:
-        begin.found[key] = wheels
     if numbers != task.sides:
         wanted = np.isin(wheels.sign < 0.0, np.array(task.sides) == 1)
         wheels, contact = patches_where(wheels, wanted), contact_where(contact, wanted)
@@ -426,8 +404,8 @@ def _together(
     return [Wheelsets(task, chunk, placed, speed, group) for group in groups]
 
 
-def _settled(problem: Wheelsets, earlier: Wheels | None) -> Settled:
-    """Balance wheelsets, from coarse patches or from an equilibrium nearby, with its wheels if known."""
+def _settled(problem: Wheelsets) -> Settled:
+    """Balance wheelsets, from coarse patches or from an equilibrium nearby."""
     nearby = problem.chunk.nearby
     if nearby is None:
         return settled(problem, *begun_with_coarse_patches(problem))
@@ -435,11 +413,7 @@ def _settled(problem: Wheelsets, earlier: Wheels | None) -> Settled:
     unknown[:, :PLACED] = nearby[:, :PLACED]
     slopes = np.zeros((problem.count, UNKNOWNS, UNKNOWNS))
     slopes[:, :PLACED, :PLACED] = nearby[:, PLACED:].reshape(-1, PLACED, PLACED)
-    contact = None
-    if earlier is not None:
-        wheels = patches_where(earlier, np.isin(earlier.sign < 0.0, np.array(problem.sides) == 1))
-        contact = problem.beside(wheels)
-    return settled(problem, unknown, slopes, contact)
+    return settled(problem, unknown, slopes)
 
 
 def _given_speed(task: Task, chunk: ContactConditions, index: IntArray) -> FloatArray | None:
@@ -460,7 +434,7 @@ def _rotation_speed(task: Task, chunk: ContactConditions, index: IntArray) -> Fl
         )
         try:
             (problem,) = _together(task, central, task.sides[:1], nominal)
-            wheels = _settled(problem, None).wheels
+            wheels = _settled(problem).wheels
         except ContactError as error:
             if error.row is None:
                 raise

@@ -166,13 +166,12 @@ def normal_of(
     row: IntArray,
     load: FloatArray,
     *,
-    start: NormalSolution | None = None,
     rough: bool = False,
 ) -> NormalSolution:
     """Solve the normal contact of rows of a side under loads (k,) [N].
 
-    A row whose rough solution, or solution from a start, fails is solved in full; one that has no solution in
-    full, by the model that stands in for its own. The others stay as is.
+    A row whose rough solution fails is solved in full; one that has no solution in full, by the model that
+    stands in for its own. The others stay as is.
     """
     models = task.models
     model = NORMAL_MODELS[models.normal]
@@ -181,31 +180,26 @@ def normal_of(
         "effective_modulus": models.effective_modulus,
         "parameters": dict(models.parameters),
     }
-    in_full = not rough and start is None
     try:
         resolution = COARSE if rough else models.resolution
-        found = model(side.gap, row, load, resolution=resolution, start=start, rough=rough, **options)
+        found = model(side.gap, row, load, resolution=resolution, rough=rough, **options)
         found = _faded(found, task.vertical)
         return replace(found, stood_in=np.zeros(found.patch.row.size, dtype=bool))
     except ContactError as error:
         if error.row is None:
             raise
-        if in_full and not (model.instead and isinstance(error, NumericalError)):
+        if not rough and not (model.instead and isinstance(error, NumericalError)):
             raise
         failed = np.isin(row, error.rows)
-    if in_full:
+    if rough:
+        full = normal_of(task, side, row[failed], load[failed])
+        parts = [replace(full, patch=replace(full.patch, planes=None))]  # as rough solutions are
+    else:
         parts = [
             _stood_in(NORMAL_MODELS[model.instead], side.gap, row[failed], load[failed], models, options)
         ]
-    else:
-        full = normal_of(task, side, row[failed], load[failed])
-        if rough:  # as rough solutions are
-            full = replace(full, patch=replace(full.patch, planes=None))
-        parts = [full]
     if not failed.all():
-        rest = row[~failed]
-        near = None if start is None else patches_where(start, np.isin(start.patch.row, rest))
-        parts.append(normal_of(task, side, rest, load[~failed], start=near, rough=rough))
+        parts.append(normal_of(task, side, row[~failed], load[~failed], rough=rough))
     return by_row(parts)
 
 
@@ -220,7 +214,7 @@ def _stood_in(
     """Solution by a model that stands in for one on strips: its pressures on strips of the same loads."""
     fine = models.resolution
     resolution = replace(fine, strips=max(fine.strips, model.fewest), cells=max(fine.cells, model.fewest))
-    found = model(gap, row, load, resolution=resolution, start=None, rough=False, **options)
+    found = model(gap, row, load, resolution=resolution, rough=False, **options)
     found = _faded(found, options["vertical"])
     stood_in = np.ones(found.patch.row.size, dtype=bool)
     return replace(found, patch=replace(found.patch, grid=None), stood_in=stood_in)
@@ -418,11 +412,9 @@ def forces_of(
     model: TangentialModel,
     *,
     fields: bool = False,
-    **options: Any,
 ) -> Forces:
-    """Creep forces of patches at rotation speeds (n,) [rad/s]; further options as of `TangentialSolver`."""
-    options["fields"] = fields and (model.warm or task.fields)
-    contact = _contact_of(task, wheels, speed, model, options)
+    """Creep forces of patches at rotation speeds (n,) [rad/s], with the fields of the task if wanted."""
+    contact = _contact_of(task, wheels, speed, model, fields and task.fields)
     motion, normal_force = wheels.kinematics, planes_of(wheels.normal).normal_force
     torque, vertical = np.zeros((2, 2 * speed.size))
     _add_up(
@@ -433,38 +425,34 @@ def forces_of(
 
 
 def _contact_of(
-    task: Task, wheels: Wheels, speed: FloatArray, model: TangentialModel, options: dict[str, Any]
+    task: Task, wheels: Wheels, speed: FloatArray, model: TangentialModel, wanted: Wanted
 ) -> TangentialSolution:
     """Tangential solution of patches; a wheel that fails is solved by itself, the others without it."""
     row = wheels.normal.patch.row
     try:
-        return _solved_by(model, task, wheels, speed, options)
+        return _solved_by(model, task, wheels, speed, wanted)
     except NumericalError as error:
         if not model.instead or error.row is None:
             raise
         failed = np.isin(row, error.rows)
     masks = [wheels.place == place for place in np.unique(wheels.place[failed])]
-    parts = [_alone(task, patches_where(wheels, mask), speed, model, options) for mask in masks]
+    parts = [_alone(task, patches_where(wheels, mask), speed, model, wanted) for mask in masks]
     if not failed.all():
-        start = options.get("start")
-        near = None if start is None else contact_where(start, ~failed)
-        rest = patches_where(wheels, ~failed)
         masks.append(~failed)
-        parts.append(_contact_of(task, rest, speed, model, options | {"start": near}))
+        parts.append(_contact_of(task, patches_where(wheels, ~failed), speed, model, wanted))
     return contact_joined(parts, np.argsort(np.concatenate([np.flatnonzero(mask) for mask in masks])))
 
 
 def _alone(
-    task: Task, wheel: Wheels, speed: FloatArray, model: TangentialModel, options: dict[str, Any]
+    task: Task, wheel: Wheels, speed: FloatArray, model: TangentialModel, wanted: Wanted
 ) -> TangentialSolution:
-    """Solve one wheel from nothing, by the model that stands in if that fails."""
-    options = options | {"start": None}
+    """Solve one wheel by itself, by the model that stands in if that fails."""
     try:
-        return _solved_by(model, task, wheel, speed, options)
+        return _solved_by(model, task, wheel, speed, wanted)
     except NumericalError as error:
         patch = wheel.normal.patch
         try:
-            found = _solved_by(TANGENTIAL_MODELS[model.instead], task, wheel, speed, options)
+            found = _solved_by(TANGENTIAL_MODELS[model.instead], task, wheel, speed, wanted)
         except ContactError:
             raise error from None
     if patch.planes is not None:  # in one plane: the same force per load of all strips
@@ -474,14 +462,13 @@ def _alone(
 
 
 def _solved_by(
-    model: TangentialModel, task: Task, wheels: Wheels, speed: FloatArray, options: dict[str, Any]
+    model: TangentialModel, task: Task, wheels: Wheels, speed: FloatArray, wanted: Wanted
 ) -> TangentialSolution:
     """Tangential solution of patches by a model."""
-    patch = wheels.normal.patch
+    patch, strips = wheels.normal.patch, None
     creepage = wheels.kinematics.creepage(speed[patch.row])
     if patch.planes is not None and model.takes_strips_of(patch):
-        motion = StripMotion(wheels.place, creepage, wheels.friction, wheels.kinematics.x[:, 0])
-        options = options | {"strips": motion}
+        strips = StripMotion(wheels.place, creepage, wheels.friction, wheels.kinematics.x[:, 0])
     normal_force = planes_of(wheels.normal).normal_force
     found = model(
         patch,
@@ -489,7 +476,8 @@ def _solved_by(
         mean_over_planes(wheels.friction, normal_force),
         shear_modulus=task.models.shear_modulus,
         poisson_ratio=task.models.poisson_ratio,
-        **options,
+        fields=wanted,
+        **({} if strips is None else {"strips": strips}),
     )
     return replace(found, stood_in=np.zeros(patch.row.size, dtype=bool))
 

@@ -87,7 +87,6 @@ class NormalSolver(Protocol):
         effective_modulus: float,
         resolution: Resolution,
         parameters: dict[str, float],
-        start: NormalSolution | None = None,
         rough: bool = False,
     ) -> NormalSolution:
         """Patches and pressures of rows of a gap.
@@ -109,12 +108,10 @@ class NormalSolver(Protocol):
             Strips across each patch and cells along them, from its size.
         parameters : dict
             Of all models, each takes its own.
-        start : NormalSolution, optional
-            Of the same rows under loads nearby: saves work and changes nothing beyond the tolerance.
         rough : bool
             Whether some percent of error in forces and planes are good enough: a model may leave out what
-            costs; patches lie in one plane each, without `planes`. Where a rough solution, or one from a
-            start, raises, the caller solves the row in full.
+            costs; patches lie in one plane each, without `planes`. Where a rough solution raises, the
+            caller solves the row in full.
 
         Returns
         -------
@@ -155,9 +152,9 @@ class NormalModel:
         Operating points that are solved together, at most: few where one takes milliseconds, so that all
         threads have some.
     scatter : float
-        By which vertical displacements may differ that are found from unlike starts [m].
+        By which vertical displacements jump where its strips are laid anew [m].
     several_solutions : bool
-        Whether some wheels have several, of which a start decides: forces jump with the pose.
+        Whether some wheels have several: forces jump with the pose.
     underrates_pressure : bool
         Whether its largest pressures are too low for laws of fatigue.
     instead : str

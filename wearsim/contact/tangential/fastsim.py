@@ -97,8 +97,6 @@ def solve(
     shear_modulus: float,
     poisson_ratio: float,
     fields: Wanted,
-    start: TangentialSolution | None = None,
-    looser: float = 1.0,
     strips: StripMotion | None = None,
 ) -> TangentialSolution:
     """Shear, slip and creep forces of each patch; contract in `tangential.model`.

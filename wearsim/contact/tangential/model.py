@@ -92,8 +92,6 @@ class TangentialSolver(Protocol):
         shear_modulus: float,
         poisson_ratio: float,
         fields: Wanted,
-        start: TangentialSolution | None = None,
-        looser: float = 1.0,
         strips: StripMotion | None = None,
     ) -> TangentialSolution:
         """Shear, slip and creep forces of each patch.
@@ -111,11 +109,6 @@ class TangentialSolver(Protocol):
             Of both bodies [Pa], [-].
         fields : bool or "work"
             Which fields of cells are wanted besides the resultants, see `Wanted`; those are the same.
-        start : TangentialSolution, optional
-            Of the same patches under creepages nearby: saves work and changes nothing beyond the tolerance. A
-            patch without pressure in it has no start.
-        looser : float
-            Factor on the tolerance of an iteration, where the solution only leads nearer to equilibrium.
         strips : StripMotion, optional
             Of strips in planes of their own; for models with `by_strips` and patches with `planes` alone.
 
@@ -152,8 +145,6 @@ class TangentialModel:
     jump : float
         Largest jump of its forces over friction coefficient x normal force, where a point changes between
         stick and slip: an equilibrium at one is no nearer.
-    warm : bool
-        Whether a start saves it work: it then keeps the fields of cells on the way to equilibrium.
     fewest : int
         Strips across a patch, and cells along each, at least.
     most_strips : int, optional
@@ -176,7 +167,6 @@ class TangentialModel:
     solve: TangentialSolver
     tolerance: float = 1e-6
     jump: float = 0.0
-    warm: bool = False
     fewest: int = 2
     most_strips: int | None = None
     chunk: int = 256

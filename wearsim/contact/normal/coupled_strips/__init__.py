@@ -77,7 +77,6 @@ from wearsim.contact.normal.coupled_strips.strips import Records
 from wearsim.contact.normal.coupled_strips.wheel import (
     NO_ROOM,
     PATCH,
-    Start,
     Wheels,
     solve_wheels,
     work_for,
@@ -101,7 +100,6 @@ def solve(
     effective_modulus: float,
     resolution: Resolution,
     parameters: dict[str, float],
-    start: NormalSolution | None = None,
     rough: bool = False,
 ) -> NormalSolution:
     """Patches and pressures of every row; contract in `normal.model`.
@@ -115,14 +113,14 @@ def solve(
             parameters=parameters, rough=True,
         )  # fmt: skip
     count = float(min(max({**DEFAULTS, **parameters}["least_strips"], _FEWEST), _MOST))
-    wheels, begin = _wheels(gap, vertical), _begin(start, row, effective_modulus)
+    wheels = _wheels(gap, vertical)
     rows = load.size
     asked = plain(2.0 / (np.pi**2 * effective_modulus) * load)
     for most in _ROOMS:
         work = work_for(most, gap.counterface.y.size, influence_table())
         number, fault = np.zeros((2, rows), np.int64)
         patches, kept = np.zeros((rows, most // 4), PATCH), np.empty((7, rows, most))
-        solve_wheels(wheels, row, asked, begin, count, work, number, fault, patches, kept)
+        solve_wheels(wheels, row, asked, count, work, number, fault, patches, kept)
         if not (fault == NO_ROOM).any():
             break
     if fault.any():
@@ -192,23 +190,6 @@ def _most_strips(patches: Records) -> int:
 def _step(face: CounterfaceProfile) -> float:
     """Distance of the points of a counterface's profile along the arc [m]."""
     return float(arc_length(face.y, face.z)[-1]) / (face.y.size - 1)
-
-
-def _begin(start: NormalSolution | None, row: IntArray, modulus: float) -> Start:
-    """Take the strips of a solution of this kind, each wheel's along its profile; none of another kind."""
-    if start is None or start.patch.grid is not None or start.patch.interpenetration.any():
-        none = np.zeros((0, 1))
-        return Start(np.zeros(row.size + 1, np.int64), np.zeros(0, np.int64), none, none, none, np.zeros(0))
-    patch = start.patch
-    order = np.lexsort((start.edge_y[:, 0], patch.row))
-    return Start(
-        np.searchsorted(patch.row[order], np.append(row, row[-1:] + 1)),
-        patch.strips[order],
-        start.edge_y[order],
-        (0.25 * (patch.x_lead - patch.x_trail) ** 2)[order],
-        patch.pressure_slope[order] / (np.pi * modulus),
-        start.vertical_displacement[order],
-    )
 
 
 _SCATTER = 3e-8  # m, of vertical displacements; less than 1e-9 m in the median, most where patches split

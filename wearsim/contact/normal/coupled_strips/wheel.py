@@ -20,7 +20,6 @@ from wearsim.contact.normal.coupled_strips.strips import (
     Row,
     Strips,
     lay_strips,
-    linear_at,
     penetrate,
     strips_for,
 )
@@ -57,20 +56,6 @@ class Wheels(NamedTuple):
     kappa: float
     step: float
     vertical: bool
-
-
-class Start(NamedTuple):
-    """Strips of a solution nearby: of each row the first patch (n + 1,); of each patch its strips.
-
-    `strips` (k,), `edge` (k, j + 1) on the profile, `square` and `ratio` (k, j); `displacement` (k,).
-    """
-
-    first: IntArray
-    strips: IntArray
-    edge: FloatArray
-    square: FloatArray
-    ratio: FloatArray
-    displacement: FloatArray
 
 
 # Patch of the solution: first and last strip, and those of them that stand for their middles; vertical
@@ -111,7 +96,7 @@ def work_for(most: int, points: int, table: FloatArray) -> Work:
 
 @bare_kernel
 def solve_wheels(
-    wheels: Wheels, rows: IntArray, load: FloatArray, start: Start, count: float, work: Work,
+    wheels: Wheels, rows: IntArray, load: FloatArray, count: float, work: Work,
     number: IntArray, fault: IntArray, patches: Records, kept: FloatArray,
 ) -> None:  # fmt: skip
     """Solve every row and find its patches, by falling normal force.
@@ -121,7 +106,7 @@ def solve_wheels(
     """
     for n in range(rows.size):
         row = row_of(wheels, rows[n], load[n])
-        fault[n], total, displacement = _solve(n, start, count, row, work)
+        fault[n], total, displacement = _solve(count, row, work)
         if fault[n] == 0:
             fault[n], number[n] = _find_patches(total, displacement, row, work.strips, patches[n], kept[:, n])
 
@@ -137,17 +122,13 @@ def row_of(wheels: Wheels, r: int, load: float) -> Row:
 
 
 @inner_bare_kernel
-def _solve(n: int, start: Start, count: float, row: Row, work: Work) -> tuple[int, int, float]:
+def _solve(count: float, row: Row, work: Work) -> tuple[int, int, float]:
     """Lay the strips of a wheel and solve them; return a fault or 0, their number and the displacement."""
     if not row.low < NO_WHEEL:
         return NO_CONTACT, 0, 0.0
     strips, first = work.strips, penetrate(row)
     level, displacement = _MARGIN * first.displacement, first.displacement
-    before, near = 0, start.first[n + 1] > start.first[n]
-    if near:
-        displacement = start.displacement[start.first[n]] - row.low
-        level = max(level, _MARGIN * displacement)
-    total = 0
+    before = total = 0
     for _ in range(_LEVELS):
         total = lay_strips(level, count, first, row, strips, work.widths, work.number)
         if total < 0:
@@ -156,15 +137,13 @@ def _solve(n: int, start: Start, count: float, row: Row, work: Work) -> tuple[in
             return AT_EDGE, 0, 0.0
         if before > 0:
             _go_on(before, total, work)
-        elif near:
-            _take_over(n, total, start, row, strips)
         else:
             _guess(total, first, strips)
         found, change = solve_strips(
             strips, total, row.load, displacement, row.step, _STEPS, _EXACT, work.equations
         )
         if change > _ENOUGH:
-            before, near = 0, False
+            before = 0
             displacement = first.displacement
             level *= _FARTHER
             continue
@@ -206,24 +185,6 @@ def _guess(total: int, first: Penetration, strips: Strips) -> None:
         for j in range(begin, stop):
             strips.ratio[j] = (0.5 + _SLENDER * slender) / np.pi * strips.bend[j]
         begin = stop
-
-
-@inner_bare_kernel
-def _take_over(n: int, total: int, start: Start, row: Row, strips: Strips) -> None:
-    """Set half-lengths and ratios from the strips of a solution nearby."""
-    for m in range(start.first[n], start.first[n + 1]):
-        count = start.strips[m]
-        k = 0
-        for j in range(total):
-            y = linear_at(row.y, strips.station[j])
-            if not start.edge[m, 0] < y < start.edge[m, count]:
-                if strips.ratio[j] == 0.0:
-                    nearer = 0 if y <= start.edge[m, 0] else count - 1
-                    strips.ratio[j] = start.ratio[m, nearer]
-                continue
-            while start.edge[m, k + 1] < y:
-                k += 1
-            strips.square[j], strips.ratio[j] = start.square[m, k], start.ratio[m, k]
 
 
 @inner_bare_kernel

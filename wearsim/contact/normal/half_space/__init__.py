@@ -39,7 +39,6 @@ from wearsim.contact.normal.half_space.regions import (
     origin_x,
     overlaps,
     plane_of,
-    scaled,
     touches_edge,
     turned,
 )
@@ -80,7 +79,7 @@ class WheelPressure:
     vertical_displacement : float
         From initial contact [m].
     iterations : tuple of int
-        Of conjugate gradients in each step; the first ones on coarse grids unless a start was given.
+        Of conjugate gradients in each step; the first ones on coarse grids.
     """
 
     regions: tuple[Region, ...]
@@ -89,9 +88,7 @@ class WheelPressure:
     iterations: tuple[int, ...]
 
 
-def solve(
-    gap: Gap, row: IntArray, load: FloatArray, *, start: NormalSolution | None = None, **options: Any
-) -> NormalSolution:
+def solve(gap: Gap, row: IntArray, load: FloatArray, **options: Any) -> NormalSolution:
     """Patches and pressures of every row; contract in `normal.model`.
 
     Strips are rows of cells, of which 1.5 on each side are left free for the patch's edge; `patch.grid` has
@@ -101,9 +98,7 @@ def solve(
     [-]; "half_space_iterations", its limit, 1000 by default.
     """
     states = [
-        solve_wheel(
-            gap, here, weight, start=None if start is None else _start_of(gap, here, start), **options
-        )
+        solve_wheel(gap, here, weight, **options)
         for here, weight in zip(row.tolist(), load.tolist(), strict=True)
     ]
     found = _assembled(gap, row, states, options["vertical"])
@@ -119,7 +114,6 @@ def solve_wheel(
     row: int,
     load: float,
     *,
-    start: WheelPressure | None = None,
     rough: bool = False,
     **options: Any,
 ) -> WheelPressure:
@@ -133,8 +127,6 @@ def solve_wheel(
         Which row of the gap.
     load : float
         Of this row [N].
-    start : WheelPressure, optional
-        Of the same row under a load nearby, or of a gap nearly the same: skips the search for patches.
 
     Returns
     -------
@@ -152,17 +144,12 @@ def solve_wheel(
     if not 0 < lowest < curve.size - 1 or max(curve[lowest - 1], curve[lowest + 1]) >= NO_WHEEL:
         raise fault_of(AT_EDGE, row)
     task = _Task(gap, row, load, **options)
-    if start is None:
-        state = task.searched()
-        if rough:
-            angle = list(map(partial(angle_of, gap), state.regions, state.pressure))
-            if all(abs(new - old.angle) < _NEARLY for new, old in zip(angle, state.regions, strict=True)):
-                return task.turned(state, angle)
-        return task.fitted(state, rough)
-    ratio = (load / _carried(start, task.vertical)) ** (1.0 / 3.0)
-    regions = tuple(map(scaled, start.regions, [ratio] * len(start.regions), start.pressure))
-    moved = ratio**2 * start.vertical_displacement
-    return task.fitted(WheelPressure(regions, start.pressure, moved, ()), rough)
+    state = task.searched()
+    if rough:
+        angle = list(map(partial(angle_of, gap), state.regions, state.pressure))
+        if all(abs(new - old.angle) < _NEARLY for new, old in zip(angle, state.regions, strict=True)):
+            return task.turned(state, angle)
+    return task.fitted(state, rough)
 
 
 def _carried(state: WheelPressure, vertical: bool) -> float:
@@ -208,23 +195,13 @@ class _Task:
     def fitted(self, state: WheelPressure, rough: bool) -> WheelPressure:
         """Fit grids to the patches of a state, and again to the patches on them, until they stay.
 
-        Grids are coarse at first if those of the state are; rough: no others.
+        Grids are coarse at first; rough: no others.
         """
         gap, tolerance = self.gap, self.parameter("half_space_tolerance")
         fine, coarse = (self.resolution, tolerance), (_coarser(self.resolution), max(tolerance, 1e-3))
-        first, coupled, settled = fine, np.zeros((0, 0)), False
-        if state.iterations or rough or _coarser_than(coarse[0], state):  # state.iterations: of the search
-            first = coarse
-        elif not _coarser_than(fine[0], state):
-            coupled = np.zeros((1, 1))
-            if len(state.regions) > 1:
-                grids = zip(state.regions, state.pressure, strict=True)
-                coupled = gather(gap, [lobe for grid in grids for lobe in lobes_of(gap, *grid)])[1]
-            if len(coupled) == len(state.regions):
-                moved = state.vertical_displacement
-                state = self.pressed(state.regions, coupled, moved, state.pressure, tolerance, ())
+        coupled, settled = np.zeros((0, 0)), False
         for fit in range(_FITS):
-            resolution, tolerance = first if fit == 0 else fine
+            resolution, tolerance = coarse if fit == 0 else fine
             old = list(zip(state.regions, state.pressure, strict=True))
             groups = [lobes_of(gap, region, pressure) for region, pressure in old]
             if not settled:
@@ -289,11 +266,6 @@ class _Task:
         return replace(state, regions=regions, pressure=tuple(share * field for field in state.pressure))
 
 
-def _coarser_than(resolution: Resolution, state: WheelPressure) -> bool:
-    """Whether grids have fewer cells than a resolution."""
-    return any(one.nx < resolution.cells or one.ny < resolution.strips for one in state.regions)
-
-
 def _coarser(resolution: Resolution) -> Resolution:
     """Two thirds of the cells, where they only serve to place the final grids."""
     strips, cells = (max(2 * count // 3, 8) for count in (resolution.strips, resolution.cells))
@@ -303,26 +275,6 @@ def _coarser(resolution: Resolution) -> Resolution:
 def _still(old: Region, new: Region) -> bool:
     """Whether a plane turns by so little that what the turn does to the load counts nothing either."""
     return abs(new.angle - old.angle) < _STILL * float(np.cos(old.angle))
-
-
-def _start_of(gap: Gap, row: int, start: NormalSolution) -> WheelPressure:
-    """Pressures of one wheel from the solution of a batch."""
-    patch, grid = start.patch, start.patch.grid
-    assert grid is not None
-    regions, pressure, displacement = [], [], 0.0
-    for m in np.flatnonzero(patch.row == row).tolist():
-        nx, ny = int(patch.cells[m]), int(patch.strips[m])
-        low, high = float(patch.y[m, 0]), float(patch.y[m, ny - 1])
-        half, lead = 0.5 * float(patch.width[m]), float(grid.x_lead[m])
-        region = Region(
-            row, float(start.centre_y[m]), float(start.contact_angle[m]),
-            lead - nx * float(grid.cell_length[m]), lead, low - half, high + half, nx, ny,
-        )  # fmt: skip
-        regions.append(region)
-        pressure.append(grid.pressure[m, :nx, :ny])
-        lowered = plane_of(gap, region).vertical_displacement[0]
-        displacement = float(start.vertical_displacement[m] - lowered)
-    return WheelPressure(tuple(regions), tuple(pressure), displacement, ())
 
 
 def _assembled(gap: Gap, row: IntArray, states: list[WheelPressure], vertical: bool) -> NormalSolution:

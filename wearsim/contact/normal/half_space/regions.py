@@ -244,15 +244,6 @@ def _about(gap: Gap, row: int, piece: IntArray, limit: float) -> Region:
     )  # fmt: skip
 
 
-def scaled(region: Region, ratio: float, pressure: FloatArray) -> Region:
-    """Put the same grid around a patch that grows by a ratio about its pressure-weighted middle."""
-    x = float((pressure.sum(axis=1) * region.x).sum() / pressure.sum())
-    s = float((pressure.sum(axis=0) * region.s).sum() / pressure.sum())
-    low, high = x + ratio * (region.x_low - x), x + ratio * (region.x_high - x)
-    left, right = s + ratio * (region.s_low - s), s + ratio * (region.s_high - s)
-    return replace(region, x_low=low, x_high=high, s_low=left, s_high=right)
-
-
 def turned(region: Region, angle: float, wider: Region | None = None) -> Region:
     """Put the same grid into a plane of another angle, with room for another grid too if one is given."""
     turned = replace(region, angle=angle)

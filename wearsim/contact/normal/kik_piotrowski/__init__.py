@@ -71,7 +71,6 @@ def solve(
     effective_modulus: float,
     resolution: Resolution,
     parameters: dict[str, float],
-    start: NormalSolution | None = None,
     rough: bool = False,
 ) -> NormalSolution:
     """Patches and pressures of every row; contract in `normal.model`.
@@ -93,7 +92,7 @@ def solve(
     count, fault = np.zeros(load.size, np.int64), np.zeros(gap.gap.shape[0], np.int64)
     patches = np.empty(load.size * most, PATCH)  # what is not written stays idle
     balance(
-        row, plain(load), *_displacement(start, row, vertical), vertical, rough, factor, effective_modulus,
+        row, plain(load), vertical, rough, factor, effective_modulus,
         gap.gap, gap.lowest, gap.wheel_radius, gap.x, poses, ends, profile, wheel,
         max(round(_PITCH / spacing), 1), work, count, fault, patches,
     )  # fmt: skip
@@ -132,19 +131,6 @@ def solve(
         load_scale=patches["scale"].copy(),
         vertical_displacement=patches["displacement"].copy(),
     )
-
-
-def _displacement(
-    start: NormalSolution | None, row: IntArray, vertical: bool
-) -> tuple[FloatArray, FloatArray]:
-    """Vertical displacement of each row (k,) in an earlier solution and the load it carried, or NaN."""
-    if start is None:
-        return np.full(row.size, np.nan), np.full(row.size, np.nan)
-    of = np.searchsorted(row, start.patch.row)
-    displacement = np.empty(row.size)
-    displacement[of] = start.vertical_displacement
-    part = start.normal_force * (np.cos(start.contact_angle) if vertical else 1.0)
-    return displacement, np.asarray(np.bincount(of, part, row.size), dtype=np.float64)
 
 
 def _bodies(gap: Gap) -> tuple[WheelSurface, Records]:

@@ -325,13 +325,13 @@ def _first_approach(load: float, factor: float, modulus: float, number: int, row
 
 @inner_bare_kernel
 def _find_approach(
-    load: float, guess: float, factor: float, modulus: float, vertical: bool, number: int, row: Row,
+    load: float, factor: float, modulus: float, vertical: bool, number: int, row: Row,
     yawed: bool, rough: bool, work: Work,
 ) -> tuple[float, float, int]:  # fmt: skip
     """Approach of a wheel under its load, the load of its patches as they are left, and their number."""
     # Under yaw, strips without skew first: they cost little and lead near the solution.
-    skewed = yawed and not rough and guess > 0.0
-    approach = guess if guess > 0.0 else _first_approach(load, factor, modulus, number, row, work)
+    skewed = False
+    approach = _first_approach(load, factor, modulus, number, row, work)
     lower, upper, power = 0.0, np.inf, _POWER
     before, load_before, value, used = 0.0, 0.0, 0.0, 0
     for trial in range(_TRIALS):
@@ -370,16 +370,16 @@ def _find_approach(
 
 @bare_kernel
 def balance(
-    rows: IntArray, load: FloatArray, start: FloatArray, start_load: FloatArray, vertical: bool, rough: bool,
+    rows: IntArray, load: FloatArray, vertical: bool, rough: bool,
     factor: float, modulus: float, gaps: FloatArray, lowest: FloatArray, radii: FloatArray,
     alongs: FloatArray, poses: Records, ends: FloatArray, profile: CounterfaceProfile, wheel: WheelSurface,
     stride: int, work: Work, count: IntArray, fault: IntArray, patches: Records,
 ) -> None:  # fmt: skip
     """Find the approach of each row that carries its load.
 
-    `start` (n,) holds the vertical displacement under the load `start_load`, or NaN; `lowest` the minimum of
-    each gap. Rows with yaw get skewed strips if the wheel has a surface. `patches` of all rows follow one
-    another, each row's in the order of falling force. A faint one at the edge of a profile is left out.
+    `lowest` is the minimum of each gap. Rows with yaw get skewed strips if the wheel has a surface. `patches`
+    of all rows follow one another, each row's in the order of falling force. A faint one at the edge of a
+    profile is left out.
     """
     total = 0
     for k in range(load.size):
@@ -396,10 +396,9 @@ def balance(
             fault[r] = AT_EDGE
             continue
         low = work.basins[work.basins[0].order].height
-        guess = (start[k] - low) * (load[k] / start_load[k]) ** (1.0 / _POWER)
         yawed = wheel.y.size > 0 and row.pose.sin_yaw != 0.0
         approach, value, used = _find_approach(
-            load[k], guess, factor, modulus, vertical, number, row, yawed, rough, work
+            load[k], factor, modulus, vertical, number, row, yawed, rough, work
         )
         if used == 0 or not value > 0.0:
             fault[r] = AT_EDGE

@@ -42,13 +42,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from wearsim.contact.kernel import plain
 from wearsim.contact.patch import FloatArray, Patch
 from wearsim.contact.tangential.coupled_strips import rolling
 from wearsim.contact.tangential.coupled_strips.cells import (
     cells_of_patches,
     fill_cells,
-    guess_from_cells,
 )
 from wearsim.contact.tangential.coupled_strips.influence import slip_influence, strip_points
 from wearsim.contact.tangential.coupled_strips.strips import strips_of_wheels, sums_of_strips
@@ -75,14 +73,12 @@ def solve(
     shear_modulus: float,
     poisson_ratio: float,
     fields: Wanted,
-    start: TangentialSolution | None = None,
-    looser: float = 1.0,
     strips: StripMotion | None = None,
 ) -> TangentialSolution:
     """Shear, slip and creep forces of each patch; contract in `tangential.model`.
 
     Forces are the sums of the solved strips for patches with planes, else of the cells, which hold the
-    integrals of the polynomials, cut back to the bound. A start has to have fields.
+    integrals of the polynomials, cut back to the bound.
     """
     if patch.planes is None:
         strips = None
@@ -95,15 +91,11 @@ def solve(
     rigid, slip = np.empty((2, 2 * wheels.peak.size * (POINTS + 1)))
     traction, marks = np.empty(2 * wheels.peak.size * POINTS), np.empty(wheels.peak.size * POINTS)
     rolling.prepare(points, poisson_ratio, wheels, rigid, traction)
-    if start is not None and start.cells is not None:
-        guess_from_cells(points, wheels, cells, plain(start.cells), shear_modulus, traction)
     bound = wheels.friction * wheels.peak / shear_modulus
     matrices = slip_influence(wheels, POINTS, poisson_ratio)
     for (begin, end), matrix in zip(pairwise(wheels.begin.tolist()), matrices, strict=True):
-        left = _roll(
-            matrix, begin, end, poisson_ratio, rigid, bound, looser * TOLERANCE, traction, slip, marks
-        )
-        if left > (allowed := max(looser * TOLERANCE, STALLED)):
+        left = _roll(matrix, begin, end, poisson_ratio, rigid, bound, TOLERANCE, traction, slip, marks)
+        if left > (allowed := max(TOLERANCE, STALLED)):
             row = int(patch.row[wheels.patch[begin]])
             raise NumericalError(say("contact.rolling_unconverged", left=left, tolerance=allowed), row=row)
     out = np.zeros((5, count, int(patch.cells.max(initial=1)) if fields else 0, ny))
@@ -158,7 +150,6 @@ MODEL = TangentialModel(
     solve=solve,
     tolerance=1e-4,
     jump=5e-4,
-    warm=True,
     fewest=2,
     chunk=16,
     by_strips=True,

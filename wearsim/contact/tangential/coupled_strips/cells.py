@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wearsim.contact.kernel import bare_kernel, inner_bare_kernel, kernel, plain
+from wearsim.contact.kernel import inner_bare_kernel, kernel, plain
 from wearsim.contact.patch import FloatArray, IntArray, Patch
 from wearsim.contact.tangential.coupled_strips.influence import StripPoints, strip_points
 from wearsim.contact.tangential.coupled_strips.strips import WheelStrips
@@ -448,32 +448,3 @@ def _work_along(between: FloatArray, rate: FloatArray, root: FloatArray, work: F
         have += work[c] * 2.0 / cells
     for c in range(cells):
         work[c] *= total / have if have > 0.0 else 0.0
-
-
-@bare_kernel
-def guess_from_cells(
-    points: StripPoints, strips: WheelStrips, patches: PatchCells, cells: FloatArray, shear_modulus: float,
-    traction: FloatArray,
-) -> None:  # fmt: skip
-    """Fill tractions, as `rolling.prepare` does, from the cells (5, m, nx, ny) of a state nearby."""
-    n, ny = points.place.size, patches.y.shape[1]
-    for w in range(strips.begin.size - 1):
-        begin, end = strips.begin[w], strips.begin[w + 1]
-        of_wheel = traction[2 * begin * n : 2 * end * n].reshape(2, end - begin, n)
-        for s in range(begin, end):
-            m = strips.patch[s]
-            rows, edge = patches.cells[m], patches.y[m, 0] - 0.5 * patches.width[m]
-            j = min(max(int((strips.y[s] - edge) / patches.width[m] + _SLIVER), 0), ny - 1)
-            if cells[0, m, rows // 2, j] <= 0.0:
-                continue
-            stiff = strips.peak[s] / shear_modulus
-            for k in range(n):
-                place = min(max(0.5 * (1.0 - points.place[k]) * rows - 0.5, 0.0), rows - 1.0)
-                front = min(int(place), max(rows - 2, 0))
-                rear = min(front + 1, rows - 1)
-                for axis in range(2):
-                    value = 0.0
-                    for c, share in ((front, 1.0 - (place - front)), (rear, place - front)):
-                        pressure = cells[0, m, c, j]
-                        value += share * cells[1 + axis, m, c, j] / pressure if pressure > 0.0 else 0.0
-                    of_wheel[axis, s - begin, k] = value * stiff

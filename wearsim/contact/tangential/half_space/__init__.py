@@ -49,15 +49,12 @@ def solve(
     shear_modulus: float,
     poisson_ratio: float,
     fields: Wanted,
-    start: TangentialSolution | None = None,
-    looser: float = 1.0,
     strips: StripMotion | None = None,
 ) -> TangentialSolution:
     """Shear, slip and creep forces of each patch; contract in `tangential.model`.
 
     A cell that sticks has exactly no slip, one that slips has it against the traction; what particles slide
-    is that between the cell edges. Forces and moment are those of the tractions at the centres. A start has
-    to have fields.
+    is that between the cell edges. Forces and moment are those of the tractions at the centres.
     """
     grid = on_grid(patch)
     count, nx, ny = grid.pressure.shape
@@ -71,9 +68,7 @@ def solve(
     out = np.zeros((5, count, nx, ny))
     rows, coefficient = _of_rows(patch, creepage, friction, strips)
     of_rows = np.zeros((count, ny, 3))
-    known = None if start is None else start.cells
-    warm = np.zeros(count, bool) if known is None else known[0].any(axis=(1, 2))
-    first = np.empty((3, 0)) if warm.all() else _first_guess(patch, shear_modulus, poisson_ratio)
+    first = _first_guess(patch, shear_modulus, poisson_ratio)
     for m in range(count):
         box = _box(grid.pressure[m])
         cells, dx, dy = out[(slice(None), m, *box)], float(grid.cell_length[m]), float(patch.width[m])
@@ -84,11 +79,8 @@ def solve(
         if bound.any():
             operator = steady_rolling.slip_operator(bound.shape, dx, dy, shear_modulus, poisson_ratio)
             _rigid_slip(moving, x + PLACE * dx, pressure, rigid)
-            if known is not None and warm[m]:
-                guess = _carried_over(known[:3, m][(slice(None), *box)], pressure)
-            else:
-                _march(rigid[0], moving, x, plain(first[:, m]), bound, dx, guess)
-            rolling = _rolled(operator, rigid, bound, guess, int(patch.row[m]), looser)
+            _march(rigid[0], moving, x, plain(first[:, m]), bound, dx, guess)
+            rolling = _rolled(operator, rigid, bound, guess, int(patch.row[m]))
             sums = of_rows[m, box[1]]
             slipping = _sum_up(rolling.traction, rolling.slip, rolling.slipping, x, y, cells, force[m], sums)
             force[m] *= dx * dy
@@ -158,23 +150,15 @@ def _march(
             traction[0, i, j], traction[1, i, j] = share * t_x, share * t_y
 
 
-def _carried_over(cells: FloatArray, pressure: FloatArray) -> FloatArray:
-    """Tractions of a neighbouring state, in proportion to the pressure."""
-    old = cells[0]
-    share = np.divide(pressure, old, out=np.zeros_like(pressure), where=old > 0.0)
-    return cells[1:] * share
-
-
 def _rolled(
     operator: SlipOperator,
     rigid_slip: FloatArray,
     bound: FloatArray,
     guess: FloatArray,
     row: int,
-    looser: float,
 ) -> RollingSolution:
     """Solution from a guess; if the iteration stalls, by way of smaller creepages."""
-    tolerance = looser * steady_rolling.TOLERANCE
+    tolerance = steady_rolling.TOLERANCE
     rule: dict[str, Any] = {"most_steps": steady_rolling.MOST_STEPS, "tolerance": tolerance}
     rolling = steady_rolling.solve(operator, rigid_slip, bound, guess, **rule)
     if rolling.residual <= tolerance:
@@ -240,7 +224,6 @@ MODEL = TangentialModel(
     name="half_space",
     solve=solve,
     tolerance=1e-5,
-    warm=True,
     fewest=8,
     chunk=2,
     by_strips=True,
