@@ -32,7 +32,7 @@ def settled_state(
     stage: NDArray[np.bool_] | None = None,
     nearby: Guided | None = None,
 ) -> tuple[State, Guided | None]:
-    """Return the state with the shifts and loads at which its profiles balance what is controlled.
+    """Return the state with the places at which its profiles balance what is controlled.
 
     In a `stage` of a wear step those of points (n,) that act in it. And the end of the search, with which
     that of a state `nearby` can begin.
@@ -40,7 +40,7 @@ def settled_state(
     Raises
     ------
     NumericalError
-        If no shift or loads do.
+        If no place does.
     """
     if state.running is None or points.controlled is None:
         return state, None
@@ -93,7 +93,7 @@ def with_help(error: ContactError, points: OperatingPoints, setup: Setup) -> Con
 def new_running(setup: CampaignSetup) -> Running:
     """Return where the new wheelset runs."""
     conditions = setup.points.conditions
-    given = Running(conditions.shift, conditions.loads, np.zeros(conditions.shift.size), conditions.yaw)
+    given = Running(conditions.shift, np.zeros(conditions.shift.size), conditions.yaw)
     return setup.running or given
 
 
@@ -120,14 +120,14 @@ def row_running(
     stiffness = np.zeros(count) if state.running is None else state.running.stiffness
     depth = np.zeros(count) if conditions.shift_depth is None else conditions.shift_depth
     runs, of, share = points.runs
-    shift, *loads = (np.bincount(of, share * value, count) for value in (runs.shift, *runs.loads.T))
+    shift = np.bincount(of, share * runs.shift, count)
     area = np.bincount(contact.point, wear.area_rate, count) * weight * points.environment
     total = area.sum()
     with np.errstate(divide="ignore", invalid="ignore"):
         quotient = forces.derailment_quotient
     return {
         "lateral_position": shift + depth * np.sin(np.where(known, forces.roll, conditions.roll)),
-        "wheel_loads": np.stack(loads, axis=1),
+        "wheel_loads": np.where(known[:, None], forces.vertical, conditions.loads),
         "share_beyond_jump": 1.0 - share[:count],
         "wheelset_yaw": conditions.yaw,
         "wheelset_roll": np.where(known, forces.roll, FILL_FLOAT),

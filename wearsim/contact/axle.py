@@ -356,6 +356,11 @@ class Wheelsets:
         forces[:, DISPLACEMENT] = displacements(wheels, count).ravel()
         return forces.reshape(count, 2, 6), creep.contact
 
+    def unloaded(self, forces: FloatArray) -> NDArray[np.bool_]:
+        """Wheels (n, 2) that hardly carry load where the roll of the axle is in balance."""
+        wanted = self.guidance.wheel_loads(forces[:, :, VERTICAL], forces[:, :, ROLL_MOMENT])
+        return np.asarray(wanted < LEAST_LOAD * self.guidance.axle_load[:, None])
+
     def residuals(self, forces: FloatArray) -> FloatArray:
         """Residuals (n, 6) of the forces (n, 2, 6) of the contact, without those that guide.
 

@@ -37,14 +37,12 @@ from wearsim.contact.axle import (
     LEFT,
     RIGHT,
     ROLL,
-    ROLL_MOMENT,
     ROLL_UNIT,
     SHIFT,
     SHIFT_UNIT,
     SPEED,
     SPEED_UNIT,
     UNKNOWNS,
-    VERTICAL,
     YAW,
     YAW_UNIT,
     Contact,
@@ -62,7 +60,7 @@ from wearsim.contact.wheels import (
     patches_where,
     stretched,
 )
-from wearsim.errors import NumericalError
+from wearsim.errors import ContactError, NumericalError
 
 ACCEPTED = 1e-4
 """Largest residual of a balance, over the axle load: of forces, moments at 1 m, and the torque at the wheel's
@@ -114,8 +112,6 @@ class Guided:
         Of the residuals of the contact.
     missing : (n,) array
         Largest residual over its tolerance, infinite without contact or with a wheel without load.
-    load : (n, 2) array
-        Vertical forces of both wheels that balance the roll [N].
     stiffness : (n,) array
         Change of the lateral force that guides the wheelset with its shift, all else but the yaw in balance,
         by the slopes at the end of the search, which are estimates [N/m].
@@ -124,19 +120,17 @@ class Guided:
     share : (n,) array
         Of the distance that a wheelset runs on the other side of a jump of the contact, where the forces of
         both sides balance it together; NaN elsewhere [-].
-    other_shift, other_load : (n,), (n, 2) array
-        Shift [m] and wheel loads [N] there.
+    other_shift : (n,) array
+        Shift there [m].
     """
 
     unknown: FloatArray
     slope: FloatArray
     missing: FloatArray
-    load: FloatArray
     stiffness: FloatArray
     at_jump: NDArray[np.bool_]
     share: FloatArray
     other_shift: FloatArray
-    other_load: FloatArray
 
     def at(self, index: IntArray) -> Guided:
         """Return the wheelsets at `index`."""
@@ -183,12 +177,10 @@ def none_guided(count: int) -> Guided:
         unknown=np.full((count, UNKNOWNS), np.nan),
         slope=np.full((count, UNKNOWNS, UNKNOWNS), np.nan),
         missing=nothing,
-        load=np.full((count, 2), np.nan),
         stiffness=nothing,
         at_jump=np.zeros(count, dtype=bool),
         share=nothing,
         other_shift=nothing,
-        other_load=np.full((count, 2), np.nan),
     )
 
 
@@ -440,6 +432,9 @@ def _with_last_steps(problem: Wheelsets, end: _Trial, slopes: FloatArray) -> Set
             mask = settled[wheels.normal.patch.row]
             done.append(patches_where(wheels, mask))
             contacts.append(contact_where(contact, mask))
+        light = problem.unloaded(forces) & settled[:, None]
+        if light.any():
+            raise _unloaded(light)
         open_rows = open_rows & ~settled
         if not open_rows.any():
             break
@@ -467,6 +462,18 @@ def _stretched_from(
     scale = np.where(np.abs(np.log(ratio)) > _STRETCHED, ratio, 1.0)
     normal = replace(wheels.normal, load_scale=scale * wheels.normal.load_scale)
     return replace(wheels, normal=normal), jump
+
+
+def _unloaded(light: NDArray[np.bool_]) -> ContactError:
+    """Error of the wheels (n, 2) that the forces on their axle leave without load."""
+    row, side = np.argwhere(light)[0].tolist()
+    return ContactError(
+        f"the forces on the axle leave its {('right', 'left')[side]} wheel less than "
+        f"{100.0 * LEAST_LOAD:g} % of the axle load; raise the load, or lower what tilts the axle",
+        row=row,
+        side=side,
+        rows=np.flatnonzero(light.any(axis=1)).tolist(),
+    )
 
 
 def _unbalanced(problem: Wheelsets, residual: FloatArray, open_rows: NDArray[np.bool_]) -> NumericalError:
@@ -656,22 +663,16 @@ def _ended(problem: Wheelsets, search: _Search, tolerances: FloatArray) -> Guide
         at_jump &= _no_longer(side.unknown - search.now.unknown, _BRACKET, guidance.partner)
     two = at_jump & (together < missing)
     main = best.merged(one, two)
-    load, other_load = (
-        guidance.wheel_loads(*np.moveaxis(side.contact.forces[:, :, [VERTICAL, ROLL_MOMENT]], 2, 0))
-        for side in (main, other)
-    )
     missing = np.where(two, together, missing)
-    unloaded = np.asarray((load < LEAST_LOAD * guidance.axle_load[:, None]).any(axis=1))
+    unloaded = problem.unloaded(main.contact.forces).any(axis=1)
     return Guided(
         unknown=main.unknown,
         slope=search.slopes,
         missing=np.where(unloaded | unloaded[guidance.partner], np.inf, missing),
-        load=load,
         stiffness=_stiffness(problem, search.slopes),
         at_jump=at_jump,
         share=np.where(two, share, np.nan),
         other_shift=SHIFT_UNIT * other.unknown[:, SHIFT],
-        other_load=other_load,
     )
 
 

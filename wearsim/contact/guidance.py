@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearsim.contact.patch import FloatArray, IntArray
+from wearsim.contact.problem import ContactConditions
 
 
 @dataclass(frozen=True)
@@ -90,13 +91,15 @@ class Guidance:
         return np.where(np.isfinite(self.wheel_load), self.wheel_load, both)
 
 
-def in_given_place(load: FloatArray) -> Guidance:
-    """Return what wheelsets carry in a given place, with vertical loads (n, 2) of both wheels [N]."""
-    count = len(load)
+def in_given_place(conditions: ContactConditions) -> Guidance:
+    """Return what wheelsets carry whose place is given."""
+    count, loads = conditions.shift.size, conditions.loads
+    moment = np.full(count, np.nan) if conditions.box_moment is None else conditions.box_moment
+    shared = np.isfinite(moment)
     return Guidance(
-        axle_load=load.sum(axis=1),
-        wheel_load=load,
-        box_moment=np.zeros(count),
+        axle_load=loads.sum(axis=1),
+        wheel_load=np.where(shared[:, None], np.nan, loads),
+        box_moment=np.where(shared, moment, 0.0),
         free=np.zeros((count, 2), dtype=bool),
         force=np.zeros((count, 2)),
         slope=np.zeros((count, 2, 4)),

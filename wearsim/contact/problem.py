@@ -44,6 +44,9 @@ class ContactConditions:
     wheel_load : (n,) or (n, 2) array
         Vertical load of each wheel, or of the right and the left one, which its normal and creep forces carry
         together [N].
+    box_moment : (n,) array, optional
+        Moment of the axle boxes about the longitudinal axis, right side down positive [N m]: the loads of
+        both wheels are those that balance it, of which `wheel_load` is the mean. NaN: they are given.
     speed : (n,) array
         Peripheral speed V of the counterface at its profile top [m/s].
     friction : (n,) array
@@ -97,6 +100,7 @@ class ContactConditions:
     shift_depth: FloatArray | None = None
     rail: IntArray | None = None
     nearby: FloatArray | None = None
+    box_moment: FloatArray | None = None
 
     def at(self, index: IntArray) -> ContactConditions:
         """Return the conditions of the operating points at `index`, in that order."""
@@ -203,13 +207,15 @@ class ContactConditions:
             raise ContactError(say("contact.shapes", nearby=NEARBY, shapes=shapes))
         others = {"rotation": "rotation_speed", "torque": "axle_torque"}
         for name, array in arrays.items():
-            if name in ("creepage", "nearby"):
+            if name in ("creepage", "nearby", "box_moment"):
                 continue
             for value in (float(array.min()), float(array.max())):
                 if fault := QUANTITIES[others.get(name, name)].fault(value, name):
                     raise ContactError(fault)
         if not np.isfinite(arrays.get("creepage", 0.0)).all():
             raise ContactError("creepage must be finite")
+        if np.isinf(arrays.get("box_moment", 0.0)).any():
+            raise ContactError("box_moment must be finite, or NaN where wheel loads are given")
         for name, array in arrays.items():
             size = (columns[name],) if name in columns else ()
             whole[name] = np.array(np.broadcast_to(array, (*shape, *size)))

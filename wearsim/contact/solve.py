@@ -372,7 +372,7 @@ def _solve_chunk(task: Task, chunk: ContactConditions, index: IntArray) -> Conta
 def _solved_from(task: Task, chunk: ContactConditions, index: IntArray) -> ContactSolution:
     """Solve a chunk from where it begins."""
     speed = _given_speed(task, chunk, index)
-    numbers = (0, 1) if speed is None or chunk.free_roll else task.sides
+    numbers = (0, 1) if _bound(chunk, speed) else task.sides
     problems = _together(task, chunk, numbers, speed)
     try:
         parts = [_settled(problem) for problem in problems]
@@ -394,13 +394,18 @@ def _solved_from(task: Task, chunk: ContactConditions, index: IntArray) -> Conta
     return _finish(task, wheels, contact, nearby, turning, roll, index)
 
 
+def _bound(chunk: ContactConditions, speed: FloatArray | None) -> bool:
+    """Whether rotation speed, roll or the sharing of loads bind the wheels of a wheelset to each other."""
+    shared = chunk.box_moment is not None and bool(np.isfinite(chunk.box_moment).any())
+    return speed is None or chunk.free_roll or shared
+
+
 def _together(
     task: Task, chunk: ContactConditions, sides: tuple[int, ...], speed: FloatArray | None
 ) -> list[Wheelsets]:
-    """Wheelsets of a chunk; each wheel by itself where neither speed nor roll binds it to the other."""
-    placed = in_given_place(chunk.loads)
-    bound = speed is None or chunk.free_roll
-    groups = [sides] if bound else [(side,) for side in sides]
+    """Wheelsets of a chunk; each wheel by itself where nothing binds it to the other."""
+    placed = in_given_place(chunk)
+    groups = [sides] if _bound(chunk, speed) else [(side,) for side in sides]
     return [Wheelsets(task, chunk, placed, speed, group) for group in groups]
 
 
@@ -430,7 +435,8 @@ def _rotation_speed(task: Task, chunk: ContactConditions, index: IntArray) -> Fl
     if chunk.creepage is None and chunk.rotation == "centred":
         still = np.zeros_like(chunk.shift)
         central = replace(
-            chunk, shift=still, yaw=still, roll=still, track_curvature=still, nearby=None, free_roll=False
+            chunk, shift=still, yaw=still, roll=still, track_curvature=still, nearby=None, free_roll=False,
+            box_moment=None,
         )
         try:
             (problem,) = _together(task, central, task.sides[:1], nominal)

@@ -39,7 +39,7 @@ class OperatingPoints:
     class_name : tuple of str
         Block or class of each point; by default its label.
     controlled : Controlled, optional
-        Forces from which shifts and wheel loads of points follow; None: all of them are given.
+        Forces from which the places of points follow; None: all of them are given.
     of_track : tuple of int
         Number of the class of a vehicle's track of each point.
     beyond : BeyondJump, optional
@@ -64,8 +64,8 @@ class OperatingPoints:
         if two is None:
             return self.conditions, point, share
         point, share[two.point] = np.append(point, two.point), 1.0 - two.share
-        runs, load = self.conditions.at(point), np.append(self.conditions.loads, two.load, 0)
-        runs = replace(runs, shift=np.append(self.conditions.shift, two.shift), wheel_load=load)
+        shift = np.append(self.conditions.shift, two.shift)
+        runs = replace(self.conditions.at(point), shift=shift)
         return runs, point, np.append(share, two.share)
 
     @property
@@ -98,7 +98,7 @@ def select(points: OperatingPoints, index: IntArray) -> OperatingPoints:
 
 
 def where_it_runs(points: OperatingPoints, running: Running | None) -> OperatingPoints:
-    """Operating points with the shifts and wheel loads found from what is controlled."""
+    """Operating points with the places found from what is controlled."""
     if running is None:
         return points
     return replace(points, conditions=running.conditions(points.conditions), beyond=running.beyond)
@@ -138,13 +138,15 @@ def with_monitors(
 
     values = {"yaw": yaw, "wheel_load": wheel_load, "speed": speed, "friction": friction}
     values |= {"roll": 0.0, "track_curvature": 0.0}
-    own = {"friction_flange": friction, "torque": 0.0, "drift": 0.0, "speed_difference": 0.0, "rail": 0}
+    own = {
+        "friction_flange": friction, "torque": 0.0, "drift": 0.0, "speed_difference": 0.0, "rail": 0,
+        "box_moment": np.nan,
+    }  # fmt: skip
     values |= {name: value for name, value in own.items() if isinstance(getattr(old, name), np.ndarray)}
     new: dict[str, Any] = {name: appended(getattr(old, name), value) for name, value in values.items()}
     controlled = points.controlled
     if controlled is not None:
-        force, load = (appended(each, np.nan) for each in (controlled.lateral_force, controlled.axle_load))
-        controlled = Controlled(force, load, appended(controlled.box_moment, 0.0), controlled.bogies)
+        controlled = replace(controlled, lateral_force=appended(controlled.lateral_force, np.nan))
     return OperatingPoints(
         conditions=replace(old, shift=np.concatenate([old.shift, shift]), **new),
         weight=appended(points.weight, 0.0),
@@ -274,7 +276,9 @@ def points_of(
         values["rail"] = column("rail").astype(np.int64)
     if given("axle_torque"):
         values["torque"] = column("axle_torque", float(rules.get("torque", 0.0)))
-    controlled = Controlled(force, axle_load, column("box_moment"))
+    if given("axle_load"):
+        values["box_moment"] = np.where(np.isfinite(axle_load), column("box_moment"), np.nan)
+    controlled = Controlled(force)
     return OperatingPoints(
         conditions=ContactConditions(**values),
         weight=weight,

@@ -53,11 +53,12 @@ def what_helps(
     slippery = replace(
         here, friction=0.5 * here.friction, friction_flange=None if flange is None else 0.5 * flange
     )
-    balanced = replace(own, box_moment=0.0 * own.box_moment, bogies=replace(alone, acceleration=np.zeros(1)))
+    balanced = replace(own, bogies=replace(alone, acceleration=np.zeros(1)))
+    upright = replace(here, box_moment=np.zeros(2))
     wider = replace(here, track_curvature=0.5 * here.track_curvature)
     tried = {
         "state.helps_friction": (slippery, own),
-        "state.helps_cant": (here, balanced),
+        "state.helps_cant": (upright, balanced),
         "state.helps_radius": (wider, own),
     }
     helps = []

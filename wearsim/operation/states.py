@@ -61,7 +61,6 @@ class BeyondJump:
 
     point: IntArray  # (k,)
     shift: FloatArray  # (k,) [m]
-    load: FloatArray  # (k, 2) [N]
     share: FloatArray  # (k,) of the distance of the point, between 0 and 1 [-]
 
 
@@ -70,7 +69,6 @@ class Running:
     """Where the wheelset runs at `n` operating points: the state that the next one starts from."""
 
     shift: FloatArray  # (n,) [m]
-    load: FloatArray  # (n, 2) of the right and the left wheel [N]
     stiffness: FloatArray  # (n,) dH/dy where it runs; 0 where the shift is given [N/m]
     yaw: FloatArray  # (n,) [rad]
     beyond: BeyondJump | None = None  # of points that run at two shifts
@@ -96,7 +94,6 @@ class Running:
         rows: IntArray,
         *,
         shift: FloatArray,
-        load: FloatArray,
         stiffness: FloatArray,
         yaw: FloatArray,
         roll: FloatArray,
@@ -109,7 +106,6 @@ class Running:
         return replace(
             self,
             shift=_with(self.shift, rows, shift),
-            load=_with(self.load, rows, load),
             stiffness=_with(self.stiffness, rows, stiffness),
             yaw=_with(self.yaw, rows, yaw),
             roll=_with(self.roll, rows, roll) if self.roll.size else self.roll,
@@ -121,7 +117,6 @@ class Running:
         return self.moved(
             rows,
             shift=other.shift[rows],
-            load=other.load[rows],
             stiffness=other.stiffness[rows],
             yaw=other.yaw[rows],
             roll=other.roll[rows] if other.roll.size else other.roll,
@@ -129,9 +124,7 @@ class Running:
 
     def conditions(self, conditions: ContactConditions) -> ContactConditions:
         """Contact conditions of the `n` points where the wheelset runs."""
-        alike = conditions.wheel_load.ndim == 1 and bool((self.load == conditions.loads).all())
-        load = conditions.wheel_load if alike else self.load
-        found = replace(conditions, shift=self.shift, yaw=self.yaw, wheel_load=load)
+        found = replace(conditions, shift=self.shift, yaw=self.yaw)
         if not self.shift_depth.size:
             return found
         return replace(found, shift_depth=self.shift_depth, roll=self.roll)
@@ -156,13 +149,13 @@ def settle(
     *,
     threads: int = 1,
 ) -> Running:
-    """Shift, yaw and wheel loads at which the controlled forces are balanced.
+    """Shift and yaw at which the controlled forces are balanced.
 
     Parameters
     ----------
     conditions : ContactConditions
-        Of n points, free to roll where something is controlled; shifts and wheel loads that follow from
-        forces are without effect.
+        Of n points, free to roll where something is controlled; shifts that follow from forces are without
+        effect.
     controlled : Controlled
         Forces and what they replace.
     wheelset, counterface, models
@@ -175,7 +168,7 @@ def settle(
     Returns
     -------
     Running
-        The shifts, yaws and wheel loads found; those that are given are as given.
+        The shifts and yaws found; those that are given are as given.
 
     Raises
     ------
@@ -258,11 +251,9 @@ class _Given:
 
 def _in_the_middle(given: _Given) -> Running:
     """Wheelsets in the middle of the track where forces decide, and as given elsewhere."""
-    conditions, guidance = given.conditions, given.guidance
-    half = 0.5 * np.repeat(guidance.axle_load[:, None], 2, axis=1)
-    load = np.where(np.isfinite(guidance.wheel_load), guidance.wheel_load, half)
-    shift = np.where(guidance.free[:, 0], 0.0, conditions.shift)
-    still = Running(shift, load, np.zeros(shift.size), conditions.yaw)
+    conditions = given.conditions
+    shift = np.where(given.guidance.free[:, 0], 0.0, conditions.shift)
+    still = Running(shift, np.zeros(shift.size), conditions.yaw)
     if conditions.shift_depth is None:
         return still
     return replace(still, shift_depth=conditions.shift_depth, roll=conditions.roll)
@@ -271,12 +262,10 @@ def _in_the_middle(given: _Given) -> Running:
 def _where_it_ran(start: Running, given: _Given, middle: Running) -> Running:
     """Wheelsets where they ran before if forces decide it, and as given elsewhere."""
     guidance = given.guidance
-    shared = np.isnan(guidance.wheel_load)
     ran = replace(
         middle,
         shift=np.where(guidance.free[:, 0], start.shift, middle.shift),
         yaw=np.where(guidance.free[:, 1], start.yaw, middle.yaw),
-        load=np.where(shared, start.load, middle.load),
         stiffness=np.where(guidance.free[:, 0], start.stiffness, 0.0),
         beyond=start.beyond,
     )
@@ -356,7 +345,6 @@ def _running_at(begin: Running, rows: IntArray, found: Guided) -> Running:
     running = begin.moved(
         rows,
         shift=np.where(main, found.other_shift, found.shift),
-        load=np.where(main[:, None], found.other_load, found.load),
         stiffness=found.stiffness,
         yaw=found.yaw,
         roll=found.roll,
@@ -366,7 +354,6 @@ def _running_at(begin: Running, rows: IntArray, found: Guided) -> Running:
     past = BeyondJump(
         rows[two],
         np.where(swapped, found.shift, found.other_shift)[two],
-        np.where(swapped[:, None], found.load, found.other_load)[two],
         np.where(swapped, 1.0 - share, share)[two],
     )
     if running.beyond is not None:
@@ -405,7 +392,7 @@ def _why_no_shift(given: _Given, running: Running, row: int) -> str:
     middle = _in_the_middle(given)
     direction = 1.0 if wanted >= 0.0 else -1.0
     shift = middle.shift[row] + direction * _STRIDE * np.arange(_STRIDES)
-    conditions = replace(conditions, shift=shift, wheel_load=middle.load[many])
+    conditions = replace(conditions, shift=shift, box_moment=None)
     failed: dict[int, ContactError] = {}
     patches = solve_each(
         conditions,

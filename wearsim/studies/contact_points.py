@@ -286,7 +286,9 @@ def conditions(points: Sequence[Request]) -> tuple[ContactConditions, float]:
     )
     if not first.balanced:
         return given, 0.0
-    controlled = Controlled(column("lateral_force"), column("axle_load"), np.zeros(len(points)))
+    controlled = Controlled(column("lateral_force"))
+    shared = np.isfinite(column("axle_load"))
+    given = replace(given, box_moment=np.where(shared, 0.0, np.nan))
     try:
         running = settle(given, controlled, *first.problem)
     except StateError as error:
