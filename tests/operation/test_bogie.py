@@ -52,16 +52,15 @@ def task(radius, deficiency=0.0, friction=0.35, vehicle=VEHICLE, in_front=1.0):
         *(np.atleast_1d(np.asarray(one, float)) for one in (radius, deficiency, friction))
     )
     count, pairs = radius.size, [np.repeat(one, 2) for one in (radius, friction)]
+    acceleration = -np.sign(radius) * GRAVITY * deficiency / 1.5
     conditions = ContactConditions.of(
         np.zeros(2 * count), wheel_load=0.5 * vehicle.axle_load, friction=pairs[1],
         track_curvature=1.0 / pairs[0], speed=20.0, free_roll=True,
+        box_moment=np.repeat(vehicle.box_moment(acceleration, 0.46), 2),
     )  # fmt: skip
-    acceleration = -np.sign(radius) * GRAVITY * deficiency / 1.5
     first = 2 * np.arange(count)
     bogies = Bogies(vehicle, first, first + 1, acceleration, np.full(count, in_front))
-    whole = np.ones(2 * count)
-    moment = np.repeat(vehicle.box_moment(acceleration, 0.46), 2)
-    return conditions, Controlled(np.nan * whole, vehicle.axle_load * whole, moment, bogies)
+    return conditions, Controlled(np.full(2 * count, np.nan), bogies)
 
 
 def forces_of(running, conditions, bodies, models):
@@ -79,7 +78,7 @@ def test_states_in_curves_are_those_of_the_reference(bodies, models):
     for axle, number in ((slice(0, None, 2), 1), (slice(1, None, 2), 2)):
         np.testing.assert_allclose(1e3 * shift[axle], table[f"y{number}_mm"], atol=1.5e-3)
         np.testing.assert_allclose(1e3 * running.yaw[axle], table[f"yaw{number}_mrad"], atol=2e-3)
-        np.testing.assert_allclose(running.load[axle, 1] / 1e3, table[f"Q_left{number}_kN"], atol=6e-3)
+        np.testing.assert_allclose(forces.vertical[axle, 1] / 1e3, table[f"Q_left{number}_kN"], atol=6e-3)
         wear = forces.power[axle] / 20.0
         np.testing.assert_allclose(wear, table[f"wear_number{number}_N"], rtol=2e-3, atol=2e-2)
     np.testing.assert_allclose(forces.force[::2] / 1e3, table["H1_kN"], atol=6e-3)
@@ -152,9 +151,9 @@ def missing(running, conditions, controlled, bodies, models):
     force, moment = forces.force, forces.moment
     if (two := running.beyond) is not None:
         share[two.point] = 1.0 - two.share
-        shift, load = running.shift.copy(), running.load.copy()
-        shift[two.point], load[two.point] = two.shift, two.load
-        past = forces_of(replace(running, shift=shift, load=load), conditions, bodies, models)
+        shift = running.shift.copy()
+        shift[two.point] = two.shift
+        past = forces_of(replace(running, shift=shift), conditions, bodies, models)
         force = share * force + (1.0 - share) * past.force
         moment = share * moment + (1.0 - share) * past.moment
     axles = np.stack([bogies.leading, bogies.trailing], axis=1)
@@ -245,10 +244,11 @@ class Linear(Wheelsets):
 def linear_state(vehicle, curvature):
     """Shift and yaw (2, 2) of the axles of a bogie on linear contacts."""
     one, wheel = np.ones(1), standard.wheel("S1002")
-    chunk = ContactConditions.of(np.zeros(2), track_curvature=curvature, wheel_load=0.5 * VEHICLE.axle_load)
+    chunk = ContactConditions.of(
+        np.zeros(2), track_curvature=curvature, wheel_load=0.5 * VEHICLE.axle_load, box_moment=0.0
+    )
     bogies = Bogies(vehicle, np.array([0]), np.array([1]), 0.0 * one, one)
-    load = np.full(2, VEHICLE.axle_load)
-    controlled = Controlled(np.full(2, np.nan), load, np.zeros(2), bogies)
+    controlled = Controlled(np.full(2, np.nan), bogies)
     wheelset = Wheelset(wheel, wheel, Linear.radius, Linear.half)
     on_nothing = Task((), (), wheelset, (), (), ContactModels.of("fast"), (0, 1), True)
     wheelsets = Linear(on_nothing, chunk, controlled.guidance(chunk), None)

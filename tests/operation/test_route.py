@@ -44,7 +44,7 @@ def test_shares_add_up_and_curves_have_both_axles_as_the_train_stands_and_turned
     np.testing.assert_array_equal(bogies.trailing, 2 * POSITIONS + np.array([1, 3]))
     np.testing.assert_allclose(bogies.acceleration, [-0.5, 0.5])
     # centrifugal: the outer, left wheel carries more in a curve to the right, by the height above the axle
-    assert points.controlled.box_moment[-4] < 0.0 < points.controlled.box_moment[-1]
+    assert points.conditions.box_moment[-4] < 0.0 < points.conditions.box_moment[-1]
     one_way = route([STRAIGHT, RIGHT], VEHICLE, AxleShares(1.0, 0.0), [MOTION], bodies(0.0)[0])
     np.testing.assert_allclose(one_way.weight[-2:], [0.5, 0.0])
     assert one_way.weight.size == POSITIONS + 2

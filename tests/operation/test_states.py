@@ -36,11 +36,16 @@ DATA = Path(__file__).parents[1] / "data"
 def conditions_of(table, **others):
     names = {"yaw": "yaw_mrad", "shift": "y_mm"}
     values = {name: 1e-3 * table[key] for name, key in names.items() if name not in others}
-    return ContactConditions.of(**values, **others, speed=20.0, free_roll=True)
+    return ContactConditions.of(**values, **others, speed=20.0, free_roll=True, box_moment=0.0)
+
+
+def loads_of(running, given, bodies, models):
+    """Vertical forces (n, 2) of the contact where wheelsets run."""
+    return resultants(solve(running.conditions(given), *bodies, models), running.shift.size).vertical
 
 
 def under(force, count):
-    return Controlled(np.broadcast_to(np.asarray(force, float), count), np.full(count, AXLE), np.zeros(count))
+    return Controlled(np.broadcast_to(np.asarray(force, float), count))
 
 
 @pytest.fixture
@@ -91,14 +96,15 @@ def test_shifts_by_force_are_those_of_the_reference_and_need_few_solutions_when_
         running = settle(given, wanted, *bodies(curvature), models)
         shift = running.conditions(given).axle_shift()
         np.testing.assert_allclose(1e3 * shift, table["y_mm"], atol=1e-3)
-        np.testing.assert_allclose(running.load[:, 0] / 1e3, table["Q_right_kN"], atol=1e-2)
+        load = loads_of(running, given, bodies(curvature), models)
+        np.testing.assert_allclose(load[:, 0] / 1e3, table["Q_right_kN"], atol=1e-2)
         assert (running.stiffness > 1e6).all()
         solutions[:] = 0
         # as much as a step of wear moves it
-        before = Running(running.shift - 2e-6, running.load + 30.0, 1.1 * running.stiffness, running.yaw)
+        before = Running(running.shift - 2e-6, 1.1 * running.stiffness, running.yaw)
         again = settle(given, wanted, *bodies(curvature), models, before)
-        # one at the start and one or two steps; two more for the slopes where those of coarse patches mislead
-        assert 1 <= solutions.sum() <= 4.5 * count
+        # two for the slopes where those of coarse patches mislead
+        assert 1 <= solutions.sum() <= 8 * count
         # both within the tolerance of the force
         near = 2.0 * states.TOLERANCE * AXLE / running.stiffness
         assert (np.abs(again.shift - running.shift) <= near).all()
@@ -147,15 +153,12 @@ def test_forces_rise_with_the_shift_at_the_rails_where_that_of_the_axle_goes_bac
 WORN = {
     # the force falls for 18 um to the right of where it is 3 N too low, and rises from there on
     "fold": (0.75, 0.0, 0.0, Running(
-        np.array([1.324453398665655e-3]), np.array([[80161.291, 79838.709]]), np.array([1.2037267e7]),
-        np.zeros(1),
+        np.array([1.324453398665655e-3]), np.array([1.2037267e7]), np.zeros(1),
     )),
     # no contact from 7.281 to 7.289 mm, where it was expected: above 11 GPa; the balance is before that
     "flank": (1.0, 25e3, 1e-3, Running(
-        np.array([7.285523840319748e-3]), np.array([[91054.391, 68945.609]]), np.array([8.2355739e8]),
-        np.full(1, 1e-3), BeyondJump(
-            np.zeros(1, int), np.array([7.285682746877062e-3]), np.array([[91021.963, 68978.037]]),
-            np.array([0.5887646]),
+        np.array([7.285523840319748e-3]), np.array([8.2355739e8]), np.full(1, 1e-3), BeyondJump(
+            np.zeros(1, int), np.array([7.285682746877062e-3]), np.array([0.5887646]),
         ),
     )),
 }  # fmt: skip
@@ -169,13 +172,13 @@ def test_a_worn_noisy_pair_finds_its_balance_past_what_is_in_the_way(place):
     rail = standard.rail("60E1", 1 / 40, 1.435, 0.75)
     bodies = Wheelset(wheels[0], wheels[1], 0.46, 0.75), Counterface(rail, 1.0 / radius)
     models = ContactModels.of("fast", cell_size=0.5e-3)
-    given = ContactConditions.of([0.0], yaw=yaw, friction=0.35, speed=20.0, free_roll=True)
+    given = ContactConditions.of([0.0], yaw=yaw, friction=0.35, speed=20.0, free_roll=True, box_moment=0.0)
     running = settle(given, under(force, 1), *bodies, models, start)
     sides = [(1.0, running)]
     if (past := running.beyond) is not None:
         sides = [
             (1.0 - past.share, running),
-            (past.share, replace(running, shift=past.shift, load=past.load)),
+            (past.share, replace(running, shift=past.shift)),
         ]
     missing = np.zeros(2)
     for share, side in sides:
@@ -189,16 +192,19 @@ def test_a_worn_noisy_pair_finds_its_balance_past_what_is_in_the_way(place):
 
 def test_a_mirrored_state_is_the_mirror_image(bodies, models):
     """Within the tolerance of the force: the roll comes to rest within 1 nm, from the right wheel's side."""
-    given = ContactConditions.of([0.0, 0.0], yaw=[1e-3, -1e-3], speed=20.0, free_roll=True)
+    given = ContactConditions.of([0.0, 0.0], yaw=[1e-3, -1e-3], speed=20.0, free_roll=True, box_moment=0.0)
     running = settle(given, under([10e3, -10e3], 2), *bodies(1.0), models)
     near = 2.0 * states.TOLERANCE * AXLE / running.stiffness[0]
     assert running.shift[0] == pytest.approx(-running.shift[1], abs=near)
-    np.testing.assert_allclose(running.load[0], running.load[1][::-1], atol=states.TOLERANCE * AXLE)
+    load = loads_of(running, given, bodies(1.0), models)
+    np.testing.assert_allclose(load[0], load[1][::-1], atol=states.TOLERANCE * AXLE)
 
 
 def test_spin_pushes_a_wheelset_off_the_middle(bodies, models):
     """The creep force of the spin is 1.6 times what centres the wheelset; without friction it is centred."""
-    given = ContactConditions.of([0.0, 0.0], friction=[0.35, 1e-6], speed=20.0, free_roll=True)
+    given = ContactConditions.of(
+        [0.0, 0.0], friction=[0.35, 1e-6], speed=20.0, free_roll=True, box_moment=0.0
+    )
     running = settle(given, under([0.0, 0.0], 2), *bodies(1.0), models)
     assert running.shift[0] == pytest.approx(0.26e-3, abs=0.02e-3)
     assert abs(running.shift[1]) < 1e-5
@@ -207,11 +213,17 @@ def test_spin_pushes_a_wheelset_off_the_middle(bodies, models):
 
 
 def test_forces_on_the_boxes_shift_the_load(bodies, models):
-    given = ContactConditions.of([0.0], speed=20.0, free_roll=True)
-    moment = replace(under(np.nan, 1), box_moment=np.array([7.5e3]))
-    running = settle(given, moment, *bodies(0.0), models)
+    given = ContactConditions.of([0.0], speed=20.0, free_roll=True, box_moment=7.5e3)
+    load = resultants(solve(given, *bodies(0.0), models), 1).vertical
     # 7.5 kN m over the 1.5 m between the wheels; the lateral forces of the unlike loads are below 0.1 kN
-    assert np.diff(running.load)[0, 0] == pytest.approx(-10e3, abs=300.0)
+    assert np.diff(load)[0, 0] == pytest.approx(-10e3, abs=300.0)
+    assert load.sum() == pytest.approx(160e3, rel=1e-6)
+
+
+def test_boxes_that_unload_a_wheel_are_refused(bodies, models):
+    given = ContactConditions.of([0.0, 0.0], speed=20.0, free_roll=True, box_moment=[0.0, 125e3])
+    with pytest.raises(ContactError, match=r"^point 1, left wheel, .*leave its left wheel less than 2 % of"):
+        solve(given, *bodies(0.0), models)
 
 
 @pytest.mark.parametrize(
@@ -219,7 +231,7 @@ def test_forces_on_the_boxes_shift_the_load(bodies, models):
     [(250e3, "would climb over its crest"), (300e3, "unloads the left wheel: the axle carries at most")],
 )
 def test_a_force_beyond_the_flange_is_told_with_the_largest(bodies, models, force, reason):
-    given = ContactConditions.of([0.0], speed=20.0, free_roll=True)
+    given = ContactConditions.of([0.0], speed=20.0, free_roll=True, box_moment=0.0)
     with pytest.raises(StateError, match=reason):
         settle(given, under(force, 1), *bodies(0.0), models)
 
@@ -270,7 +282,7 @@ def test_conditions_take_loads_of_each_wheel_and_torques_of_each_point(bodies, m
 
 
 def test_a_wheelset_that_begins_in_balance_stays_there_with_its_stiffness(bodies, models):
-    given = ContactConditions.of([0.0], yaw=1e-3, speed=20.0, free_roll=True)
+    given = ContactConditions.of([0.0], yaw=1e-3, speed=20.0, free_roll=True, box_moment=0.0)
     running = settle(given, under(20e3, 1), *bodies(1.0), models)
     again = settle(given, under(20e3, 1), *bodies(1.0), models, running)
     near = 2.0 * states.TOLERANCE * AXLE / running.stiffness[0]
@@ -318,7 +330,7 @@ def jumping(monkeypatch):
 def test_a_force_within_a_jump_is_the_mean_of_both_of_its_sides(jumping, bodies, models):
     """Shares are linear in the force: (H - H_below) / (H_above - H_below)."""
     wanted = np.array([-500.0, 500.0, 2000.0, 3500.0, 4500.0])
-    given = ContactConditions.of(np.zeros(wanted.size), speed=20.0, free_roll=True)
+    given = ContactConditions.of(np.zeros(wanted.size), speed=20.0, free_roll=True, box_moment=0.0)
     running = settle(given, under(wanted, wanted.size), *bodies(0.0), models)
     beyond = running.beyond
     assert beyond.point.tolist() == [1, 2, 3]
@@ -328,7 +340,6 @@ def test_a_force_within_a_jump_is_the_mean_of_both_of_its_sides(jumping, bodies,
     np.testing.assert_allclose(mean, wanted[beyond.point], atol=states.TOLERANCE * AXLE)
     # 1 um of the slopes at its sides
     np.testing.assert_allclose(beyond.share, wanted[beyond.point] / JUMP, atol=5e8 * 1e-6 / JUMP)
-    np.testing.assert_allclose(beyond.load, AXLE / 2, rtol=1e-6)
     alone = [0, 4]
     np.testing.assert_allclose(
         force_with_jump(running.shift[alone]), wanted[alone], atol=2.0 * states.TOLERANCE * AXLE
@@ -336,7 +347,7 @@ def test_a_force_within_a_jump_is_the_mean_of_both_of_its_sides(jumping, bodies,
 
 
 def test_a_wheelset_leaves_a_jump_when_its_force_no_longer_lies_within(jumping, bodies, models):
-    given = ContactConditions.of([0.0], speed=20.0, free_roll=True)
+    given = ContactConditions.of([0.0], speed=20.0, free_roll=True, box_moment=0.0)
     at_jump = settle(given, under(2000.0, 1), *bodies(0.0), models)
     assert at_jump.beyond is not None
     for wanted in (-800.0, 4800.0):

@@ -664,7 +664,7 @@ def _ended(problem: Wheelsets, search: _Search, tolerances: FloatArray) -> Guide
     two = at_jump & (together < missing)
     main = best.merged(one, two)
     missing = np.where(two, together, missing)
-    unloaded = problem.unloaded(main.contact.forces).any(axis=1)
+    unloaded = np.asarray(problem.unloaded(main.contact.forces).any(axis=1))
     return Guided(
         unknown=main.unknown,
         slope=search.slopes,

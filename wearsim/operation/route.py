@@ -242,11 +242,10 @@ def route(
     points = replace(points, of_track=tuple(run["of_track"] for run in runs))
     if not leading:
         return points
-    assert isinstance(points.controlled, Controlled)
     number, of_bogie, in_front = np.array(leading).T
     first = number.astype(np.int64)
     pairs = Bogies(vehicle, first, first + 1, of_bogie, in_front)
-    return replace(points, controlled=replace(points.controlled, bogies=pairs))
+    return replace(points, controlled=Controlled(np.full(weight.size, np.nan), pairs))
 
 
 def _bogies(vehicle: Vehicle, shares: AxleShares) -> list[tuple[float, tuple[float, float]]]:
