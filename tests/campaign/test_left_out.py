@@ -95,12 +95,12 @@ def locks_when_worn(monkeypatch):
     """The block to the left has no contact solution on wheels worn by more than 30 um."""
     solve_chunk, new = solver._solve_chunk, []
 
-    def locking(task, chunk, index, begin):
+    def locking(task, chunk, index):
         new.append(task.wheelset.right.z)
         locked = np.flatnonzero(chunk.shift == -1e-3)
         if locked.size > 0 and np.abs(task.wheelset.right.z - new[0]).max() > 30e-6:
             raise ContactError(f"point {index[locked[0]]}, right wheel: flange locks", int(index[locked[0]]))
-        return solve_chunk(task, chunk, index, begin)
+        return solve_chunk(task, chunk, index)
 
     monkeypatch.setattr(solver, "_solve_chunk", locking)
 

@@ -9,7 +9,7 @@ from wearsim.contact import loaded
 from wearsim.contact import solve as of_chunks
 from wearsim.contact.axle import ROLL
 from wearsim.contact.problem import PLACED
-from wearsim.contact.solve import Earlier, solve, solve_each
+from wearsim.contact.solve import solve
 from wearsim.errors import ContactError
 
 SHIFT, YAW = 1e-3 * np.array([0.0, 3.0, 5.9, 6.5]), 1e-3 * np.array([0.0, 1.0, 2.0, 3.0])
@@ -71,30 +71,6 @@ def test_no_coarse_patch_is_asked_for(monkeypatch, solved, nearby):
 @pytest.fixture
 def free(points):
     return replace(points(SHIFT, YAW, rotation="free"), free_roll=True)
-
-
-def test_wheels_of_an_earlier_solution_save_work_and_change_nothing(
-    monkeypatch, free, solved, wheelset, counterface, coarse
-):
-    """Two rolls of both wheels are enough for the first points; all contact begins with those wheels."""
-    begin = Earlier(np.arange(SHIFT.size), {}, {})
-    there = replace(free, shift=SHIFT + 1e-7, nearby=first_of_each(solved(free)))
-    given = wheelset, counterface(2.0), coarse, lambda part: part
-    (cold,) = solve_each(there, *given, begin=begin)
-    asked = []
-    normal_of = loaded.normal_of
-
-    def counted(task, side, row, *given, start, **options):
-        asked.append((row.size, start))
-        return normal_of(task, side, row, *given, start=start, **options)
-
-    monkeypatch.setattr(loaded, "normal_of", counted)
-    (warm,) = solve_each(there, *given, begin=Earlier(begin.point, begin.found, {}))
-    assert all(start is not None for _, start in asked)
-    assert [rows for rows, _ in asked[:4]] == [4, 4, 4, 4]
-    assert all(rows < 4 for rows, _ in asked[4:])
-    np.testing.assert_allclose(warm.normal_force, cold.normal_force, rtol=5e-6)
-    np.testing.assert_allclose(warm.power, cold.power, rtol=1e-4, atol=1e-6 * cold.power.max())
 
 
 def test_slopes_of_an_equilibrium_are_kept_where_it_is_solved_again(free, solved):

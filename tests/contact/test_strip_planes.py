@@ -99,9 +99,7 @@ def doubles(monkeypatch):
 
     for name in ("flat", "bent"):
         monkeypatch.setitem(NORMAL_MODELS, name, cut(name == "bent"))
-    for name, warm in (("in_planes", False), ("warm", True)):
-        model = TangentialModel("slide", watching, by_strips=True, warm=warm)
-        monkeypatch.setitem(TANGENTIAL_MODELS, name, model)
+    monkeypatch.setitem(TANGENTIAL_MODELS, "in_planes", TangentialModel("slide", watching, by_strips=True))
     monkeypatch.setitem(TANGENTIAL_MODELS, "in_plane", TangentialModel("slide", slide))
     return seen
 
@@ -235,13 +233,12 @@ def test_a_planar_model_sees_one_plane(doubles, wheelset, counterface, points):
         np.testing.assert_array_equal(value, getattr(planar, name), err_msg=name)
 
 
-@pytest.mark.parametrize("tangential", ["in_planes", "warm"])
-def test_a_left_wheel_mirrors_the_right_one(doubles, shape, tangential, wheelset, counterface, points):
+def test_a_left_wheel_mirrors_the_right_one(doubles, shape, wheelset, counterface, points):
     """Both sides of the mirrored point, with the axle turning freely; to the tolerance of the balance."""
     conditions = points(
         shift=np.array([4.5e-3, -4.5e-3]), yaw=np.array([6e-3, -6e-3]), rotation="free", roll=0.0
     )
-    solution = solve(conditions, wheelset, counterface(1.0), models(shape, tangential))
+    solution = solve(conditions, wheelset, counterface(1.0), models(shape))
     here, there = (
         np.flatnonzero((solution.point == point) & (solution.side == side))
         for point, side in ((0, 0), (1, 1))

@@ -108,7 +108,7 @@ class Contact:
     faults: Mapping[int, ContactError] = field(default_factory=dict)
 
     def to_begin_with(self) -> Contact:
-        """Return this contact as one from which patches are solved, but not stretched."""
+        """Return this contact as one whose gaps are kept, but whose patches are solved anew."""
         return replace(self, load=np.full_like(self.load, np.nan))
 
     def merged(self, other: Contact, taken: NDArray[np.bool_]) -> Contact:
@@ -257,7 +257,8 @@ class Wheelsets:
         rows : (n,) bool array
             Wheelsets to solve; the others have no contact.
         near : Contact, optional
-            In a state nearby: its patches are stretched where the pose is the same and the load similar.
+            In a state nearby: where the pose is the same its gaps are kept, and its patches are stretched if
+            the load is similar.
         stretch : bool
             Whether patches are stretched whatever the load.
 

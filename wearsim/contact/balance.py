@@ -293,7 +293,7 @@ def settled(
     slope : (n, 6, 6) array
         Of the residuals there.
     contact : Contact, optional
-        Nearby, to begin with.
+        Nearby; its gaps are kept where the pose is the same.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Wheels under loads: their normal contact, solved or stretched from that of a load nearby.
+"""Wheels under loads: their normal contact, solved, or stretched from that under a load nearby.
 
 Between evaluations patches are stretched by similarity (lengths and pressures with the cube root of the
 load, exact for a quadratic gap) as long as the load changes by at most `SIMILAR`, with several patches by a

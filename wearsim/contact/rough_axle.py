@@ -54,7 +54,7 @@ def begun_with_coarse_patches(problem: Wheelsets) -> tuple[FloatArray, FloatArra
     slopes : (n, 6, 6) array
         Of the residuals.
     contact : Contact
-        Of coarse patches, to begin with.
+        Of coarse patches; the search keeps its gaps.
 
     Raises
     ------

@@ -171,18 +171,14 @@ def test_sections_at_every_millimetre_are_as_good_as_at_every_grid_point(patches
 
 
 @pytest.mark.parametrize("yaw", [0.0, 0.01])
-def test_a_start_changes_nothing_and_rough_solutions_are_near(patches, yaw):
-    """Start: the tolerance of the balance, 1e-9, but for a step on by the last two. Rough: 3 %."""
+def test_rough_solutions_are_near(patches, yaw):
+    """They carry the load; 3 % of it in each patch, planes to 10 mrad."""
     for shift in (-4e-3, 0.0, 3e-3, 5.5e-3):
         exact = patches(shift, yaw)[1]
         rough = patches(shift, yaw, rough=True)[1]
-        start = patches(shift, yaw, load=82e3)[1]
-        again = patches(shift, yaw, start=start)[1]
         assert np.cos(rough.contact_angle) @ rough.normal_force == pytest.approx(80e3, rel=1e-12)
         np.testing.assert_allclose(rough.normal_force, exact.normal_force, atol=0.03 * 80e3)
         np.testing.assert_allclose(rough.contact_angle, exact.contact_angle, atol=0.01)
-        np.testing.assert_allclose(again.normal_force, exact.normal_force, rtol=1e-7)
-        np.testing.assert_allclose(again.patch.x_lead, exact.patch.x_lead, atol=1e-9)
 
 
 def test_each_patch_has_the_strips_of_its_size(s1002, rail_60e1):

@@ -31,7 +31,7 @@ def table(name):
     return [{key: float(value) for key, value in row.items()} for row in rows]
 
 
-def solved(patch, creepage, friction=FRICTION, wanted=True, modulus=SHEAR_MODULUS, poisson=POISSON, **more):
+def solved(patch, creepage, friction=FRICTION, wanted=True, modulus=SHEAR_MODULUS, poisson=POISSON):
     creepage = np.atleast_2d(np.asarray(creepage, dtype=float))
     return coupled_strips.solve(
         patch,
@@ -40,7 +40,6 @@ def solved(patch, creepage, friction=FRICTION, wanted=True, modulus=SHEAR_MODULU
         shear_modulus=modulus,
         poisson_ratio=poisson,
         fields=wanted,
-        **more,
     )
 
 
@@ -340,28 +339,6 @@ def test_batch_and_threads_keep_the_bits(ellipse):
                 np.testing.assert_array_equal(alone.cells[:, 0], batch.cells[:, m, :cells, :strips])
                 assert not batch.cells[:, m, cells:].any()
                 assert not batch.cells[:, m, :, strips:].any()
-
-
-def test_a_neighbouring_state_saves_work(patch, counted):
-    """And changes the forces within the tolerance: residuals are sums of tractions."""
-    near = solved(patch, CREEPAGE)
-    there = 1.005 * np.array(CREEPAGE)
-    cold, warm = solved(patch, there), solved(patch, there, start=near)
-    assert counted[2] < 0.75 * counted[1]
-    model = coupled_strips.MODEL
-    assert abs(warm.force - cold.force).max() < model.tolerance * FRICTION * LOAD
-
-
-def test_a_looser_tolerance_saves_work(patch, counted):
-    exact, rough = solved(patch, CREEPAGE), solved(patch, CREEPAGE, looser=30.0)
-    assert counted[1] < 0.7 * counted[0]
-    assert abs(rough.force - exact.force).max() < 30.0 * coupled_strips.TOLERANCE * FRICTION * LOAD
-
-
-def test_a_start_without_pressure_is_none(patch):
-    near = solved(patch, CREEPAGE)
-    empty = replace(near, cells=np.zeros_like(near.cells))
-    np.testing.assert_array_equal(solved(patch, CREEPAGE, start=empty).force, near.force)
 
 
 # ---- ends of the range

@@ -420,22 +420,3 @@ def test_pressure_of_the_cells_is_that_of_the_patch():
     half = 0.5 * (patch.x_lead - patch.x_trail)
     load = 0.5 * np.pi * (patch.pressure_slope * half**2).sum() * patch.width[0]
     assert (result.cells[0, 0] * area).sum() == pytest.approx(load, rel=1e-9)
-
-
-def test_neighbouring_state_saves_work(monkeypatch):
-    """And changes the forces within the tolerance."""
-    products, roll = [], coupled_strips.rolling.roll
-
-    def and_count(*arguments):
-        result = roll(*arguments)
-        products.append(result[2])
-        return result
-
-    monkeypatch.setattr(coupled_strips.rolling, "roll", and_count)
-    planes = joined([strips_of(np.linspace(-B, B, 9)), strips_of(np.linspace(-B, B, 9), origin=12e-3)])
-    patch, there = patch_of(planes), motion_of(planes, 1.005 * CREEPAGE)
-    near = solved(patch, motion_of(planes))
-    cold, warm = solved(patch, there), solved(patch, there, start=near)
-    assert len(products) == 3
-    assert products[2] < 0.75 * products[1]
-    assert abs(warm.force - cold.force).max() < coupled_strips.MODEL.tolerance * FRICTION * LOAD

@@ -132,8 +132,8 @@ def solve_pressure(
     coupling : (64 k, 64 k) array, optional
         Displacement at the 8 x 8 nodes of each of k grids under forces on those of all; symmetric [m/N].
     start : sequence of (nx, ny) arrays, optional
-        Pressures to start from, such as those of a neighbouring state; any load. The result depends on them
-        within the tolerance.
+        Pressures to start from, such as those carried over from other grids; any load. The result depends on
+        them within the tolerance.
     tolerance : float
         Largest change of the pressures in the last iteration, its mean as a share of their mean [-].
     limit : int

@@ -344,7 +344,7 @@ def _find_approach(
             _, power = _power_of(work.patches[0], row.gap, factor * approach, work.strips)
         grow = (load / value) ** (1.0 / power) if value > 0.0 else 4.0
         if rough and abs(excess) < _ROUGH:
-            # Patches stay as they are; the displacement is where the true ones begin.
+            # Patches stay as they are; the displacement is carried on to the load.
             return approach * grow, value, used
         if skewed == yawed and abs(excess) < (_NEAR if used == 1 else _DONE):
             moved = used == 1 and _move_on(work.patches[0], row, factor * approach, grow, work.strips)

@@ -44,10 +44,7 @@ import numpy as np
 
 from wearsim.contact.patch import FloatArray, Patch
 from wearsim.contact.tangential.coupled_strips import rolling
-from wearsim.contact.tangential.coupled_strips.cells import (
-    cells_of_patches,
-    fill_cells,
-)
+from wearsim.contact.tangential.coupled_strips.cells import cells_of_patches, fill_cells
 from wearsim.contact.tangential.coupled_strips.influence import slip_influence, strip_points
 from wearsim.contact.tangential.coupled_strips.strips import strips_of_wheels, sums_of_strips
 from wearsim.contact.tangential.model import StripMotion, TangentialModel, TangentialSolution, Wanted
@@ -94,10 +91,10 @@ def solve(
     bound = wheels.friction * wheels.peak / shear_modulus
     matrices = slip_influence(wheels, POINTS, poisson_ratio)
     for (begin, end), matrix in zip(pairwise(wheels.begin.tolist()), matrices, strict=True):
-        left = _roll(matrix, begin, end, poisson_ratio, rigid, bound, TOLERANCE, traction, slip, marks)
-        if left > (allowed := max(TOLERANCE, STALLED)):
+        left = _roll(matrix, begin, end, poisson_ratio, rigid, bound, traction, slip, marks)
+        if left > STALLED:
             row = int(patch.row[wheels.patch[begin]])
-            raise NumericalError(say("contact.rolling_unconverged", left=left, tolerance=allowed), row=row)
+            raise NumericalError(say("contact.rolling_unconverged", left=left, tolerance=STALLED), row=row)
     out = np.zeros((5, count, int(patch.cells.max(initial=1)) if fields else 0, ny))
     force, slip_area = np.zeros((count, 3)), np.zeros(count)
     fill_cells(points, wheels, cells, shear_modulus, traction, slip, marks, out, force, slip_area)
@@ -127,7 +124,7 @@ def _check_finite(
 
 def _roll(
     matrix: FloatArray, begin: int, end: int, poisson_ratio: float, rigid: FloatArray, bound: FloatArray,
-    tolerance: float, traction: FloatArray, slip: FloatArray, marks: FloatArray,
+    traction: FloatArray, slip: FloatArray, marks: FloatArray,
 ) -> float:  # fmt: skip
     """Solve the strips `begin` to `end` of one wheel in place; residual of the best solution."""
     n, count = POINTS, end - begin
@@ -137,10 +134,10 @@ def _roll(
     marked = marks[begin * n : end * n].reshape(count, n)
     for places in PLACES:
         left, _, _ = rolling.roll(
-            matrix, strip_points(n, *places), poisson_ratio, rigid_slip, bound[begin:end], tolerance,
+            matrix, strip_points(n, *places), poisson_ratio, rigid_slip, bound[begin:end], TOLERANCE,
             MOST_STEPS, of_points, whole_slip, marked,
         )  # fmt: skip
-        if left <= max(tolerance, STALLED):
+        if left <= STALLED:
             break
     return left
 

@@ -1,4 +1,4 @@
-"""Cells of a patch from the points along its solved strips, and first guesses of points from cells."""
+"""Cells of a patch from the points along its solved strips."""
 
 from __future__ import annotations
 
