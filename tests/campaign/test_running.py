@@ -217,8 +217,8 @@ def test_a_campaign_by_force_wears_on_as_its_flank_wears(worn_by_force):
 @pytest.mark.slow
 def test_a_shift_by_force_needs_few_contacts_in_half_of_all_searches(worn_by_force):
     """Of stages and ends of steps: one at the start, two for slopes, and steps."""
-    _, contacts = worn_by_force
-    assert contacts.size > 100
+    rows, contacts = worn_by_force
+    assert contacts.size > 2 * len(rows)
     assert np.median(contacts) <= FEW
 
 

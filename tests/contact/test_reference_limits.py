@@ -28,6 +28,7 @@ ELEMENT = 0.2e-3  # m, of the other program
 
 # Geometry, inclination 1:n, curvature of the counterface [1/m], shift [mm], yaw [mrad].
 FLAT = {
+    ("s1002_60e1", 40, 0.0, 1.5, 10),
     ("s1002_60e1", 40, 0.0, 2.0, 0),
     ("s1002_60e1", 40, 0.0, 2.5, 0),
     ("s1002_60e1", 40, 0.0, 2.5, -10),
@@ -130,9 +131,7 @@ def hold(error):
     assert not (size.max_pressure[~size.rough] > 0.02).any()
     assert not (size.max_pressure[size.rough & ~kink] > 0.05).any()
     assert size.force.max() < 0.01
-    little = error.state == LITTLE_SLIP
-    assert size.power[~little].max() < 0.03
-    assert not (size.power[little] > 0.033).any()
+    assert size.power.max() < 0.03
 
 
 def test_rows_reach_over_the_cases(table, away):
@@ -171,6 +170,7 @@ NEIGHBOURS = "0.3 to 0.5 mm from each other on the flange"
 @pytest.mark.parametrize(
     "where",
     [
+        expected(("s1002_60e1", 40, 0.0, 1.5, 10), 1.003, PLANES),
         expected(("s1002_60e1", 40, 0.0, 2.0, 0), 1.5, PLANES),
         expected(("mbench", 40, 0.0, 2.5, 0), 1.2, PLANES),
         expected(("s1002_60e1", 40, 0.0, 7.5, -10), 16, NEIGHBOURS),
@@ -178,7 +178,7 @@ NEIGHBOURS = "0.3 to 0.5 mm from each other on the flange"
     ],
 )
 def test_angle_of_the_plane_by_pressure(away, wheelset, where):
-    """8 cases of a wide patch at 2 and 2.5 mm on 1:40, to 1.5 mrad; all 27 on the flange, 10 to 27 mrad."""
+    """9 cases of a wide patch at 1.5 to 2.5 mm on 1:40, to 1.5 mrad; all 27 on the flange, 10 to 27 mrad."""
     rows = away[[state(row) == where for row in away.itertuples()]]
     assert errors(rows, wheelset).angle.abs().max() < 1e-3
 
