@@ -90,7 +90,6 @@ BALANCED, AT_JUMP, REFUSED = "balanced", "at a jump", "refused"
 
 NEIGHBOURS = 2  # radii from whose states the best state is looked for
 DIFFERENCE = 1e-3  # for slopes: 1 um, 1 urad, a thousandth of the load
-ROUNDS = 4  # solutions of a place of the scan, each but the first with the loads of the one before
 SHIFTS, SHIFT_STEP = 200, 1e-6  # of the scan [m]
 YAWS, YAW_STEP = 20, 10e-6  # of the scan [rad]
 PARTS = 10  # of a step of the shift, to tell a jump from a steep slope
@@ -178,9 +177,9 @@ def problem_of(group, radii):
         free_roll=True,
         shift_depth=RADIUS,
         track_curvature=np.repeat(curvature, 2),
+        box_moment=np.repeat(vehicle.box_moment(acceleration, RADIUS), 2),
     )
-    box_moment = np.repeat(vehicle.box_moment(acceleration, RADIUS), 2)
-    controlled = Controlled(np.nan * whole, vehicle.axle_load * whole, box_moment, bogies)
+    controlled = Controlled(np.nan * whole, bogies)
     wheelset = wearsim.wheelset(group.wheel, radius=RADIUS)
     counterface = wearsim.rails(group.rail, inclination=slope_of(group.inclination))
     models = ContactModels.of(group.model)
@@ -205,10 +204,15 @@ def settled(group, radii):
     return list(radii), problem, running
 
 
-def contact_forces(problem, point, shift, yaw, load):
-    """Resultants of the contact of operating points (k,), solved from nothing; zero without contact."""
+def contact_forces(problem, point, shift, yaw, load=None):
+    """Resultants of the contact of operating points (k,), solved from nothing; zero without contact.
+
+    Under loads (k, 2), or those that balance the roll.
+    """
     bodies = problem.wheelset, problem.counterface
-    conditions = replace(problem.conditions.at(point), shift=shift, yaw=yaw, wheel_load=load)
+    conditions = replace(problem.conditions.at(point), shift=shift, yaw=yaw)
+    if load is not None:
+        conditions = replace(conditions, wheel_load=load, box_moment=None)
     failed = {}
     patches = solve_each(
         conditions, *bodies, problem.models, ContactSolution.patches, failed=failed, fields="work"
@@ -234,7 +238,7 @@ def missing(problem, forces, shift, yaw):
     """Lateral force [N], yaw moment and roll moment [N m] (n, 3) that the balance of each axle lacks."""
     shift = of_axles(shift, forces)
     contact = np.stack([forces.force, forces.moment], axis=1)
-    roll = forces.roll_moment.sum(axis=1) - problem.controlled.box_moment
+    roll = forces.roll_moment.sum(axis=1) - problem.conditions.box_moment
     return np.column_stack([contact + suspension_forces(problem, shift, yaw), roll])
 
 
@@ -242,13 +246,13 @@ def found_rows(group, radii, problem, running):
     """Rows of the combinations in which the bogie has a balance."""
     count, beyond = running.shift.size, running.beyond
     point, share = np.arange(count), np.ones(count)
-    shift, load, far = running.shift, running.load, np.full(count, np.nan)
+    shift, far = running.shift, np.full(count, np.nan)
     if beyond is not None:
         far[beyond.point] = beyond.share
         share[beyond.point] -= beyond.share
         point, share = np.append(point, beyond.point), np.append(share, beyond.share)
-        shift, load = np.append(shift, beyond.shift), np.append(load, beyond.load, axis=0)
-    forces = contact_forces(problem, point, shift, running.yaw[point], load).mean(point, share)
+        shift = np.append(shift, beyond.shift)
+    forces = contact_forces(problem, point, shift, running.yaw[point]).mean(point, share)
     place = np.bincount(point, share * shift)
     weight = problem.controlled.bogies.vehicle.axle_load
     residual = np.abs(missing(problem, forces, place, running.yaw)).reshape(-1, 2, 3).max(axis=1) / weight
@@ -298,15 +302,8 @@ class OneBogie:
         The other axle stays as in the state; the wheel loads of each place balance the roll.
         """
         shift, yaw = place.T
-        point, right = np.full(shift.size, axle), np.full(shift.size, 0.5 * self.weight * state[axle, 2])
-        for _ in range(ROUNDS):
-            load = np.stack([right, self.weight - right], axis=1)
-            forces = contact_forces(self.problem, point, shift, yaw, load)
-            touching = (forces.vertical > 0.0).all(axis=1)
-            arm = forces.roll_moment / np.where(forces.vertical > 0.0, forces.vertical, 1.0)
-            lever = np.where(touching, arm[:, 0] - arm[:, 1], 1.0)
-            balanced = (self.problem.controlled.box_moment[axle] - arm[:, 1] * self.weight) / lever
-            right = np.where(touching, balanced, right)
+        forces = contact_forces(self.problem, np.full(shift.size, axle), shift, yaw)
+        touching = (forces.vertical > 0.0).all(axis=1)
         part = 0.5 * self.weight * state[:, 2]
         here = np.stack([part, self.weight - part], axis=1)
         still = 1e-3 * state[:, :2]

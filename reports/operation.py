@@ -54,18 +54,18 @@ def curves(vehicles=VEHICLES):
         whole = np.ones(2 * radius.size)
         acceleration = np.array([Curve.of_deficiency(1.0 / one, DEFICIENCY) for one in radius])
         bogies = Bogies(vehicle, first, first + 1, acceleration, np.ones(radius.size))
-        moment = np.repeat(vehicle.box_moment(acceleration, 0.46), 2)
         given = ContactConditions.of(
             0.0 * whole, wheel_load=0.5 * vehicle.axle_load, friction=0.35, speed=20.0, free_roll=True,
             track_curvature=np.repeat(1.0 / radius, 2),
+            box_moment=np.repeat(vehicle.box_moment(acceleration, 0.46), 2),
         )  # fmt: skip
-        controlled = Controlled(np.nan * whole, vehicle.axle_load * whole, moment, bogies)
+        controlled = Controlled(np.nan * whole, bogies)
         running = settle(given, controlled, *rail, models)
         found = running.conditions(given)
         forces = resultants(solve(found, *rail, models), whole.size)
         shift = found.axle_shift(forces.roll)
         held = ContactConditions.of(
-            shift, yaw=running.yaw, wheel_load=running.load, friction=0.35, speed=20.0, free_roll=True
+            shift, yaw=running.yaw, wheel_load=forces.vertical, friction=0.35, speed=20.0, free_roll=True
         )
         on_rollers = solve(held, *roller, models)
         rig = np.bincount(on_rollers.point, on_rollers.power, whole.size) / 20.0

@@ -169,7 +169,7 @@ def test_what_cannot_be_split_says_why(made):
     brake = BrakeBlockSection(um_per_1000_km=10.0, from_mm=-20.0, to_mm=30.0)
     with pytest.raises(NoSplitError, match="brake blocks"):
         world_of(replace(setup, brake=brake))
-    jump = BeyondJump(np.array([0]), np.array([-2e-3]), np.full((1, 2), 80e3), np.array([0.5]))
+    jump = BeyondJump(np.array([0]), np.array([-2e-3]), np.array([0.5]))
     with pytest.raises(NoSplitError, match="both sides of a jump"):
         world_of(replace(setup, points=replace(setup.points, beyond=jump)))
     _, nominal = made(*BLOCKS, contact='strips = 12\ncells = 12\nrotation = "nominal"')

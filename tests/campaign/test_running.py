@@ -104,7 +104,7 @@ def test_a_stored_state_takes_the_same_step_to_the_last_bit(steps):
     evolution, found, after = steps
     state, _ = found[-1]
     stored = rebuilt(State, flattened(state))
-    for name in ("shift", "load", "stiffness"):
+    for name in ("shift", "stiffness"):
         np.testing.assert_array_equal(getattr(stored.running, name), getattr(state.running, name))
     again, _ = evolution.advance(stored, evolution.evaluate(stored))
     np.testing.assert_array_equal(again.z, after.z)
@@ -137,7 +137,6 @@ def test_wear_and_forces_at_both_sides_of_a_jump_are_means_with_their_shares(ste
     past = BeyondJump(
         np.array([1]),
         running.shift[[1]] + 0.2e-3,
-        running.load[[1]] + [1e3, -1e3],
         np.array([0.3]),
     )
 
@@ -145,9 +144,9 @@ def test_wear_and_forces_at_both_sides_of_a_jump_are_means_with_their_shares(ste
         there = where_it_runs(points, position)
         return there, solved(state, there, weight, setup, among=np.ones(weight.size, bool))
 
-    right = running.shift.copy(), running.load.copy()
-    right[0][1], right[1][1] = past.shift[0], past.load[0]
-    (here, one), (aside, other) = of(running), of(replace(running, shift=right[0], load=right[1]))
+    right = running.shift.copy()
+    right[1] = past.shift[0]
+    (here, one), (aside, other) = of(running), of(replace(running, shift=right))
     there, both = of(replace(running, beyond=past))
     expected = 0.7 * one.collective.depth + 0.3 * other.collective.depth
     # of sums over padding
@@ -167,7 +166,7 @@ def test_wear_and_forces_at_both_sides_of_a_jump_are_means_with_their_shares(ste
 
 def test_a_stored_state_keeps_both_sides_of_a_jump(steps):
     state = steps[1][-1][0]
-    past = BeyondJump(np.array([1]), np.array([6e-3]), np.array([[9e4, 7e4]]), np.array([0.25]))
+    past = BeyondJump(np.array([1]), np.array([6e-3]), np.array([0.25]))
     for beyond in (past, None):
         running = replace(state.running, beyond=beyond)
         stored = rebuilt(State, flattened(replace(state, running=running))).running
@@ -224,7 +223,7 @@ def test_a_shift_by_force_needs_few_contacts_in_half_of_all_searches(worn_by_for
 
 def test_check_marks_a_block_that_runs_on_both_sides_of_a_jump(steps):
     setup, running = steps[0].setup, steps[1][0][0].running
-    past = BeyondJump(np.array([1]), running.shift[[1]] + 1e-6, running.load[[1]], np.array([0.5]))
+    past = BeyondJump(np.array([1]), running.shift[[1]] + 1e-6, np.array([0.5]))
 
     def shown(there):
         points, state = where_it_runs(setup.points, there), steps[1][0][0]

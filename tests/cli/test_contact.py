@@ -140,7 +140,7 @@ def assert_mirror_image(point, image, rel):
             "--wheel-load-right-kN 90 --wheel-load-left-kN 70",
             1e-5,
         ),
-        ("--lateral-force-kN 10 --axle-load-kN 160 --side both", 1e-4),  # to the tolerance of the balance
+        ("--lateral-force-kN 10 --axle-load-kN 160 --side both", 5e-4),  # of the balance: 3 N of 10 kN
     ],
 )
 def test_mirror_gives_the_mirror_image(flags, rel, capsys):
@@ -452,7 +452,7 @@ def test_a_jump_of_the_force_is_noted_with_the_share_of_the_far_side(capsys, mon
 
     def at_a_jump(*given):
         running = settled(*given)
-        past = BeyondJump(np.array([0]), running.shift + 1e-7, running.load, np.array([0.25]))
+        past = BeyondJump(np.array([0]), running.shift + 1e-7, np.array([0.25]))
         return replace(running, beyond=past)
 
     monkeypatch.setattr(contact_points, "settle", at_a_jump)

@@ -40,7 +40,7 @@ def balanced(wheelset, counterface):
             sides=(0, 1),
             vertical=True,
         )
-        problem = Wheelsets(task, conditions, in_given_place(conditions.loads), None)
+        problem = Wheelsets(task, conditions, in_given_place(conditions), None)
         result = settled(problem, *begun_with_coarse_patches(problem))
         loads = problem.loads(result.unknown)
         wheels, force, planes = result.wheels, result.contact.plane_force, result.wheels.normal.patch.planes

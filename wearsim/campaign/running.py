@@ -119,6 +119,8 @@ def row_running(
     count = weight.size
     stiffness = np.zeros(count) if state.running is None else state.running.stiffness
     depth = np.zeros(count) if conditions.shift_depth is None else conditions.shift_depth
+    moment = np.full(count, np.nan) if conditions.box_moment is None else conditions.box_moment
+    shared = known & np.isfinite(moment)
     runs, of, share = points.runs
     shift = np.bincount(of, share * runs.shift, count)
     area = np.bincount(contact.point, wear.area_rate, count) * weight * points.environment
@@ -127,7 +129,7 @@ def row_running(
         quotient = forces.derailment_quotient
     return {
         "lateral_position": shift + depth * np.sin(np.where(known, forces.roll, conditions.roll)),
-        "wheel_loads": np.where(known[:, None], forces.vertical, conditions.loads),
+        "wheel_loads": np.where(shared[:, None], forces.vertical, conditions.loads),
         "share_beyond_jump": 1.0 - share[:count],
         "wheelset_yaw": conditions.yaw,
         "wheelset_roll": np.where(known, forces.roll, FILL_FLOAT),

@@ -180,8 +180,12 @@ class Wheelsets:
 
     @property
     def linked(self) -> NDArray[np.bool_]:
-        """Residuals that hang on unknowns (n, 6, 6); wheels act on each other by torque, roll, guidance."""
+        """Residuals that hang on unknowns (n, 6, 6).
+
+        Heights do not on the rotation; wheels act on each other through torque, roll and guidance alone.
+        """
         linked = np.ones((self.count, UNKNOWNS, UNKNOWNS), dtype=bool)
+        linked[:, ROLL, SPEED] = False
         given = np.isfinite(self.guidance.wheel_load).all(axis=1)
         linked[given, RIGHT, LEFT] = False
         linked[given, LEFT, RIGHT] = False
@@ -407,7 +411,10 @@ class Wheelsets:
             under_load, _ = self.forces(unknown, heavier)
         for column in np.flatnonzero(wanted).tolist():
             moved = unknown.copy()
-            moved[:, column] += differences[column]
+            # away from the middle: mirrored wheelsets have mirrored slopes
+            away = (column >= ROLL) & (unknown[:, column] < 0.0)
+            step = np.where(away, -differences[column], differences[column])
+            moved[:, column] += step
             forces, seen = now.forces, rows
             if column == SPEED:
                 forces, _ = self.forces(moved, wheels)
@@ -417,6 +424,6 @@ class Wheelsets:
             else:
                 there = self.contact(moved, rows, replace(now, sides=()))
                 forces, seen = there.forces, there.solved
-            change = (self.residuals(forces) - still) / differences[column]
+            change = (self.residuals(forces) - still) / step[:, None]
             slopes[seen, :, column] = change[seen]
         return slopes

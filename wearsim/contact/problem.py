@@ -215,7 +215,7 @@ class ContactConditions:
         if not np.isfinite(arrays.get("creepage", 0.0)).all():
             raise ContactError("creepage must be finite")
         if np.isinf(arrays.get("box_moment", 0.0)).any():
-            raise ContactError("box_moment must be finite, or NaN where wheel loads are given")
+            raise ContactError("box moments must be finite, or NaN where wheel loads are given")
         for name, array in arrays.items():
             size = (columns[name],) if name in columns else ()
             whole[name] = np.array(np.broadcast_to(array, (*shape, *size)))
