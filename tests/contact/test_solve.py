@@ -314,3 +314,11 @@ def test_any_point_in_range(
     assert np.all(solution.patch.x_lead >= solution.patch.x_trail)
     assert np.all(solution.slip_area <= solution.area * (1.0 + 1e-12))
     assert np.all(solution.max_pressure > 0.0)
+
+
+def test_unlike_wheel_loads_are_carried_as_they_are_given(wheelset, counterface, points, coarse):
+    """A wheel that carries a hundredth of the other one is no fault of the roll."""
+    given = replace(points(np.zeros(1)), wheel_load=np.array([[160e3, 1.6e3]]))
+    solution = solve(given, wheelset, counterface(), coarse)
+    carried = np.bincount(solution.side, solution.track_vertical)
+    assert carried == pytest.approx([160e3, 1.6e3], rel=2e-6)

@@ -249,8 +249,6 @@ class Wheelsets:
         unknown: FloatArray,
         rows: NDArray[np.bool_],
         near: Contact | None,
-        *,
-        stretch: bool = False,
     ) -> Contact:
         """Solve the contact of wheelsets in a state.
 
@@ -263,8 +261,6 @@ class Wheelsets:
         near : Contact, optional
             In a state nearby: where the pose is the same its gaps are kept, and its patches are stretched if
             the load is similar.
-        stretch : bool
-            Whether patches are stretched whatever the load.
 
         Returns
         -------
@@ -277,7 +273,7 @@ class Wheelsets:
         sides = self._sides(posed, rows, near)
         while solved.any() or not self.count:
             try:
-                wheels, solved_for = self._wheels(posed, pose, load, solved, sides, near, stretch=stretch)
+                wheels, solved_for = self._wheels(posed, pose, load, solved, sides, near)
                 forces, _ = self.forces(unknown, wheels)
                 return Contact(wheels, forces, solved, pose, solved_for, sides, faults)
             except ContactError as error:
@@ -322,8 +318,6 @@ class Wheelsets:
         rows: NDArray[np.bool_],
         sides: tuple[Side, ...],
         near: Contact | None,
-        *,
-        stretch: bool,
     ) -> tuple[Wheels, FloatArray]:
         """Patches of wheelsets `rows` (n,) under loads (n, 2), and the loads they were solved for."""
         here = np.zeros((self.count, 2), dtype=bool)
@@ -331,7 +325,7 @@ class Wheelsets:
         if near is None or near.wheels is None:
             return solved_wheels(self.task, posed, sides, load, here, rough=self.coarse), load
         same = rows & near.solved & (near.pose == pose).all(axis=1)
-        similar = same[:, None] & (stretch | may_be_stretched(near.wheels, near.load, load))
+        similar = same[:, None] & may_be_stretched(near.wheels, near.load, load)
         again = here & ~similar
         wheels = patches_where(near.wheels, here.ravel()[near.wheels.place])
         if again.any():
@@ -364,7 +358,8 @@ class Wheelsets:
     def unloaded(self, forces: FloatArray) -> NDArray[np.bool_]:
         """Wheels (n, 2) that hardly carry load where the roll of the axle is in balance."""
         wanted = self.guidance.wheel_loads(forces[:, :, VERTICAL], forces[:, :, ROLL_MOMENT])
-        return np.asarray(wanted < LEAST_LOAD * self.guidance.axle_load[:, None])
+        least = LEAST_LOAD * self.guidance.axle_load[:, None]
+        return np.isnan(self.guidance.wheel_load) & (wanted < least)
 
     def residuals(self, forces: FloatArray) -> FloatArray:
         """Residuals (n, 6) of the forces (n, 2, 6) of the contact, without those that guide.
@@ -376,7 +371,8 @@ class Wheelsets:
         guidance, chunk, wheelset = self.guidance, self.chunk, self.task.wheelset
         weight = guidance.axle_load[:, None]
         wanted = guidance.wheel_loads(forces[:, :, VERTICAL], forces[:, :, ROLL_MOMENT])
-        wanted = np.maximum(wanted, LEAST_LOAD * weight)
+        shared = np.isnan(guidance.wheel_load)
+        wanted = np.where(shared, np.maximum(wanted, LEAST_LOAD * weight), wanted)
         carried = np.maximum(forces[:, :, VERTICAL], _NO_LOAD * weight)
         residual = np.zeros((self.count, UNKNOWNS))
         torque = forces[:, :, TORQUE].sum(axis=1) - chunk.torque
