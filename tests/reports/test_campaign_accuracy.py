@@ -45,13 +45,15 @@ def test_contacts_are_those_of_the_references(reports):
 def test_contact_of_the_table(reports):
     """An eighth of a second; the digits of the table.
 
-    But for the area, in whole cells of grids: since 0.3.0 they do not begin at those of coarse patches.
+    But 0.2 % for what hangs on where its grids lie: since 0.3.0 they do not begin at those of coarse patches.
     """
     table = read_contacts(reports)
     (frozen,) = table[table["contact"] == 1].to_dict("records")
     row = frozen_contact(1)
-    for name in ("force_x", "force_y", "power", "max_pressure", "area", "work_4", "work_30"):
-        assert row[name] == pytest.approx(frozen[name], rel=2e-3 if name == "area" else 1e-4), name
+    for name in ("force_x", "force_y", "power", "max_pressure"):
+        assert row[name] == pytest.approx(frozen[name], rel=1e-4), name
+    for name in ("area", "work_4", "work_30"):
+        assert row[name] == pytest.approx(frozen[name], rel=2e-3), name
 
 
 @pytest.mark.slow
