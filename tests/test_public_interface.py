@@ -20,7 +20,7 @@ from wearsim.scene.overrides import toml_text
 
 EXAMPLES = (
     "standard_profile", "export_profile", "read_profile", "wheelset", "rails", "rollers", "solve_contact",
-    "ContactConditions.of", "load_scene", "run", "resume", "open_results", "translate",
+    "ContactConditions.of", "load_scene", "run", "resume", "open_results", "translate", "register",
 )  # fmt: skip
 COMMON = {
     "wheelset": {"profile": "S1002"},
@@ -103,7 +103,7 @@ def folder(tmp_path_factory):
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
-def test_the_example_of_each_function_runs(name, folder, monkeypatch):
+def test_the_example_of_each_function_runs(name, folder, monkeypatch, own_records):
     monkeypatch.chdir(folder)
     function = wearsim
     for part in name.split("."):

@@ -115,8 +115,8 @@ class RollerSection(CounterfaceSection):
         return 1e3 / self.roller_radius_left_mm if self.roller_radius_left_mm else None
 
 
-NormalName = Annotated[str, Registered(lambda: NORMAL_MODELS)]
-TangentialName = Annotated[str, Registered(lambda: TANGENTIAL_MODELS)]
+NormalName = Annotated[str, Registered(NORMAL_MODELS)]
+TangentialName = Annotated[str, Registered(TANGENTIAL_MODELS)]
 
 
 class ContactSection(Section):
@@ -127,7 +127,7 @@ class ContactSection(Section):
         'model = "auto"': say("removed.auto"),
         **{
             f"normal = {shown(name)}": f"contact.normal = {shown(name)} {message}"
-            for name, message in NORMAL_MODELS.removed.items()
+            for name, message in NORMAL_MODELS.unusable.items()
         },
     }
     model: Literal["fast", "standard", "accurate"] = "standard"
