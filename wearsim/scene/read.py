@@ -23,7 +23,15 @@ from wearsim.scene.implausible import side_warnings
 from wearsim.scene.inputs import Files, Inputs, kept_files, read_profile_of
 from wearsim.scene.messages import by_line
 from wearsim.scene.models import AnyScene, CompareScene, FieldScene, Origin, RigScene, find_file
-from wearsim.scene.overrides import Override, at_its_source, merge, overridden_text, toml_text
+from wearsim.scene.overrides import (
+    Override,
+    Overrides,
+    as_overrides,
+    at_its_source,
+    merge,
+    overridden_text,
+    toml_text,
+)
 from wearsim.scene.recorded import read_record
 from wearsim.scene.rig import with_programme, with_rig
 from wearsim.scene.route import Rails, Route, rails_of, read_vehicle
@@ -55,7 +63,7 @@ _TEMPLATE = ("campaign", "reprofiling", "profile")
 
 
 def load_scene(
-    path: str | Path | Mapping[str, Any], *, copied: bool = False, overrides: Sequence[Override] = ()
+    path: str | Path | Mapping[str, Any], *, copied: bool = False, overrides: Overrides = ()
 ) -> Scene:
     """Read a scene, and the files it names, and check everything that can be checked before a run.
 
@@ -67,9 +75,11 @@ def load_scene(
     copied : bool
         Whether the file stands in a folder written from `files_to_copy`; the files it names are then
         those next to it, whatever happened to the originals.
-    overrides : sequence of Override
-        Values to read in place of those in the file, as a sweep varies them. In a compare scene, keys act
-        on both scenes it names, those that begin with rig or field on the one only.
+    overrides : mapping or sequence of Override
+        Values to read in place of those in the file, by dotted keys: {"contact.model": "fast"}; None removes
+        a key. In a compare scene, keys act on both scenes it names, those that begin with rig or field on the
+        one only. In a list of tables a name or a number from 1 selects one:
+        "operation.block.curving.friction".
 
     Returns
     -------
@@ -89,6 +99,7 @@ def load_scene(
     >>> comparison.rig.contact.pair
     ('coupled_strips', 'coupled_strips')
     """
+    overrides = as_overrides(overrides)
     content = toml_text(path).encode() if isinstance(path, Mapping) else None
     file = _DICT if isinstance(path, Mapping) else _scene_file(path)
     kept = kept_files(file) if copied else {}
@@ -129,7 +140,7 @@ def by_key(fault: Fault, lines: Lines) -> Fault:
 
 
 def load_campaign(
-    path: str | Path | Mapping[str, Any], *, copied: bool = False, overrides: Sequence[Override] = ()
+    path: str | Path | Mapping[str, Any], *, copied: bool = False, overrides: Overrides = ()
 ) -> CampaignScene:
     """Read the scene of a campaign, or of two to compare; see `load_scene`.
 
@@ -161,7 +172,7 @@ def _read(path: Path, role: str, overrides: Sequence[Override] = (), content: by
         of_file = isinstance(operation, dict) and "programme" in operation and not operation.get("block")
         if not of_file:  # they act on the scene, not on the rows of its programme
             data, rows = merge(data, rows, lines), []
-        content = overridden_text(data, own).encode()
+        content = overridden_text(data, own, text, rows).encode()
     model: type[Scene | AnyScene] = MODELS.get(named, AnyScene)
     try:
         scene = model.model_validate(data)

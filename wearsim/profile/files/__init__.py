@@ -188,7 +188,7 @@ WRITTEN_FORMATS = {
 
 
 def write_profile(
-    profile: Profile, path: str | Path, format: str = "two-column", *, overwrite: bool = False
+    profile: Profile, path: str | Path, format: str | None = None, *, overwrite: bool = False
 ) -> None:
     """Write a profile.
 
@@ -198,8 +198,9 @@ def write_profile(
         Any profile with finite points.
     path : str or Path
         File to write; it is complete or not there.
-    format : {"two-column", "miniprof", "simpack"}
-        MiniProf: `.whl` or `.ban`; SIMPACK: `.prw` or `.prr`; two columns: comma-separated text in mm.
+    format : {"two-column", "miniprof", "simpack"}, optional
+        By default that of the extension: MiniProf of `.whl` and `.ban`, SIMPACK of `.prw` and `.prr`, else
+        two columns, comma-separated text in mm.
     overwrite : bool
         Whether an existing file may be replaced.
 
@@ -219,9 +220,12 @@ def write_profile(
     --------
     >>> import wearsim
     >>> rail = wearsim.standard_profile("60E1")
-    >>> wearsim.export_profile(rail, "60e1.ban", "miniprof")
+    >>> wearsim.export_profile(rail, "60e1.ban")
     """
     path = Path(path)
+    if format is None:
+        suffix = path.suffix.lower()
+        format = next((name for name, one in WRITTEN_FORMATS.items() if suffix in one.values()), "two-column")
     _known("format", format, WRITTEN_FORMATS, path)
     kind = profile.kind
     stands_for = {**miniprof.SUFFIXES, **simpack.SUFFIXES}.get(path.suffix.lower(), kind)
