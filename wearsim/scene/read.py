@@ -20,7 +20,7 @@ from wearsim.profile.conicity import flange_clearance
 from wearsim.profile.shape import Profile, resample
 from wearsim.scene import messages
 from wearsim.scene.implausible import side_warnings
-from wearsim.scene.inputs import Files, Inputs, kept_files, read_profile_of
+from wearsim.scene.inputs import Files, Inputs, kept_files, named_profiles, read_profile_of
 from wearsim.scene.messages import by_line
 from wearsim.scene.models import AnyScene, CompareScene, FieldScene, Origin, RigScene, find_file
 from wearsim.scene.overrides import (
@@ -71,7 +71,8 @@ def load_scene(
     ----------
     path : str, Path or dict
         Scene file: as given, or below the shipped files, such as "workflows/rig_given.toml"; or its tables as
-        dicts, which name files relative to the current folder.
+        dicts, which name files relative to the current folder. A `Profile` may stand for the name of one,
+        also among overrides; rails and rollers are placed in the track like those of files.
     copied : bool
         Whether the file stands in a folder written from `files_to_copy`; the files it names are then
         those next to it, whatever happened to the originals.
@@ -99,6 +100,11 @@ def load_scene(
     >>> comparison.rig.contact.pair
     ('coupled_strips', 'coupled_strips')
     """
+    profiles: dict[str, Profile] = {}
+    if isinstance(overrides, Mapping):
+        overrides = named_profiles(overrides, profiles)
+    if isinstance(path, Mapping):
+        path = named_profiles(path, profiles)
     overrides = as_overrides(overrides)
     content = toml_text(path).encode() if isinstance(path, Mapping) else None
     file = _DICT if isinstance(path, Mapping) else _scene_file(path)
@@ -106,11 +112,11 @@ def load_scene(
     try:
         scene = _read(file, "scene", overrides, content)
         if isinstance(scene, CompareScene):
-            _read_compared(scene, kept, overrides)
+            _read_compared(scene, kept, overrides, profiles)
         elif isinstance(scene, SweepScene):
             scene._inputs = read_sweep(scene)
         else:
-            return _with_inputs(scene, kept)
+            return _with_inputs(scene, kept, profiles)
     except SceneError as error:
         faults = [at_its_source(fault) for fault in error.faults]
         if content is not None:
@@ -201,7 +207,12 @@ def _overrides_of(overrides: Sequence[Override], kind: Any, role: str) -> list[O
     return own
 
 
-def _read_compared(scene: CompareScene, kept: Mapping[str, Path], overrides: Sequence[Override]) -> None:
+def _read_compared(
+    scene: CompareScene,
+    kept: Mapping[str, Path],
+    overrides: Sequence[Override],
+    profiles: Mapping[str, Profile],
+) -> None:
     """Read the two scenes that a compare scene names, all stages."""
     faults: list[Fault] = []
     for role in ("rig", "field"):
@@ -214,7 +225,7 @@ def _read_compared(scene: CompareScene, kept: Mapping[str, Path], overrides: Seq
         with _gathered(faults):
             part = _read(path, role, overrides)
             if isinstance(part, RigScene | FieldScene) and part.scene.kind == role:
-                setattr(scene, f"_{role}", _with_inputs(part, kept))
+                setattr(scene, f"_{role}", _with_inputs(part, kept, profiles))
             else:
                 text = say("scene.other_kind", given=given, part=part, role=role)
                 faults.append(scene.fault(("compare", role), text))
@@ -230,12 +241,14 @@ def _gathered(faults: list[Fault]) -> Iterator[None]:
         faults += error.faults
 
 
-def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigScene | FieldScene:
+def _with_inputs(
+    scene: RigScene | FieldScene, kept: Mapping[str, Path], profiles: Mapping[str, Profile]
+) -> RigScene | FieldScene:
     """Read the files of a scene and cross-check its values; raise a SceneError with all faults.
 
     The scene returned has the contents of the files, and the wheel radius of their headers if it gave none.
     """
-    files, faults, leaning = Files(scene, kept), list[Fault](), list[Fault]()
+    files, faults, leaning = Files(scene, kept, profiles), list[Fault](), list[Fault]()
     if isinstance(scene, RigScene):
         scene = _with_rig(scene, files)
     wheelset, section, rules = scene.wheelset, scene.counterface, scene.campaign.reprofiling
@@ -245,7 +258,7 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
     placed: dict[KeyPath, Rails] = {(*path, side): pair for pair, path in pairs.items() for side in sides}
     names: dict[KeyPath, str | None] = {
         _RIGHT: wheelset.profile,
-        _LEFT: wheelset.profile_left,
+        _LEFT: wheelset.left,
         **{key: getattr(pair, str(key[-1])) for key, pair in placed.items()},
         _TEMPLATE: None if rules is None else rules.profile,
     }
@@ -262,8 +275,9 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
             if key not in placed or section.wear is not None:
                 shape = resample(shape, spacing)
         except ProfileError as error:
-            lines = str(error).splitlines()
-            faults += [scene.fault(key, f"{key[-1]} = {shown(name)}: {line}") for line in lines]
+            at = key if key != _LEFT or wheelset.profile_left is not None else _RIGHT  # of one result
+            found = [scene.fault(at, f"{at[-1]} = {shown(name)}: {line}") for line in str(error).splitlines()]
+            faults += [fault for fault in found if fault not in faults]
             continue
         shapes[key] = shape
         if reading is not None and reading.diameter is not None and key[0] == "wheelset":
