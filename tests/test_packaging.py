@@ -5,6 +5,7 @@ import re
 import shlex
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -204,6 +205,14 @@ def test_every_command_stands_in_the_guide_and_no_other():
     listed = r"^\| `wearsim (\w+)"
     assert sorted(re.findall(listed, GUIDE, flags=re.MULTILINE)) == sorted(COMMANDS)
     assert set(re.findall(listed, README, flags=re.MULTILINE)) < set(COMMANDS)
+
+
+def test_annotations_are_those_of_users_and_the_version_stands_in_one_place():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    assert (ROOT / "wearsim" / "py.typed").is_file()
+    assert "version" in project["project"]["dynamic"]
+    stated = (ROOT / project["tool"]["hatch"]["version"]["path"]).read_text(encoding="utf-8")
+    assert stated.count(wearsim.__version__) == 1
 
 
 def test_the_readme_is_one_page():

@@ -332,7 +332,7 @@ def _run_on_worker(
     version: str,
     patience: float,
     command: str,
-    registered: Registered,
+    registered: Registered = (),
 ) -> Outcome:
     """Run a case where an executor has put it, as if in the current folder of the process that handed it out.
 
