@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from wearsim.damage.wear.table import WearTable
-from wearsim.errors import Fault, ProfileError, SceneError, raise_any, say, shown
+from wearsim.errors import Fault, ProfileError, SceneError, raise_any, say, shown, suggestion
 from wearsim.operation.recorded import Samples
 from wearsim.profile import placement, standard
 from wearsim.profile.conicity import flange_clearance
@@ -38,12 +38,14 @@ from wearsim.scene.route import Rails, Route, rails_of, read_vehicle
 from wearsim.scene.sweep import SweepScene, read_sweep
 from wearsim.scene.wear_table import read_wear_table
 from wearsim.toml_faults import (
+    LARGEST_FILE,
     LARGEST_TABLE,
     KeyPath,
     Lines,
     content_of,
     is_key,
     key_lines,
+    of_at_most,
     text_of,
     toml_of,
     unknown_key,
@@ -63,7 +65,11 @@ _TEMPLATE = ("campaign", "reprofiling", "profile")
 
 
 def load_scene(
-    path: str | Path | Mapping[str, Any], *, copied: bool = False, overrides: Overrides = ()
+    path: str | Path | Mapping[str, Any],
+    *,
+    content: bytes | None = None,
+    copied: bool = False,
+    overrides: Overrides = (),
 ) -> Scene:
     """Read a scene, and the files it names, and check everything that can be checked before a run.
 
@@ -73,6 +79,8 @@ def load_scene(
         Scene file: as given, or below the shipped files, such as "workflows/rig_given.toml"; or its tables as
         dicts, which name files relative to the current folder. A `Profile` may stand for the name of one,
         also among overrides; rails and rollers are placed in the track like those of files.
+    content : bytes, optional
+        Of a scene file that need not exist, such as one from standard input.
     copied : bool
         Whether the file stands in a folder written from `files_to_copy`; the files it names are then
         those next to it, whatever happened to the originals.
@@ -103,11 +111,14 @@ def load_scene(
     profiles: dict[str, Profile] = {}
     if isinstance(overrides, Mapping):
         overrides = named_profiles(overrides, profiles)
+    overrides, of_dict = as_overrides(overrides), ""
     if isinstance(path, Mapping):
-        path = named_profiles(path, profiles)
-    overrides = as_overrides(overrides)
-    content = toml_text(path).encode() if isinstance(path, Mapping) else None
-    file = _DICT if isinstance(path, Mapping) else _scene_file(path)
+        of_dict = toml_text(named_profiles(path, profiles))
+        file, content = _DICT, of_dict.encode()
+    elif content is None:
+        file = _scene_file(path)
+    else:
+        file, content = Path(path), of_at_most(content, LARGEST_FILE, "a scene file", str(path))
     kept = kept_files(file) if copied else {}
     try:
         scene = _read(file, "scene", overrides, content)
@@ -119,8 +130,8 @@ def load_scene(
             return _with_inputs(scene, kept, profiles)
     except SceneError as error:
         faults = [at_its_source(fault) for fault in error.faults]
-        if content is not None:
-            lines = key_lines(content.decode())
+        if isinstance(path, Mapping):
+            lines = key_lines(of_dict)
             faults = [by_key(fault, lines) for fault in faults]
         raise SceneError(faults) from error
     return scene
@@ -130,10 +141,22 @@ def _scene_file(path: str | Path) -> Path:
     file = find_file(str(path), (), "workflows")
     if file is not None:
         return file
-    known = ", ".join(sorted(item.name for item in standard.shipped_path("workflows").glob("*.toml")))
+    shipped = list(standard.shipped_path("workflows").glob("*.toml"))
+    known = ", ".join(sorted(item.name for item in shipped))
     what = "is a folder, not a scene file" if os.path.isdir(path) else "does not exist"
     message = f"the scene file {what}, neither as given nor among the shipped workflows ({known})"
+    message += _near(Path(path), [item.name for item in shipped])
     raise SceneError([Fault(message, str(path))])
+
+
+def _near(path: Path, shipped: Sequence[str]) -> str:
+    """Return the question whether a scene file of a similar name was meant, of the same folder or shipped."""
+    try:
+        there = [item.name for item in path.parent.glob("*.toml")]
+    except (OSError, ValueError):
+        there = []
+    name = path.name if path.suffix == ".toml" else f"{path.name}.toml"
+    return suggestion(name, [*there, *shipped])
 
 
 def by_key(fault: Fault, lines: Lines) -> Fault:
