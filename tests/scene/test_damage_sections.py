@@ -139,6 +139,8 @@ def test_values_that_have_another_place_are_errors(folder, faults_of, text, mess
 def test_a_value_is_set_by_its_key(folder):
     scene = load_scene("rig.toml", overrides=overrides_of(["wear.values.severe_limit=8"]))
     assert scene.wear.values == {"severe_limit": 8.0}
+    without = load_scene("rig.toml", overrides=overrides_of(["wear.values.severe_limit="]))
+    assert not without.wear.values
 
 
 def test_a_table_in_the_scene(folder):
