@@ -5,6 +5,7 @@ import subprocess
 import sys
 import tomllib
 from dataclasses import replace
+from importlib import metadata
 from pathlib import Path
 
 import netCDF4
@@ -109,7 +110,8 @@ def test_what_cannot_be_loaded_is_named_where_it_is_used_and_nowhere_else(shell,
     (tmp_path / "gone.toml").write_text(toml_text(scene() | {"contact": {"normal": "gone"}}))
     (tmp_path / "law.toml").write_text(toml_text(scene() | {"fatigue": {"laws": ["unfinished"]}}))
     each = "main(['check', 'gone.toml']); main(['check', 'law.toml'])"
-    model, unfinished, *_ = shell("-c", f"{MAIN}; {each}; wearsim.load_scene('scene.toml')").splitlines()
+    text = shell("-c", f"{MAIN}; {each}; wearsim.load_scene('scene.toml')")
+    model, unfinished, *_ = text.splitlines()
     package = "of wearsim-by-work 1.0 cannot be used:"
     assert model.startswith(
         f'gone.toml:13: normal model "gone" {package} ModuleNotFoundError: No module named'
@@ -117,6 +119,44 @@ def test_what_cannot_be_loaded_is_named_where_it_is_used_and_nowhere_else(shell,
     assert unfinished.endswith(
         f"{package} AttributeError: module 'wearsim_by_work' has no attribute 'NOT_THERE'"
     )
+
+
+class Point:
+    """Entry point of a package."""
+
+    def __init__(self, name, value, package="mine"):
+        self.name, self.load, self.value = name, lambda: value, f"{package}:X"
+        self.dist = type("Distribution", (), {"name": package, "version": "1.0"})
+
+
+@pytest.mark.parametrize(
+    ("points", "reason"),
+    [
+        (
+            [Point("mine", wearsim.WEAR_LAWS["usfd"])],
+            "cannot be used: mine:X has the name 'usfd'; call",
+        ),
+        ([Point("mine", 3)], "of mine 1.0 cannot be used: a wear law must be a WearLaw; given is 3$"),
+        (
+            [Point("by_work", law()), Point("by_work", law(), "yours")],
+            'wear law "by_work" is in mine 1.0 and in yours 1.0; uninstall one of them$',
+        ),
+    ],
+)
+def test_an_entry_point_that_is_none_is_named_with_its_package(own_records, monkeypatch, points, reason):
+    monkeypatch.setattr(wearsim.WEAR_LAWS, "_searched", False)
+    monkeypatch.setattr(wearsim.WEAR_LAWS, "unusable", {})
+    monkeypatch.setattr(metadata, "entry_points", lambda group: points)
+    with pytest.raises(wearsim.WearsimError, match=reason):
+        wearsim.WEAR_LAWS[points[0].name]
+
+
+def test_what_a_script_registers_replaces_a_package(own_records, monkeypatch):
+    monkeypatch.setattr(wearsim.WEAR_LAWS, "_searched", False)
+    monkeypatch.setattr(metadata, "entry_points", lambda group: [Point("by_work", law())])
+    wearsim.register(law(coefficients="own"), source="study")
+    assert wearsim.WEAR_LAWS["by_work"].coefficients == "own"
+    assert wearsim.WEAR_LAWS.source_of("by_work") == "study"
 
 
 SCRIPT = """

@@ -93,6 +93,9 @@ scale = 2.0
     given = (("mild_slope", 4.0),), 2.0
     of_law = [(one.values, one.scale) for one in (setup.wear, *setup.also_evaluate)]
     assert of_law == [given, ((), 1.0), given, ((), 1.0)]  # the last is the published law, for comparison
+    archard, mean, published = comparison_laws(setup).names
+    assert (archard, mean) == ("archard", "usfd (patch mean, lewis_dwyer_joyce_2004, changed)")
+    assert published == "usfd (local, lewis_dwyer_joyce_2004)"
 
 
 @pytest.mark.parametrize(

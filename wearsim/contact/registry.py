@@ -12,7 +12,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from wearsim.errors import ContactError, Fault, PluginError, SceneError, WearsimError, suggestion
+from wearsim.errors import ContactError, Fault, PluginError, SceneError, WearsimError, brief, suggestion
 
 Record = TypeVar("Record")
 
@@ -33,6 +33,8 @@ class Registry(MutableMapping[str, Record], Generic[Record]):
         used are added.
     group : str
         Entry points whose objects are records; "": none.
+    record : type
+        Class of the records.
     function, returns : str and type
         Field of a record that holds its function, and what that returns; "": none.
     """
@@ -44,18 +46,20 @@ class Registry(MutableMapping[str, Record], Generic[Record]):
         unusable: Mapping[str, str] | None = None,
         *,
         group: str = "",
+        record: type = object,
         function: str = "",
         returns: type = object,
     ) -> None:
         self.kind, self.group = kind, group
         self.unusable = dict(unusable or {})
+        self._class: Any = record
         self._function, self._returns = function, returns
         self._records: dict[str, Record] = {}
         self._sources: dict[str, str] = {}  # of records that are not shipped
         self._searched = not group
-        for record in records:
-            if self._records.setdefault(record.name, record) is not record:
-                raise ValueError(f'{kind} "{record.name}" is defined twice')
+        for one in records:
+            if self._records.setdefault(one.name, one) is not one:
+                raise ValueError(f'{kind} "{one.name}" is defined twice')
 
     def __getitem__(self, name: str) -> Record:
         if name in self._records or name in self._with_plug_ins():
@@ -94,8 +98,13 @@ class Registry(MutableMapping[str, Record], Generic[Record]):
         Raises
         ------
         SceneError
-            For a name that is no word, or that of a shipped record, or a function that cannot be called.
+            For what is no record, a name that is no word or that of a shipped record, or a function that
+            cannot be called.
         """
+        self._with_plug_ins()  # which would replace it later
+        if not isinstance(record, self._class):
+            kind, given = self._class.__name__, brief(repr(record))
+            raise SceneError([Fault(f"a {self.kind} must be a {kind}; given is {given}")])
         name = record.name
         if not (isinstance(name, str) and name.isidentifier()):
             raise SceneError([Fault(f"name = {name!r} of a {self.kind} must be one word, such as linear")])
@@ -131,17 +140,21 @@ class Registry(MutableMapping[str, Record], Generic[Record]):
         """Return the records, with those of all installed packages."""
         if not self._searched:
             self._searched = True
+            packages: dict[str, str] = {}
             for point in metadata.entry_points(group=self.group):
                 source = f"{point.dist.name} {point.dist.version}" if point.dist else "an unknown package"
                 try:
                     self._add_point(point, source)
                 except Exception as error:
                     self.unusable[point.name] = f"of {source} cannot be used: {_reason(error)}"
+                if (first := packages.setdefault(point.name, source)) != source:
+                    self._records.pop(point.name, None)
+                    self.unusable[point.name] = f"is in {first} and in {source}; uninstall one of them"
         return self._records
 
     def _add_point(self, point: metadata.EntryPoint, source: str) -> None:
         record = point.load()
-        name = getattr(record, "name", None)
+        name = getattr(record, "name", point.name)
         if name != point.name:
             raise PluginError(f"{point.value} has the name {name!r}; call the entry point so")
         self.add(record, source)
@@ -200,7 +213,7 @@ def discover(
     names = sorted(module.name for module in pkgutil.iter_modules(path))
     modules = [importlib.import_module(f"{package}.{name}") for name in names]
     records = (value for module in modules for value in vars(module).values() if isinstance(value, record))
-    return Registry(kind, records, unusable, **options)
+    return Registry(kind, records, unusable, record=record, **options)
 
 
 def unknown(kind: str, name: str, known: Iterable[str]) -> Fault:

@@ -24,7 +24,7 @@ def read_set(path: Path) -> CoefficientSet:
 
 COEFFICIENT_SETS: Registry[CoefficientSet] = Registry(
     "coefficient set", map(read_set, sorted(Path(__file__).parent.glob("*.toml"))),
-    group="wearsim.coefficient_sets",
+    group="wearsim.coefficient_sets", record=CoefficientSet,
 )  # fmt: skip
 
 
