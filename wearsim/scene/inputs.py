@@ -21,7 +21,6 @@ from wearsim.profile.standard import shipped_path
 from wearsim.scene.models import CompareScene, FieldScene, Origin, RigScene, find_file
 from wearsim.scene.route import Rails, Route
 from wearsim.toml_faults import LARGEST_FILE, LARGEST_TABLE, KeyPath, content_of
-from wearsim.translation.worn_wheel import Side, worn_wheel
 
 INPUTS = "inputs.json"
 """File of a run directory that names its copies of the files of a scene by their roles."""
@@ -218,6 +217,8 @@ def _worn(path: Path, key: KeyPath, at_km: float | None) -> tuple[Path, str]:
     """Name and text of the file that stands for a worn wheel of a result, which a run keeps instead."""
     if key[0] != "wheelset":
         raise ProfileError(say("scene.result_of_wheels"))
+    from wearsim.translation.worn_wheel import Side, worn_wheel  # needs xarray, a second to import
+
     side: Side = "left" if key[-1] == "profile_left" else "right"
     worn = worn_wheel(path, side, None if at_km is None else 1e3 * at_km, f"at_km = {at_km or 0.0:g}")
     file = Path(f"{worn.profile.name}.whl")
