@@ -199,6 +199,17 @@ def undrawn(monkeypatch):
     return reported
 
 
+@pytest.fixture
+def own_records(monkeypatch):
+    """Forget what the test registers."""
+    from wearsim import plugins
+
+    monkeypatch.setattr(plugins, "_registered", {})
+    for registry in plugins._REGISTRIES.values():
+        for name in ("_records", "_sources"):
+            monkeypatch.setattr(registry, name, dict(getattr(registry, name)))
+
+
 @pytest.fixture(scope="session", autouse=True)
 def leaf_kernels_have_one_variant():
     """After all tests: a second variant of a kernel means that results hang on what was called before."""

@@ -5,6 +5,7 @@ import re
 import shlex
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -104,6 +105,14 @@ def test_the_python_examples_of_the_guide_run(tmp_path, monkeypatch, undrawn, ca
         plt.close("all")
 
 
+def test_the_law_of_the_guide_is_known_to_scenes(own_records, tmp_path):
+    for example in blocks(section(GUIDE, "Own laws and models"), "python"):
+        exec(compile(example, "workflows/README.md", "exec"), {"wearsim": wearsim})
+    (tmp_path / "scene.toml").write_text(SHORT_SCENE + '[wear]\nlaw = "by_work"\n')
+    scene = load_scene(tmp_path / "scene.toml")
+    assert (scene.wear.law, scene.wear.coefficients) == ("by_work", None)
+
+
 @pytest.mark.parametrize(
     "document", ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "reports/README.md", "workflows/README.md"]
 )
@@ -126,7 +135,7 @@ def test_the_scenes_of_the_guide_have_no_faults(tmp_path):
     scenes = blocks(GUIDE, "toml")
     (complete,) = (text for text in scenes if "[scene]" in text)
     tables = [text for text in scenes if text != complete]
-    assert len(tables) == 6
+    assert len(tables) == 7
     for number, text in enumerate(["", *tables]):
         scene = tmp_path / f"scene_{number}.toml"
         scene.write_text(f"{complete}\n{text}")
@@ -196,6 +205,14 @@ def test_every_command_stands_in_the_guide_and_no_other():
     listed = r"^\| `wearsim (\w+)"
     assert sorted(re.findall(listed, GUIDE, flags=re.MULTILINE)) == sorted(COMMANDS)
     assert set(re.findall(listed, README, flags=re.MULTILINE)) < set(COMMANDS)
+
+
+def test_annotations_are_those_of_users_and_the_version_stands_in_one_place():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    assert (ROOT / "wearsim" / "py.typed").is_file()
+    assert "version" in project["project"]["dynamic"]
+    stated = (ROOT / project["tool"]["hatch"]["version"]["path"]).read_text(encoding="utf-8")
+    assert stated.count(wearsim.__version__) == 1
 
 
 def test_the_readme_is_one_page():

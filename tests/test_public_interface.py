@@ -20,7 +20,7 @@ from wearsim.scene.overrides import toml_text
 
 EXAMPLES = (
     "standard_profile", "export_profile", "read_profile", "wheelset", "rails", "rollers", "solve_contact",
-    "ContactConditions.of", "load_scene", "run", "resume", "open_results", "translate",
+    "ContactConditions.of", "load_scene", "run", "resume", "open_results", "translate", "register",
 )  # fmt: skip
 COMMON = {
     "wheelset": {"profile": "S1002"},
@@ -103,7 +103,7 @@ def folder(tmp_path_factory):
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
-def test_the_example_of_each_function_runs(name, folder, monkeypatch):
+def test_the_example_of_each_function_runs(name, folder, monkeypatch, own_records):
     monkeypatch.chdir(folder)
     function = wearsim
     for part in name.split("."):
@@ -375,6 +375,29 @@ def test_run_gives_the_same_bits_for_a_dict_a_file_and_a_loaded_scene(folder, tm
         assert_same_file(path, folder / "out" / "rig.nc")
     assert (tmp_path / "dict" / "scene" / "scene.toml").read_bytes() == (folder / "rig.toml").read_bytes()
     assert wearsim.run(RIG, tmp_path / "dict") == wearsim.resume(tmp_path / "dict") == (from_dict,)
+
+
+def test_overrides_are_a_mapping_and_the_history_is_the_call(tmp_path):
+    out, values = tmp_path / "out", {"campaign.distance_km": 1.0, "operation.block.left.friction": 0.3}
+    (path,) = wearsim.run(RIG, out, overrides=values)
+    assert wearsim.resume(out, overrides={"campaign.distance_km": 1.5}) == (path,)
+    with wearsim.open_results(path) as data:
+        assert data.attrs["history"] == f"wearsim.run(scene, {str(out)!r}, overrides={values})"
+        assert data["friction"].sel(operating_point="left") == 0.3
+        assert float(data["distance"][-1]) == 1500.0
+    scene = wearsim.load_scene(SHIPPED, overrides={"contact.model": "fast"})
+    assert scene.contact.pair == ("kik_piotrowski", "fastsim")
+
+
+@pytest.mark.parametrize(
+    ("kind", "ending", "first"),
+    [("S1002", ".prw", "! wheel"), ("S1002", ".WHL", "Filename="), ("60E1", ".prr", "! rail"),
+     ("60E1", ".ban", "Filename="), ("60E1", ".csv", "# rail"), ("S1002", ".txt", "# wheel")],
+)  # fmt: skip
+def test_the_ending_decides_the_format_of_a_profile(kind, ending, first, tmp_path):
+    profile = wearsim.standard_profile(kind)
+    wearsim.export_profile(profile, tmp_path / f"own{ending}")
+    assert (tmp_path / f"own{ending}").read_text().startswith(first)
 
 
 def test_translate_gives_the_same_factors_for_files_and_datasets(folder):

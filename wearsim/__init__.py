@@ -52,13 +52,15 @@ if TYPE_CHECKING:
     from wearsim.campaign.run import resume
     from wearsim.campaign.run import run_scene as run
     from wearsim.contact.dataset import rails, rollers, solve_contact, wheelset
-    from wearsim.contact.normal import NORMAL_MODELS
+    from wearsim.contact.normal import NORMAL_MODELS, NormalModel, NormalSolution
     from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
-    from wearsim.contact.tangential import TANGENTIAL_MODELS
-    from wearsim.damage.coefficients import COEFFICIENT_SETS
-    from wearsim.damage.fatigue import FATIGUE_LAWS
+    from wearsim.contact.tangential import TANGENTIAL_MODELS, TangentialModel, TangentialSolution
+    from wearsim.damage.coefficients import COEFFICIENT_SETS, Coefficient, CoefficientSet
+    from wearsim.damage.fatigue import FATIGUE_LAWS, FatigueDamage, FatigueLaw
     from wearsim.damage.wear import WEAR_LAWS
+    from wearsim.damage.wear.law import WearLaw
     from wearsim.errors import WearsimError
+    from wearsim.plugins import register
     from wearsim.profile.files import write_profile as export_profile
     from wearsim.profile.shape import Profile
     from wearsim.profile.sources import read_profile, standard_profile
@@ -72,13 +74,15 @@ __version__ = "0.3.0.dev0"
 _MODULES = {
     "campaign.run": ("resume", "run_scene"),
     "contact.dataset": ("rails", "rollers", "solve_contact", "wheelset"),
-    "contact.normal": ("NORMAL_MODELS",),
+    "contact.normal": ("NORMAL_MODELS", "NormalModel", "NormalSolution"),
     "contact.problem": ("ContactConditions", "ContactModels", "Counterface", "Wheelset"),
-    "contact.tangential": ("TANGENTIAL_MODELS",),
-    "damage.coefficients": ("COEFFICIENT_SETS",),
-    "damage.fatigue": ("FATIGUE_LAWS",),
+    "contact.tangential": ("TANGENTIAL_MODELS", "TangentialModel", "TangentialSolution"),
+    "damage.coefficients": ("COEFFICIENT_SETS", "Coefficient", "CoefficientSet"),
+    "damage.fatigue": ("FATIGUE_LAWS", "FatigueDamage", "FatigueLaw"),
     "damage.wear": ("WEAR_LAWS",),
+    "damage.wear.law": ("WearLaw",),
     "errors": ("WearsimError",),
+    "plugins": ("register",),
     "profile.files": ("write_profile",),
     "profile.shape": ("Profile",),
     "profile.sources": ("read_profile", "standard_profile"),
@@ -93,9 +97,11 @@ _PLACES["export_profile"] = _PLACES.pop("write_profile")
 
 __all__ = [
     "COEFFICIENT_SETS", "FATIGUE_LAWS", "NORMAL_MODELS", "QUANTITIES", "TANGENTIAL_MODELS", "WEAR_LAWS",
-    "ContactConditions", "ContactModels", "Counterface", "Profile", "WearsimError", "Wheelset", "__version__",
-    "export_profile", "load_scene", "open_results", "rails", "read_profile", "resume", "rollers", "run",
-    "solve_contact", "standard_profile", "translate", "wheelset",
+    "Coefficient", "CoefficientSet", "ContactConditions", "ContactModels", "Counterface", "FatigueDamage",
+    "FatigueLaw", "NormalModel", "NormalSolution", "Profile", "TangentialModel", "TangentialSolution",
+    "WearLaw", "WearsimError", "Wheelset", "__version__",
+    "export_profile", "load_scene", "open_results", "rails", "read_profile", "register", "resume", "rollers",
+    "run", "solve_contact", "standard_profile", "translate", "wheelset",
 ]  # fmt: skip
 
 

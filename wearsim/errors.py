@@ -166,5 +166,9 @@ class NumericalError(ContactError):
     exit_code = 3
 
 
+class PluginError(WearsimError):
+    """A model or law of a plug-in or a script that fails, or does not give what it must."""
+
+
 class ResultError(WearsimError):
     """A result file or run directory that cannot be opened, continued or written."""

@@ -450,6 +450,11 @@ def _is_list(info: FieldInfo) -> bool:
     return get_origin(info.annotation) is tuple
 
 
+def _is_open(info: FieldInfo) -> bool:
+    """Return True for a table of values by any name."""
+    return any(get_origin(one) is dict for one in _types(info.annotation))
+
+
 def _fields(model: type[BaseModel]) -> dict[str, FieldInfo]:
     """Fields of a table by the name of their key."""
     return {info.alias or name: info for name, info in model.model_fields.items()}
@@ -459,6 +464,8 @@ def _field(model: type[BaseModel], path: Sequence[str | int]) -> FieldInfo | Non
     here: type[BaseModel] | None = model
     info: FieldInfo | None = None
     for item in path:
+        if info is not None and here is None and _is_open(info):
+            continue  # any name in it is a key
         if isinstance(item, str):  # an entry has the meaning and limits of its list
             info = None if here is None else _fields(here).get(item)
             here = None if info is None else _element(info)

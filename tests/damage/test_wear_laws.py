@@ -161,6 +161,23 @@ def passage_depth_of_nothing(settings):
     return depth
 
 
+def test_a_value_in_place_of_a_published_one_moves_wear_between_regimes(patches):
+    """The law jumps between 8 and 10.4 N/mm2 with the lower limit of the severe regime."""
+    fields, area = patches(12e6)
+    mild, severe, _ = passage_depth(fields, area, wear_settings("usfd"))
+    lower = wear_settings("usfd", values=(("severe_limit", 8.0),))
+    mild_below_8, severe_from_8, _ = passage_depth(fields, area, lower)
+    assert severe_from_8.sum() > severe.sum() > 0.0
+    assert 0.0 < mild_below_8.sum() < mild.sum()
+
+
+@pytest.mark.parametrize("law", PUBLISHED)
+def test_scale_multiplies_the_depths_of_every_law(patches, law):
+    depth = passage_depth(*patches(5e6), wear_settings(law))
+    scaled = passage_depth(*patches(5e6), wear_settings(law, scale=2.5))
+    np.testing.assert_array_equal(scaled, 2.5 * depth)
+
+
 def test_unknown_names_tell_what_there_is_and_the_nearest():
     with pytest.raises(SceneError, match=r'wear law "ufsd" is unknown; there is archard, .* \'usfd\'\?'):
         WEAR_LAWS["ufsd"]

@@ -1,10 +1,14 @@
 """[wear] and [fatigue]: which laws and numbers a scene stands for, and what raises an error."""
 
+import re
 from pathlib import Path
 
 import pytest
+from law_settings import wear_settings
 
 from wearsim.campaign.comparison import comparison_laws
+from wearsim.campaign.evolution import WheelsetEvolution
+from wearsim.cli.flags import overrides_of
 from wearsim.damage import fatigue
 from wearsim.damage.wear import WEAR_LAWS, coefficients_of, energy
 from wearsim.scene import build, files_to_copy, load_scene, scene_schema
@@ -62,6 +66,84 @@ def test_archard_takes_the_hardness_of_the_wheel_and_a_cap(folder):
     assert setup.wear.seizure_cap == "regime"
     assert coefficients_of(setup.wear)["hardness"] == pytest.approx(2.7, rel=1e-15)
     assert setup.warnings == ()
+
+
+def test_values_and_scale_are_shown_by_every_output(folder):
+    setup = build(loaded("[wear]\nscale = 2.5\n[wear.values]\nsevere_limit = 8.0\n"))
+    changed, other = coefficients_of(setup.wear), coefficients_of(wear_settings("usfd"))
+    assert (changed["severe_limit"], changed["mild_slope"]) == (8.0, other["mild_slope"])
+    assert set(changed.numbers) - set(other.numbers) == {"severe_limit = 8 N mm-2", "wear.scale = 2.5"}
+    for text in (
+        "severe_limit = 8 N mm-2 (as given in [wear.values]) in place of 10.4.",
+        "multiplied by 2.5",
+    ):
+        assert any(text in one for one in changed.departures)
+    attributes = WheelsetEvolution(setup).header.attributes
+    assert "severe_limit = 8 N mm-2, catastrophic_limit = 77.2" in attributes["wear_law_numbers"]
+    assert "in place of 10.4." in attributes["wear_coefficients_departures"]
+
+
+def test_values_act_on_the_active_law_alone(folder):
+    text = """[wear]
+also_evaluate = ["archard", {law = "usfd", form = "patch_mean"}, {law = "usfd", coefficients = "%s"}]
+values = {mild_slope = 4.0}
+scale = 2.0
+"""
+    setup = build(loaded(text % WEAR_LAWS["usfd"].coefficients))
+    given = (("mild_slope", 4.0),), 2.0
+    of_law = [(one.values, one.scale) for one in (setup.wear, *setup.also_evaluate)]
+    assert of_law == [given, ((), 1.0), given, ((), 1.0)]  # the last is the published law, for comparison
+    archard, mean, published = comparison_laws(setup).names
+    assert (archard, mean) == ("archard", "usfd (patch mean, lewis_dwyer_joyce_2004, changed)")
+    assert published == "usfd (local, lewis_dwyer_joyce_2004)"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            "sever_limit = 8",
+            'sever_limit is no value of coefficients = "lewis_.*", which has mild_slope, .*did you',
+        ),
+        (
+            "severe_limit = 8000",
+            "severe_limit = 8000.* must be at least 0.104 and at most 1040 N mm-2; the publ.* 10.4",
+        ),
+        ("severe_limit = -8", "severe_limit = -8.* must be at least"),
+        ("severe_limit = 80", "severe_limit = 80 must be below catastrophic_limit = 77.2 N mm-2$"),
+        ("severe_limit = true", "severe_limit = true must be a number"),
+        ('severe_limit = "8"', 'severe_limit = "8" must be a number'),
+    ],
+)
+def test_a_value_out_of_its_range_is_an_error_at_its_line(folder, faults_of, text, message):
+    (line,) = faults_of(f"{RIG}[wear.values]\n{text}\n")
+    assert re.match(rf"scene.toml:{FIRST + 1}: {message}", line)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            'law = "archard"\nvalues = {hardness = 2.7}',
+            "hardness has a key of its own; write hardness_GPa in",
+        ),
+        (
+            f'law = "table"\nvalues = {{k = 1.0}}\n{TABLE}',
+            'values: law = "table" has the numbers of its table;',
+        ),
+        ("scale = 0", "scale = 0 must be at least 0.01 and at most 100"),
+    ],
+)
+def test_values_that_have_another_place_are_errors(folder, faults_of, text, message):
+    (line,) = faults_of(f"{RIG}[wear]\n{text}\n")
+    assert message in line
+
+
+def test_a_value_is_set_by_its_key(folder):
+    scene = load_scene("rig.toml", overrides=overrides_of(["wear.values.severe_limit=8"]))
+    assert scene.wear.values == {"severe_limit": 8.0}
+    without = load_scene("rig.toml", overrides=overrides_of(["wear.values.severe_limit="]))
+    assert not without.wear.values
 
 
 def test_a_table_in_the_scene(folder):

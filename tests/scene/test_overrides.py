@@ -2,12 +2,15 @@
 
 import copy
 import tomllib
+from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from wearsim.errors import Fault, SceneError
+from wearsim.scene import load_scene
 from wearsim.scene.overrides import Override, at_its_source, merge, overridden_text, toml_value, value_of
 from wearsim.toml_faults import key_lines, line_of
 
@@ -35,6 +38,9 @@ def merged(key, value):
     data = merge(DATA, [override], key_lines(TEXT))
     assert before == DATA
     assert tomllib.loads(overridden_text(data, [override])) == data
+    edited = overridden_text(data, [override], TEXT)
+    assert tomllib.loads(edited) == data
+    assert "# a comment" in edited
     return data
 
 
@@ -157,3 +163,49 @@ def test_a_cell_or_flag_of_a_text_is_a_text(text):
     assert value_of(text, as_text=True) == text
     assert value_of(f'"{text}"', as_text=True) == text
     assert value_of("", as_text=True) is None
+
+
+def test_the_copy_of_an_overridden_scene_keeps_comments_and_order(folder, changed):
+    wheelset = 'profile = "S1002"\nradius_mm = 460  # of the new wheel'
+    text = changed(Path("rig.toml").read_text(), ('profile = "S1002"', wheelset))
+    Path("rig.toml").write_text(f"# our wheelset\n{text}")
+    overrides = {"wheelset.radius_mm": 455, "wear.law": "brr", "campaign.max_step_km": np.float64(2.5)}
+    copied = load_scene("rig.toml", overrides=overrides).origin.content.decode()
+    assert copied.startswith('# scene with campaign.max_step_km = 2.5, wear.law = \\"brr\\", wheelset')
+    assert "# our wheelset" in copied
+    assert "radius_mm = 455  # of the new wheel" in copied
+    Path("copy.toml").write_text(copied)
+    assert load_scene("copy.toml").model_dump() == load_scene("rig.toml", overrides=overrides).model_dump()
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "[a]\nx = 1\n[b]\ny = 2\n[a.c]\nz = 3\n",  # a table out of order
+        "a.x = 1\na.c.z = 3\nb = {y = 2}\n",
+        "[[a.c]]\nz = 3\n[b]\nx = 1\n",
+    ],
+)
+def test_a_text_of_any_order_stands_for_the_merged_scene(text):
+    for override in (Override("b.y", None), Override("b.new", 5), Override("a.c.z", "text")):
+        data = merge(tomllib.loads(text), [override], key_lines(text))
+        assert tomllib.loads(overridden_text(data, [override], text)) == data
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"campaign..distance_km": 1}, "overrides: 'campaign..distance_km' must be a dotted key, such as"),
+        ({3: 1}, "overrides: 3 must be a dotted key"),
+        ({"wheelset.radius_mm": "big"}, 'overrides: radius_mm = "big" must be a number, .* .in rig.toml.'),
+        ({"wheelset.radios_mm": 460}, "overrides: unknown key radios_mm in .wheelset.; .* .in rig.toml."),
+        ({"wheelset.profile": object()}, "wheelset.profile is a object; give a number"),
+    ],
+)
+def test_overrides_of_python_that_cannot_act_name_their_key(folder, given, message):
+    with pytest.raises(SceneError, match=message):
+        load_scene("rig.toml", overrides=given)
+
+
+def test_none_removes_a_key(folder):
+    assert load_scene("rig.toml", overrides={"scene.title": None}).scene.title == ""

@@ -55,6 +55,20 @@ def test_distributions(scene_of):
     assert [one["wear.form"](share) for share in (0.0, 0.49, 0.51)] == ["local", "local", "patch_mean"]
 
 
+def test_values_and_scale_of_the_law_can_be_drawn(tmp_path):
+    law = "[wear]\nscale = 1.0\nvalues = {severe_limit = 10.4}\n"
+    uniform = 'distribution = "uniform"\nlow = 8.0\nhigh = 10.0'
+    inputs = "".join(
+        f'[[uncertainty.input]]\nkey = "wear.{key}"\n{uniform}\n' for key in ("values.severe_limit", "scale")
+    )
+    text = shipped_path("workflows", "limits.toml").read_text()
+    (tmp_path / "scene.toml").write_text(f"{text}\n{law}[uncertainty]\n{inputs}")
+    drawn = [(one, one.drawn(0.5)) for one in dimensions_of(load_scene(tmp_path / "scene.toml"))]
+    overrides = overrides_of(drawn)
+    wear = load_scene(tmp_path / "scene.toml", overrides=overrides).wear
+    assert (wear.values, wear.scale) == ({"severe_limit": 9.0}, 9.0)
+
+
 def test_keys_act_where_they_stand(scene_of):
     """Of every block and class; of one scene; shared by both or drawn for each; factors after values."""
     scene = scene_of(

@@ -93,7 +93,10 @@ def comparison_laws(setup: CampaignSetup) -> ComparisonLaws:
 
 
 def _set_name(settings: WearSettings) -> str:
-    return settings.coefficients if isinstance(settings.coefficients, str) else settings.coefficients.name
+    """Name of the set of a law, and whether values of it are changed."""
+    given = settings.coefficients
+    name = given if isinstance(given, str) else given.name
+    return f"{name}, changed" if settings.values or settings.scale != 1.0 else name
 
 
 def comparison_passage(solution: ContactSolution, laws: ComparisonLaws) -> ComparisonPassage:

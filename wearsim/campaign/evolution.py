@@ -32,6 +32,7 @@ from wearsim.damage.wear import WEAR_LAWS
 from wearsim.errors import ContactError, NumericalError
 from wearsim.operation.points import OperatingPoints, where_it_runs
 from wearsim.operation.recorded import binning_error
+from wearsim.plugins import plug_ins_of
 from wearsim.results import Header
 from wearsim.results.schema import CHANGES
 from wearsim.scene.campaign import ControlSettings
@@ -74,6 +75,12 @@ class WheelsetEvolution:
         """Static part of the result file."""
         header = header_of(self.setup, self.command)
         run_attributes: dict[str, str | float] = {"target_distance": self.target, CHANGES: self.changes}
+        setup = self.setup
+        plug_ins = plug_ins_of(setup.models, (setup.wear, *setup.also_evaluate), setup.fatigue)
+        if plug_ins:
+            versions = [str(header.attributes["source"]), *dict.fromkeys(plug_ins.values())]
+            run_attributes["source"] = ", ".join(versions)
+            run_attributes["plugins"] = "; ".join(f"{what}: {source}" for what, source in plug_ins.items())
         return replace(header, attributes={**header.attributes, **run_attributes})
 
     @cached_property

@@ -66,7 +66,7 @@ from wearsim.scene import (
     prepare_again,
 )
 from wearsim.scene.initial_contact import check_contact
-from wearsim.scene.overrides import Override, at_its_source
+from wearsim.scene.overrides import Override, Overrides, as_overrides, at_its_source
 from wearsim.scene.read import by_key
 from wearsim.whole_files import raising_handlers, signals_wait
 
@@ -80,7 +80,7 @@ def run_scene(
     *,
     command: str = "",
     observer: Observer | None = None,
-    overrides: Sequence[Override] = (),
+    overrides: Overrides = (),
     threads: int | None = None,
     warn: Callable[[Fault], None] | None = None,
 ) -> tuple[Path, ...]:
@@ -96,11 +96,11 @@ def run_scene(
     out : str or Path
         Run directory.
     command : str
-        Command line, for the history of the results.
+        Command line, for the history of the results; by default the call of this function.
     observer : callable, optional
         Called with an `Event` at each step.
-    overrides : sequence of Override
-        Values that replace those of a scene file or dict.
+    overrides : mapping or sequence of Override
+        Values that replace those of a scene file or dict, as of `load_scene`: {"contact.model": "fast"}.
     threads : int, optional
         Threads of the contact solver, by default all available; their number does not change the bits.
     warn : callable, optional
@@ -135,7 +135,7 @@ def run_scene(
     >>> [path.name for path in wearsim.run(scene, "rig")]
     ['rig.nc']
     """
-    out, given = Path(out), scene
+    out, given, overrides = Path(out), scene, as_overrides(overrides)
     if not isinstance(scene, CampaignScene):
         scene = load_campaign(scene, overrides=overrides)
     elif overrides:
@@ -152,10 +152,18 @@ def run_scene(
     files = scene_files(scene)
     require_own_directory(out)
     with locked(out):
-        manifest = claim(out, files, command)
+        manifest = claim(out, files, command or _call(given, out, overrides))
         distances = _distances(scene, require_same_scene(out, manifest, files))
         known = tuple(zip(scene.parts, prepared, strict=True))
         return _continued(out, manifest, distances, observer, threads, known)
+
+
+def _call(scene: object, out: Path, overrides: Sequence[Override]) -> str:
+    """Return the call of `run_scene`, for the history of the results, which hold a scene that is no file."""
+    given = repr(str(scene)) if isinstance(scene, str | Path) else "scene"
+    values = {one.key: one.value for one in overrides}
+    changed = f", overrides={values}" if values else ""
+    return f"wearsim.run({given}, {str(out)!r}{changed})"
 
 
 def _distances(scene: CampaignScene, campaigns: Sequence[str]) -> tuple[Override, ...]:
@@ -174,7 +182,7 @@ def scene_files(scene: CampaignScene) -> SceneFiles:
 
 
 def resume(
-    out: str | Path, *, observer: Observer | None = None, overrides: Sequence[Override] = ()
+    out: str | Path, *, observer: Observer | None = None, overrides: Overrides = ()
 ) -> tuple[Path, ...]:
     """Resume the campaigns of a run directory; finished ones stay unchanged unless they are made longer.
 
@@ -184,10 +192,10 @@ def resume(
         Run directory.
     observer : callable, optional
         Called with an `Event` at each step.
-    overrides : sequence of Override
-        Other values for `campaign.changes.CHANGEABLE` keys of [campaign], from the next step on; they are
-        stored with the number of that step. A longer `campaign.distance_km` lets finished campaigns go on
-        from their last step, too.
+    overrides : mapping or sequence of Override
+        Other values, as of `load_scene`, for `campaign.changes.CHANGEABLE` keys of [campaign], from the next
+        step on; they are stored with the number of that step. A longer `campaign.distance_km` lets finished
+        campaigns go on from their last step, too.
 
     Returns
     -------
@@ -212,7 +220,7 @@ def resume(
     out = Path(out)
     read_manifest(out)
     with locked(out):
-        return _continued(out, read_manifest(out), overrides, observer)
+        return _continued(out, read_manifest(out), as_overrides(overrides), observer)
 
 
 def _continued(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Sequence
 
 from wearsim.errors import Fault, SceneError, raise_any, say
@@ -10,6 +11,8 @@ from wearsim.scene import Scene, SweepScene, load_scene
 from wearsim.scene.overrides import Override
 from wearsim.scene.sweep import override_of
 
+STDIN = "-"
+"""Name of a scene that is read from standard input."""
 _SMOOTHING = {"off": 0.0, "half": 0.5, "double": 2.0}
 
 
@@ -27,9 +30,12 @@ def overrides_of(texts: Sequence[str]) -> list[Override]:
 
 
 def load_overridden(arguments: argparse.Namespace) -> tuple[Scene, Sequence[Override]]:
-    """Load the scene of the command line with its overrides, which are for `run_scene`, too."""
+    """Load the scene of the command line, or of standard input, with its overrides; return both."""
     overrides = overrides_of(arguments.set)
-    scene = load_scene(arguments.scene, overrides=overrides)
+    content, path = None, arguments.scene
+    if path == STDIN:
+        content, path = sys.stdin.buffer.read(), "stdin.toml"
+    scene = load_scene(path, content=content, overrides=overrides)
     if arguments.smoothing is None:
         return scene, overrides
     if isinstance(scene, SweepScene):
@@ -39,4 +45,4 @@ def load_overridden(arguments: argparse.Namespace) -> tuple[Scene, Sequence[Over
         wavelength = _SMOOTHING[arguments.smoothing] * part.campaign.smoothing_wavelength_mm
         key, flag = f"{role}campaign.smoothing_wavelength_mm", f"--smoothing {arguments.smoothing}"
         overrides.append(Override(key, wavelength, flag))
-    return load_scene(arguments.scene, overrides=overrides), overrides
+    return load_scene(path, content=content, overrides=overrides), overrides

@@ -1,30 +1,44 @@
-"""`wearsim inspect`: what is in a result file."""
+"""`wearsim inspect`: what is in a result file, or in those of a run directory."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
 
+from wearsim.campaign.directory import campaigns_of, read_manifest
 from wearsim.cli import print_json
 from wearsim.errors import ResultError
 from wearsim.report.inspect import inspect, summary_text, write_animation, write_figures
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Print the summary; write the figures on request."""
-    path = Path(arguments.file)
+    """Print the summaries; write the figures on request."""
+    given = Path(arguments.file)
+    results = results_in(given) if given.is_dir() else [given]
     film = None if arguments.animate is None else Path(arguments.animate)
     if film is not None and film.suffix.lower() != ".gif":
         raise ResultError(f"--animate = {film} must end with .gif")
-    summary = inspect(path)
-    figures = write_figures(path, Path(arguments.plot)) if arguments.plot else []
-    figures += [write_animation(path, film)] if film is not None else []
+    if film is not None and len(results) > 1:
+        raise ResultError(f"--animate draws one result; give {' or '.join(map(str, results))}")
+    summaries = {path.stem: inspect(path) for path in results}
+    figures = [one for path in results if arguments.plot for one in write_figures(path, Path(arguments.plot))]
+    figures += [write_animation(results[0], film)] if film is not None else []
     if arguments.json:
+        content = summaries if given.is_dir() else summaries[given.stem]
         if figures:
-            summary = {**summary, "figures": [str(figure) for figure in figures]}
-        print_json(summary)
+            content = {**content, "figures": [str(figure) for figure in figures]}
+        print_json(content)
         return 0
-    print(summary_text(summary))
+    print("\n\n".join(map(summary_text, summaries.values())))
     for figure in figures:
         print(figure)
     return 0
+
+
+def results_in(out: Path) -> list[Path]:
+    """Return the result files of a run directory, of which there must be one."""
+    names = campaigns_of(out, read_manifest(out))
+    results = [path for name in names if (path := out / f"{name}.nc").is_file()]
+    if not results:
+        raise ResultError(f"{out} has no result yet; see `wearsim status {out}`")
+    return results

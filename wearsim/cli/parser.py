@@ -14,6 +14,7 @@ from wearsim.studies.contact_flags import FLAGS
 
 _TABLE: dict[str, Any] = tomllib.loads(Path(__file__).with_name("commands.toml").read_text(encoding="utf-8"))
 _SHARED = _TABLE.pop("shared")
+_SHORT = {"--out": "-o", "--jobs": "-j", "--quiet": "-q"}
 
 COMMANDS = tuple(_TABLE)
 """Modules of this package with a function `execute`, in the order of the help."""
@@ -26,6 +27,16 @@ class Parser(argparse.ArgumentParser):
         super().__init__(formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False, **options)
         # argparse takes only plain negative numbers for values, neither -1e-3 nor -0.001,0,0.2
         self._negative_number_matcher = re.compile(r"-\.?\d")
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        """Raise for a value that is no choice, with the nearest one."""
+        try:
+            super()._check_value(action, value)
+        except argparse.ArgumentError as error:
+            from wearsim.errors import suggestion  # not for --help: dataclasses cost 10 ms
+
+            error.message += suggestion(str(value), map(str, action.choices or ()))
+            raise
 
     def error(self, message: str) -> NoReturn:
         """Print what is wrong with the command line and where help is, and exit with 2."""
@@ -76,9 +87,11 @@ def _add_flags(parser: argparse._ActionsContainer, flags: dict[str, dict[str, An
     """Add flags of the table."""
     alone: dict[str, argparse._ActionsContainer] = {}
     for name, given in flags.items():
-        options, place = dict(given), parser
+        options, place, names = dict(given), parser, [name]
         if "help" not in options:
             options = {**_SHARED[name], "help": _SHARED[name]["help"].format(**given)}
+        if short := _SHORT.get(name):
+            names.insert(0, short)
         if instead := options.pop("instead", None):
             place = alone[instead] = alone.get(instead) or parser.add_mutually_exclusive_group()
         if options.pop("switch", False):
@@ -89,7 +102,7 @@ def _add_flags(parser: argparse._ActionsContainer, flags: dict[str, dict[str, An
             options["type"] = int
         if "range" in options:
             options["type"] = partial(number, *options.pop("range"))
-        place.add_argument(name, **options)
+        place.add_argument(*names, **options)
 
 
 def number(low: float, high: float, text: str) -> float:

@@ -2,29 +2,22 @@
 
 from __future__ import annotations
 
-import math
 import sys
 from argparse import Namespace
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 from wearsim.cli import print_json
 from wearsim.cli.streams import formula_warning
-from wearsim.errors import ProfileError, ResultError, say
-from wearsim.profile.files import WRITTEN_FORMATS, is_file, write_profile
+from wearsim.errors import say
+from wearsim.profile.files import WRITTEN_FORMATS, is_file, is_result, write_profile
 from wearsim.profile.inspection import Inspection, inspect_profile, reprofiled_wheels, tables
 from wearsim.profile.inspection.inputs import ProfileInput
-from wearsim.profile.inspection.request import Request, flag_of, is_result
+from wearsim.profile.inspection.request import Request, flag_of
 from wearsim.profile.inspection.tables import fleet_rows, profile_files
-from wearsim.profile.measures import running_circle_level
-from wearsim.profile.placement import RUNNING_CIRCLE
-from wearsim.profile.shape import Profile
-from wearsim.results import open_results
 from wearsim.toml_faults import decimal
-from wearsim.translation.factors import at_distances, rows_at
-from wearsim.whole_files import signals_wait, write_whole
+from wearsim.translation.worn_wheel import Side, worn_wheel
+from wearsim.whole_files import write_whole
 
 
 def read_wheel(request: Request, key: str, kind: str | None) -> ProfileInput | None:
@@ -33,8 +26,9 @@ def read_wheel(request: Request, key: str, kind: str | None) -> ProfileInput | N
         return request.read(key, kind)
     if request.kind == "rail":
         request.faults.append(f"--kind rail: {request.given[key]} is a result file, its profiles are wheels")
-    path, side = Path(request.given[key]), "left" if key == "left" else request.side
-    found = request.take(lambda: worn_wheel(path, side, request.at_km), "" if key == "name" else flag_of(key))
+    path = Path(request.given[key])
+    side: Side = "left" if "left" in (key, request.side) else "right"
+    found = request.take(lambda: input_of(path, side, request.at_km), "" if key == "name" else flag_of(key))
     if found is None:
         return None
     wheel, back_to_back = found
@@ -43,48 +37,17 @@ def read_wheel(request: Request, key: str, kind: str | None) -> ProfileInput | N
     return wheel
 
 
-@signals_wait()
-def worn_wheel(path: Path, side: str, at_km: str | None) -> tuple[ProfileInput, float]:
-    """Wheel of a result file at a distance, and the back-to-back distance of its wheelset [m].
-
-    Between two stored states each point is interpolated linearly over the distance; of two states at one
-    distance the one after the reprofiling is taken. Raises `ProfileError`.
-    """
-    try:
-        with open_results(path) as data:
-            run = data["distance"].values
-            points = data[["profile_y", "profile_z"]].sel(wheel=side).load()
-            attributes = data.attrs
-    except ResultError as error:
-        raise ProfileError(str(error)) from error
-    end, distance = float(run[-1]), run[-1] if at_km is None else 1e3 * decimal(at_km)
-    if math.isclose(distance, end, rel_tol=1e-9):
-        distance = end  # as --at-km of a distance that was printed
-    if not 0.0 <= distance <= end:
-        raise ProfileError(f"--at-km = {at_km} must be 0 to {1e-3 * end:.10g} km, the distance run in {path}")
-    y, z = (
-        at_distances(run, points[name].values, np.array([distance]))[0] for name in ("profile_y", "profile_z")
-    )
-    row = int(rows_at(run, np.array([distance]))[0])
-    km = f"{1e-3 * distance:.10g} km"
-    how = "the last stored state" if row == run.size - 1 else "a stored state"
-    if run[row] < distance:
-        ends = f"{1e-3 * run[row]:.6g} km and {1e-3 * run[row + 1]:.6g} km"
-        how = f"interpolated between the stored states at {ends}"
-    elif row and run[row - 1] == distance:
-        how = "the stored state after the reprofiling there"
-    radius = float(attributes["wheel_radius"])
-    diameter = 2.0 * (radius + running_circle_level(y, z))
-    back_to_back = 2.0 * (float(attributes["half_span"]) - RUNNING_CIRCLE)
-    given = {"radius": radius, "diameter": diameter, "back_to_back": back_to_back}
-    notes = (f"{side} wheel after {km}: {how}", *say("result.wheel", **given).splitlines())
-    source = f"{side} wheel of {path.name} after {km}, {how}"
-    profile = Profile(f"{path.stem}_{side}_{km.replace(' ', '')}", "wheel", y, z, source)
+def input_of(path: Path, side: Side, at_km: str | None) -> tuple[ProfileInput, float]:
+    """Wheel of a result file, see `worn_wheel`, and the back-to-back distance of its wheelset [m]."""
+    distance = None if at_km is None else 1e3 * decimal(at_km)
+    worn = worn_wheel(path, side, distance, f"--at-km = {at_km}")
+    given = {name: getattr(worn, name) for name in ("radius", "diameter", "back_to_back")}
+    notes = (f"{side} wheel after {worn.when}", *say("result.wheel", **given).splitlines())
     wheel = ProfileInput(
-        profile=profile, format="result", header={}, notes=notes, given=str(path),
-        title="worn wheel of a result file", source=source, diameter=diameter,
+        profile=worn.profile, format="result", header={}, notes=notes, given=str(path),
+        title="worn wheel of a result file", source=worn.profile.source, diameter=worn.diameter,
     )  # fmt: skip
-    return wheel, back_to_back
+    return wheel, worn.back_to_back
 
 
 def execute(arguments: Namespace) -> int:

@@ -26,19 +26,23 @@ RUNNING_INTERVAL = 30.0
 
 
 @contextmanager
-def observer(stream: TextIO | None = None, interval: float = PLAIN_INTERVAL) -> Iterator[Observer]:
+def observer(
+    stream: TextIO | None = None, interval: float = PLAIN_INTERVAL, *, quiet: bool = False
+) -> Iterator[Observer]:
     """Give the observer for a campaign run from the command line.
 
     It writes to standard error by default, so that standard output stays for results: in a terminal each step
-    into one live line, elsewhere a line for steps not more often than the interval [s].
+    into one live line, elsewhere a line for steps not more often than the interval [s]; nothing if quiet.
     """
     out = sys.stderr if stream is None else stream
     live, last, deferred, open_line = out.isatty(), -float("inf"), False, False
 
     def show(event: Event) -> None:
         nonlocal last, deferred, open_line
-        if (event.kind == "deferred" and deferred) or (
-            event.kind == "step" and not live and time.monotonic() - last < interval
+        if (
+            quiet
+            or (event.kind == "deferred" and deferred)
+            or (event.kind == "step" and not live and time.monotonic() - last < interval)
         ):
             return
         if event.kind == "step":
@@ -106,17 +110,24 @@ def workers(address: str | None, running: Callable[[], str]) -> Iterator[Executo
             thread.join()
 
 
-def case_lines(what: str, labels: Mapping[int, str] = {}) -> Callable[[int, Outcome], None]:
-    """Give the report of many cases: lines when a labelled one begins, and when one ends, of how many."""
+def case_lines(
+    what: str, labels: Mapping[int, str] = {}, *, quiet: bool = False
+) -> Callable[[int, Outcome], None]:
+    """Give the report of many cases: lines when a labelled one begins, and when one ends, of how many.
+
+    If quiet, only cases that failed have lines.
+    """
     ended: set[int] = set()
 
     def report(count: int, outcome: Outcome) -> None:
         begun = outcome.state == "running"
         if not begun:
             ended.add(outcome.number)
+            if quiet and outcome.state == "finished":
+                return
             text = f"{outcome.state} ({len(ended)} of {count})"
             print(with_fault(f"{what} {outcome.number}: {text}", outcome.fault), file=sys.stderr, flush=True)
-        elif outcome.number in labels:
+        elif outcome.number in labels and not quiet:
             text = f"{what} {outcome.number}: begun, {labels[outcome.number]}"
             print(text, file=sys.stderr, flush=True)
 

@@ -14,7 +14,7 @@ from wearsim.cli.report import print_warnings, reported, write_report
 def execute(arguments: argparse.Namespace) -> int:
     """Continue from the last finished step and write the report."""
     out = Path(arguments.directory)
-    with reported(out), observer() as observe:
+    with reported(out), observer(quiet=arguments.quiet) as observe:
         results = resume(out, observer=observe, overrides=overrides_of(arguments.set))
     print(f"report: {write_report(out, print_warnings(results))}")
     return 0

@@ -7,12 +7,15 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from wearsim.campaign.directory import read_status
 from wearsim.campaign.run import run_scene
-from wearsim.cli.flags import load_overridden
+from wearsim.cli import print_json
+from wearsim.cli.flags import STDIN, load_overridden
 from wearsim.cli.progress import case_lines, observer, workers
 from wearsim.cli.report import print_warnings, reported, write_report
 from wearsim.cli.sweep import run_all
 from wearsim.errors import Fault, SceneError
+from wearsim.results import result_warnings
 from wearsim.scene import SweepScene
 from wearsim.scene.overrides import Override
 from wearsim.studies.bands import FOLDER, plan_of, run_bands, text_of
@@ -23,6 +26,8 @@ from wearsim.studies.sweep import sweep_of
 def execute(arguments: argparse.Namespace) -> int:
     """Run the scene; a directory in which it runs already is continued."""
     scene, overrides = load_overridden(arguments)
+    if arguments.scene == STDIN and arguments.out is None:
+        raise SceneError([Fault("a scene from stdin has no name; give --out DIR")])
     out = Path(arguments.out or Path(arguments.scene).stem)
     if isinstance(scene, SweepScene):
         if arguments.bands:
@@ -30,25 +35,35 @@ def execute(arguments: argparse.Namespace) -> int:
             raise SceneError([Fault(message, str(scene.origin.path))])
         return run_all(sweep_of(scene), out, arguments)
     if arguments.bands:
+        if arguments.scene == STDIN:
+            raise SceneError([Fault("--bands reads the scene again for each draw; give a file, not stdin")])
         check_cases(plan_of(scene.origin.path, overrides).cases(0, 1))  # faults before anything is run
         with workers(arguments.cluster, lambda: ""):
             pass  # a scheduler that does not answer is one, too
-    with reported(out), observer() as observe:
+    with reported(out), observer(quiet=arguments.quiet) as observe:
         results = run_scene(
-            arguments.scene, out, command=arguments.command_line, observer=observe, overrides=overrides,
+            scene, out, command=arguments.command_line, observer=observe,
             warn=lambda warning: print(f"warning: {warning}", file=sys.stderr),
         )  # fmt: skip
     loaded = print_warnings(results)
     if arguments.bands:
         _bands(arguments, out, scene.origin.path, overrides)
-    print(f"report: {write_report(out, loaded)}")
+    report = write_report(out, loaded)
+    if arguments.json:
+        warnings = {path.stem: result_warnings(dataset) for path, dataset in loaded.items()}
+        files = {path.stem: str(path) for path in results}
+        ends = read_status(out).get("campaigns", {})
+        print_json({"results": files, "report": str(report), "warnings": warnings, "campaigns": ends})
+    else:
+        print(f"report: {report}")
     return 0
 
 
 def _bands(arguments: argparse.Namespace, out: Path, scene: Path, overrides: Sequence[Override]) -> None:
-    with workers(arguments.cluster, lambda: running_text(out / FOLDER)) as executor:
+    draws = out / FOLDER
+    with workers(arguments.cluster, lambda: "" if arguments.quiet else running_text(draws)) as executor:
         made = run_bands(
             scene, out, executor, overrides=overrides, jobs=arguments.jobs, command=arguments.command_line,
-            report=case_lines("draw"),
+            report=case_lines("draw", quiet=arguments.quiet),
         )  # fmt: skip
-    print(text_of(*made))
+    print(text_of(*made), file=sys.stderr if arguments.json else sys.stdout)

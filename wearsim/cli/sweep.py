@@ -50,7 +50,7 @@ def _run_one(sweep: Sweep, out: Path, arguments: argparse.Namespace) -> int:
     """Run one case; the exit code is its own."""
     case = study.chosen(sweep, arguments.case)
     _warn((case,), out)
-    with observer() as observe:
+    with observer(quiet=arguments.quiet) as observe:
         outcome = study.run_one(sweep, case, out, command=arguments.command_line, observer=observe)
     if arguments.json:
         print_json(outcome)
@@ -64,9 +64,9 @@ def _run_one(sweep: Sweep, out: Path, arguments: argparse.Namespace) -> int:
 def run_all(sweep: Sweep, out: Path, arguments: argparse.Namespace) -> int:
     """Run all cases and print where their table is; the exit code is that of the worst case."""
     _warn(sweep.cases, out)
-    report = case_lines("case", {case.number: case.label for case in sweep.cases})
+    report = case_lines("case", {case.number: case.label for case in sweep.cases}, quiet=arguments.quiet)
     try:
-        with workers(arguments.cluster, lambda: running_text(out)) as executor:
+        with workers(arguments.cluster, lambda: "" if arguments.quiet else running_text(out)) as executor:
             outcomes = study.run_sweep(
                 sweep, out, executor, jobs=arguments.jobs, command=arguments.command_line, report=report
             )
@@ -74,7 +74,7 @@ def run_all(sweep: Sweep, out: Path, arguments: argparse.Namespace) -> int:
         print("interrupted; the same command goes on where the cases stopped", file=sys.stderr)
         return 130
     formula_warning((out / "sweep.csv").read_text(encoding="utf-8"), "sweep.csv")
-    if getattr(arguments, "json", False):
+    if arguments.json:
         print_json(study.sweep_rows(study.sweep_dataset(out)))
     else:
         print(study.counted(outcomes))

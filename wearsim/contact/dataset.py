@@ -18,6 +18,7 @@ from wearsim.contact.problem import (
     Counterface,
     Wheelset,
 )
+from wearsim.contact.registry import Registry
 from wearsim.contact.solve import solve_each
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.contact.wheels import joined
@@ -332,10 +333,12 @@ def _check_number(name: str, value: object) -> None:
 
 def _check_models(models: ContactModels) -> None:
     """Names of models and parameters, and material and parameters within their ranges."""
-    if removed := NORMAL_MODELS.removed.get(models.normal):
-        raise ContactError(f"normal = {models.normal!r} {removed}")
-    _check_name("normal", models.normal, NORMAL_MODELS)
-    _check_name("tangential", models.tangential, TANGENTIAL_MODELS)
+    registries: tuple[Registry[Any], ...] = NORMAL_MODELS, TANGENTIAL_MODELS
+    for registry, what in zip(registries, ("normal", "tangential"), strict=True):
+        name = getattr(models, what)
+        if name not in registry and (reason := registry.unusable.get(name)):
+            raise ContactError(f"{what} = {name!r} {reason}")
+        _check_name(what, name, registry)
     _check_number("youngs_modulus", models.youngs_modulus)
     if not 0.0 < models.youngs_modulus < np.inf:
         raise ContactError(f"youngs_modulus = {models.youngs_modulus:g} must be above 0 Pa and finite")

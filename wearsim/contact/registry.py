@@ -1,19 +1,26 @@
-"""Registries of models and laws: every record at the top of a module of a folder; the limits of grids."""
+"""Registries of models and laws: shipped records, those of plug-ins and scripts; the limits of grids."""
 
 from __future__ import annotations
 
+import functools
 import importlib
 import pkgutil
-from collections.abc import Iterable, Mapping
-from typing import Any, TypeVar
+import traceback
+from collections.abc import Callable, Iterable, Iterator, Mapping, MutableMapping
+from dataclasses import replace
+from importlib import metadata
+from pathlib import Path
+from typing import Any, Generic, TypeVar
 
-from wearsim.errors import ContactError, Fault, SceneError, suggestion
+from wearsim.errors import ContactError, Fault, PluginError, SceneError, WearsimError, brief, suggestion
 
 Record = TypeVar("Record")
 
 
-class Registry(dict[str, Record]):
+class Registry(MutableMapping[str, Record], Generic[Record]):
     """Records by name; looking up an unknown name raises a `SceneError` that lists the known ones.
+
+    Records of installed packages are added when a name is looked up that is not shipped, or all names are.
 
     Parameters
     ----------
@@ -21,27 +28,165 @@ class Registry(dict[str, Record]):
         What a record is called in messages, such as "wear law".
     records : iterable of records
         Each with its own `name`.
-    removed : mapping, optional
-        Names of earlier versions, with what a message says after the name.
+    unusable : mapping, optional
+        Names of earlier versions, with what a message says after the name; those of plug-ins that cannot be
+        used are added.
+    group : str
+        Entry points whose objects are records; "": none.
+    record : type
+        Class of the records.
+    function, returns : str and type
+        Field of a record that holds its function, and what that returns; "": none.
     """
 
-    def __init__(self, kind: str, records: Iterable[Any], removed: Mapping[str, str] | None = None) -> None:
-        self.kind = kind
-        self.removed = dict(removed or {})
-        super().__init__()
-        for record in records:
-            if self.setdefault(record.name, record) is not record:
-                raise ValueError(f'{kind} "{record.name}" is defined twice')
+    def __init__(
+        self,
+        kind: str,
+        records: Iterable[Any],
+        unusable: Mapping[str, str] | None = None,
+        *,
+        group: str = "",
+        record: type = object,
+        function: str = "",
+        returns: type = object,
+    ) -> None:
+        self.kind, self.group = kind, group
+        self.unusable = dict(unusable or {})
+        self._class: Any = record
+        self._function, self._returns = function, returns
+        self._records: dict[str, Record] = {}
+        self._sources: dict[str, str] = {}  # of records that are not shipped
+        self._searched = not group
+        for one in records:
+            if self._records.setdefault(one.name, one) is not one:
+                raise ValueError(f'{kind} "{one.name}" is defined twice')
 
-    def __missing__(self, name: str) -> Record:
-        if name in self.removed:
-            raise SceneError([Fault(f'{self.kind} "{name}" {self.removed[name]}')])
-        raise SceneError([unknown(self.kind, name, self)])
+    def __getitem__(self, name: str) -> Record:
+        if name in self._records or name in self._with_plug_ins():
+            return self._records[name]
+        raise SceneError([self.unknown(name)])
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._records or name in self._with_plug_ins()
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._with_plug_ins())
+
+    def __len__(self) -> int:
+        return len(self._with_plug_ins())
+
+    def __setitem__(self, name: str, record: Record) -> None:
+        self._records[name] = record
+
+    def __delitem__(self, name: str) -> None:
+        del self._records[name]
+
+    def get(self, name: str, default: Any = None) -> Any:
+        """Return the record of a name, or the default."""
+        return self[name] if name in self else default  # noqa: SIM401 -- this is `get`
+
+    def add(self, record: Any, source: str) -> None:
+        """Add a record of a plug-in or a script, in place of an earlier one of the same name.
+
+        Parameters
+        ----------
+        record : record
+            Of the class of this registry.
+        source : str
+            Name and version of what it is from, for results.
+
+        Raises
+        ------
+        SceneError
+            For what is no record, a name that is no word or that of a shipped record, or a function that
+            cannot be called.
+        """
+        self._with_plug_ins()  # which would replace it later
+        if not isinstance(record, self._class):
+            kind, given = self._class.__name__, brief(repr(record))
+            raise SceneError([Fault(f"a {self.kind} must be a {kind}; given is {given}")])
+        name = record.name
+        if not (isinstance(name, str) and name.isidentifier()):
+            raise SceneError([Fault(f"name = {name!r} of a {self.kind} must be one word, such as linear")])
+        if name in self._records and name not in self._sources:
+            raise SceneError([Fault(f'{self.kind} "{name}" is shipped; give yours another name')])
+        function = getattr(record, self._function) if self._function else None
+        if self._function and not callable(function):
+            raise SceneError([Fault(f'{self._function} of {self.kind} "{name}" must be a function')])
+        self._sources[name] = source
+        guarded = record
+        if function is not None:
+            safe = _guarded(function, f'{self.kind} "{name}" ({source})', self._returns)
+            guarded = replace(record, **{self._function: safe})
+        self._records[name] = guarded
+
+    def source_of(self, name: str) -> str:
+        """Name and version of the plug-in that a record is from; "" for shipped records."""
+        return self._sources.get(name, "")
+
+    def unknown(self, name: str, known: Iterable[str] = ()) -> Fault:
+        """Return the fault of a name that is not there; of those that are, `known` may be used."""
+        if name in self.unusable:
+            return Fault(f'{self.kind} "{name}" {self.unusable[name]}')
+        return unknown(self.kind, name, known or self)
 
     def that_take(self, parameter: str) -> str:
         """Return the names of the records that take a parameter, as messages write them."""
-        takers = (name for name, record in self.items() if parameter in getattr(record, "parameters", ()))
+        records = self._records.items()
+        takers = (name for name, record in records if parameter in getattr(record, "parameters", ()))
         return " or ".join(f'"{name}"' for name in takers)
+
+    def _with_plug_ins(self) -> dict[str, Record]:
+        """Return the records, with those of all installed packages."""
+        if not self._searched:
+            self._searched = True
+            packages: dict[str, str] = {}
+            for point in metadata.entry_points(group=self.group):
+                source = f"{point.dist.name} {point.dist.version}" if point.dist else "an unknown package"
+                try:
+                    self._add_point(point, source)
+                except Exception as error:
+                    self.unusable[point.name] = f"of {source} cannot be used: {_reason(error)}"
+                if (first := packages.setdefault(point.name, source)) != source:
+                    self._records.pop(point.name, None)
+                    self.unusable[point.name] = f"is in {first} and in {source}; uninstall one of them"
+        return self._records
+
+    def _add_point(self, point: metadata.EntryPoint, source: str) -> None:
+        record = point.load()
+        name = getattr(record, "name", point.name)
+        if name != point.name:
+            raise PluginError(f"{point.value} has the name {name!r}; call the entry point so")
+        self.add(record, source)
+
+
+def _reason(error: Exception) -> str:
+    """Kind of an error and the first line of what it says, with file and line of other people's code."""
+    first = str(error).partition("\n")[0]
+    if isinstance(error, WearsimError):
+        return first
+    frames = traceback.extract_tb(error.__traceback__)
+    theirs = [one for one in frames if one.filename != __file__ and "importlib" not in one.filename]
+    place = f" ({Path(theirs[-1].filename).name}:{theirs[-1].lineno})" if theirs else ""
+    return f"{type(error).__name__}: {first}{place}"
+
+
+def _guarded(function: Callable[..., Any], called: str, returns: type) -> Callable[..., Any]:
+    """Return a function of a plug-in whose errors are one line that names it."""
+
+    @functools.wraps(function)
+    def guarded(*given: Any, **named: Any) -> Any:
+        try:
+            value = function(*given, **named)
+        except WearsimError:
+            raise
+        except Exception as error:
+            raise PluginError(f"{called} failed: {_reason(error)}") from error
+        if not isinstance(value, returns):
+            raise PluginError(f"{called} returns a {type(value).__name__}, not a {returns.__name__}")
+        return value
+
+    return guarded
 
 
 def discover(
@@ -49,7 +194,8 @@ def discover(
     package: str,
     path: Iterable[str],
     record: type[Record],
-    removed: Mapping[str, str] | None = None,
+    unusable: Mapping[str, str] | None = None,
+    **options: Any,
 ) -> Registry[Record]:
     """Collect every `record` at the top of a module of a package, modules in alphabetical order.
 
@@ -61,13 +207,13 @@ def discover(
         Name and `__path__` of the package.
     record : type
         Class of the records.
-    removed : mapping, optional
+    unusable, **options
         As of `Registry`.
     """
     names = sorted(module.name for module in pkgutil.iter_modules(path))
     modules = [importlib.import_module(f"{package}.{name}") for name in names]
     records = (value for module in modules for value in vars(module).values() if isinstance(value, record))
-    return Registry(kind, records, removed)
+    return Registry(kind, records, unusable, record=record, **options)
 
 
 def unknown(kind: str, name: str, known: Iterable[str]) -> Fault:

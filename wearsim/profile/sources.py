@@ -110,7 +110,7 @@ def read_profile(
     Examples
     --------
     >>> import wearsim
-    >>> wearsim.export_profile(wearsim.standard_profile("S1002"), "wheel.whl", "miniprof")
+    >>> wearsim.export_profile(wearsim.standard_profile("S1002"), "wheel.whl")
     >>> wearsim.read_profile("wheel.whl", "wheel").name
     'wheel'
     """

@@ -63,7 +63,8 @@ def coefficients(datasets: Sequence[xr.Dataset]) -> Table:
             symbol, _, value = number.partition(" = ")
             one = published.values.get(symbol) if published else None
             if one is None or value != f"{one.value:.10g}{one.unit_after}":
-                rows.append([law, symbol, value, None, said["warnings"] or certain["given"], None])
+                own = said["warnings"] if published is None else ""  # of a set of the user's own
+                rows.append([law, symbol, value, None, own or certain["given"], None])
                 continue
             limits = f"{one.limits[0]:g} to {one.limits[1]:g}" if one.limits else None
             rows.append([law, symbol, value, limits, certain[one.certainty], one.place])

@@ -29,16 +29,16 @@ from wearsim.scene.wear_table import PathFaults, WearTableSection, wear_table
 from wearsim.toml_faults import KeyPath, cross_check
 
 
-def _sets(laws: Mapping[str, Any]) -> list[str]:
-    """Return the names of the coefficient sets that belong to some laws."""
-    return [name for name, one in COEFFICIENT_SETS.items() if set(laws) & set(one.laws)]
+def _sets_of(laws: Mapping[str, Any]) -> Registered:
+    """Return names of the coefficient sets that belong to some laws."""
+    return Registered(COEFFICIENT_SETS, lambda one: bool(set(laws) & set(one.laws)))
 
 
-_WEAR_LAW = Registered(lambda: WEAR_LAWS)
+_WEAR_LAW = Registered(WEAR_LAWS)
 WearLawName = Annotated[str, _WEAR_LAW]
-WearSetName = Annotated[str, Registered(lambda: _sets(WEAR_LAWS))]
-FatigueLawName = Annotated[str, Registered(lambda: FATIGUE_LAWS)]
-FatigueSetName = Annotated[str, Registered(lambda: _sets(FATIGUE_LAWS))]
+WearSetName = Annotated[str, _sets_of(WEAR_LAWS)]
+FatigueLawName = Annotated[str, Registered(FATIGUE_LAWS)]
+FatigueSetName = Annotated[str, _sets_of(FATIGUE_LAWS)]
 
 
 class ComparisonLawSection(Section):
@@ -105,6 +105,8 @@ class WearSection(Section):
     brake_block: BrakeBlockSection | None = None
     table: WearTableSection | None = None
     table_file: Text | None = None
+    values: dict[str, float] | None = None
+    scale: float = 1.0
     also_evaluate: tuple[Annotated[ComparisonLawSection, _OrName], ...] = ()
 
     @model_validator(mode="before")
@@ -171,6 +173,7 @@ def _settings(
 ) -> WearSettings:
     record, active, own = WEAR_LAWS[law], law == section.law, section.si()
     taken = {key: own[key] for key in ("hardness", "seizure_blend", "seizure_cap") if key in own}
+    acts = active and (entry is None or entry.coefficients is None)
     coefficients: str | CoefficientSet | None = record.coefficients
     if "table" in record.parameters:
         coefficients = table
@@ -187,6 +190,8 @@ def _settings(
         coefficients=coefficients or "",
         form=(entry and entry.form) or form or record.forms[0],
         density=section.density_kg_m3,
+        values=tuple((section.values or {}).items()) if acts else (),
+        scale=section.scale if acts else 1.0,
         **{key: value for key, value in taken.items() if key in record.parameters},
     )
 
@@ -245,6 +250,8 @@ def damage_faults(section: WearSection, fatigue_section: FatigueSection | None) 
     return faults
 
 
+_OWN_KEYS = {"hardness": "hardness_GPa", "seizure_blend": "seizure_blend"}
+"""Values of coefficient sets that have a key of their own in [wear]."""
 _Faults = Iterator[tuple[tuple[str | int, ...], str]]
 _PARAMETERS = {
     "energy_coefficient_mm3_kJ": "energy_coefficient",
@@ -273,7 +280,8 @@ def _wear_faults(section: WearSection) -> _Faults:
     parameters = [WEAR_LAWS[one.law].parameters for one in every]
     of_table = ["table" in taken for taken in parameters]
     alike = [
-        (one.law, one.form, tabled or one.coefficients) for one, tabled in zip(every, of_table, strict=True)
+        (one.law, one.form, tabled or one.coefficients, one.values, one.scale)
+        for one, tabled in zip(every, of_table, strict=True)
     ]
     given = {key for key in _PARAMETERS if getattr(section, key) not in (None, "none")}
     for k, entry in enumerate(section.also_evaluate, start=1):
@@ -300,12 +308,20 @@ def _wear_faults(section: WearSection) -> _Faults:
     if of_table[0]:
         if section.coefficients is not None:
             yield ("coefficients",), f'{named}: law = "{section.law}" has its own numbers; delete it'
+        if section.values:
+            yield ("values",), say("wear.table_values", section=section)
         return
     if constant in given and "energy_coefficient" in parameters[0] and section.coefficients is not None:
         yield (constant,), f"{constant} and {named} are both given; delete one"
+    if owned := [symbol for symbol in section.values or () if symbol in _OWN_KEYS]:
+        yield from ((("values", one), say("wear.own_key", symbol=one, key=_OWN_KEYS[one])) for one in owned)
+        return
     for message in _messages(every[0]):
         word = message.split(" ", 1)[0]
-        yield (word if word in ("coefficients", "form") else "law",), message
+        if word in (section.values or ()):
+            yield ("values", word), message
+        else:
+            yield (word if word in ("coefficients", "form", "values") else "law",), message
 
 
 def _fatigue_faults(section: FatigueSection) -> _Faults:

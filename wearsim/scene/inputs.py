@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from wearsim.damage.wear.table import WearTable
 from wearsim.errors import Fault, ProfileError, SceneError, say
 from wearsim.operation.recorded import Samples
 from wearsim.profile import placement, standard
-from wearsim.profile.files import ProfileReading, read_profile
-from wearsim.profile.shape import Profile
+from wearsim.profile.files import ProfileReading, read_profile, text_of_profile
+from wearsim.profile.shape import Kind, Profile
 from wearsim.profile.smoothing import smoothed
 from wearsim.profile.standard import shipped_path
 from wearsim.scene.models import CompareScene, FieldScene, Origin, RigScene, find_file
@@ -22,6 +24,7 @@ from wearsim.toml_faults import LARGEST_FILE, LARGEST_TABLE, KeyPath, content_of
 
 INPUTS = "inputs.json"
 """File of a run directory that names its copies of the files of a scene by their roles."""
+_PROFILE_KEYS = ("profile", "profile_left")
 _RESERVED = (INPUTS, "manifest.json")
 
 
@@ -109,8 +112,11 @@ def files_to_copy(scene: RigScene | FieldScene | CompareScene) -> dict[str, byte
 class Files:
     """Files that a scene names, the scene file first; in a run directory the copies of them."""
 
-    def __init__(self, scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> None:
+    def __init__(
+        self, scene: RigScene | FieldScene, kept: Mapping[str, Path], profiles: Mapping[str, Profile]
+    ) -> None:
         self.scene, self.origin, self.kept = scene, scene.origin, kept
+        self.profiles = profiles  # by the name that stands for them in the scene
         self.read = [InputFile("scene", self.origin.path.name, self.origin.path, self.origin.content)]
 
     def place(self, role: str, name: str) -> Path | None:
@@ -134,6 +140,32 @@ class Files:
         self.read.append(InputFile(role, name, path, content, shipped))
 
 
+def named_profiles(tables: Mapping[str, Any], profiles: dict[str, Profile]) -> dict[str, Any]:
+    """Return tables with the name of a file in place of each `Profile`; `profiles` gets them by that name."""
+    text = repr(tables)  # with all names of real files
+
+    def name_of(profile: Profile) -> str:
+        for name, known in profiles.items():
+            if known is profile:
+                return name
+        stem = re.sub(r"[^\w.-]+", "_", profile.name) or "profile"
+        name, number = f"{stem}.csv", 1
+        while name in profiles or name in text:
+            number += 1
+            name = f"{stem}-{number}.csv"
+        profiles[name] = profile
+        return name
+
+    def named(value: Any, key: str) -> Any:
+        if isinstance(value, Mapping):
+            return {name: named(item, str(name).rpartition(".")[2]) for name, item in value.items()}
+        if isinstance(value, list | tuple):
+            return [named(item, "") for item in value]
+        return name_of(value) if isinstance(value, Profile) and key in _PROFILE_KEYS else value
+
+    return {name: named(value, str(name).rpartition(".")[2]) for name, value in tables.items()}
+
+
 def read_profile_of(
     scene: RigScene | FieldScene,
     key: KeyPath,
@@ -147,6 +179,11 @@ def read_profile_of(
     track = pair or section
     slope, depth = placement.slope_of(track.inclination), 1e-3 * section.gauge_height_mm
     placing, path = (1e-3 * track.gauge_mm, half_span), files.place(role, name)
+    content = None
+    if name in files.profiles:
+        path, content = _written(files.profiles[name], "rail" if is_rail else "wheel", name)
+    elif path is not None and path.suffix == ".nc":
+        path, content = _worn(path, key, scene.wheelset.at_km)
     if path is None or path.suffix == ".toml":
         looks_like_file = any(mark in name for mark in "/\\") or Path(name).suffix not in ("", ".toml")
         if looks_like_file and not standard.is_designation(name):
@@ -157,7 +194,7 @@ def read_profile_of(
         )
         path = standard.find_shipped(short)
     else:
-        reading = read_profile(path, "rail" if is_rail else "wheel")
+        reading = read_profile(path, "rail" if is_rail else "wheel", content=content)
         smooth = {"wheelset": scene.wheelset.smooth_mm, "campaign": None}.get(str(key[0]), section.smooth_mm)
         shape = smoothed(reading.profile, 1e-3 * (smooth or 0.0))
         shape = (
@@ -165,8 +202,27 @@ def read_profile_of(
             if is_rail
             else shape
         )
-    files.note(role, name, path, LARGEST_TABLE)
+    files.note(role, name, path, LARGEST_TABLE, None if content is None else content.encode())
     return shape, reading
+
+
+def _written(profile: Profile, kind: Kind, name: str) -> tuple[Path, str]:
+    """Name and text of the file that stands for a profile of Python."""
+    if profile.kind != kind:
+        raise ProfileError(f"it is a {profile.kind} profile, a {kind} profile is needed")
+    return Path(name), text_of_profile(profile, Path(name), "two-column")
+
+
+def _worn(path: Path, key: KeyPath, at_km: float | None) -> tuple[Path, str]:
+    """Name and text of the file that stands for a worn wheel of a result, which a run keeps instead."""
+    if key[0] != "wheelset":
+        raise ProfileError(say("scene.result_of_wheels"))
+    from wearsim.translation.worn_wheel import Side, worn_wheel  # needs xarray, a second to import
+
+    side: Side = "left" if key[-1] == "profile_left" else "right"
+    worn = worn_wheel(path, side, None if at_km is None else 1e3 * at_km, f"at_km = {at_km or 0.0:g}")
+    file = Path(f"{worn.profile.name}.whl")
+    return file, text_of_profile(worn.profile, file, "miniprof", 2.0 * worn.radius)
 
 
 def kept_files(path: Path) -> dict[str, Path]:

@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import ConfigDict, Field, PrivateAttr
+from pydantic import ConfigDict, Field, PrivateAttr, model_validator
 
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.problem import PAIRS
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.errors import Fault, say, shown
+from wearsim.profile.files import is_result
 from wearsim.profile.standard import shipped_path
 from wearsim.scene.campaign import CampaignSection, RailWearSection, RollerWearSection
 from wearsim.scene.damage import FatigueSection, WearSection
@@ -20,7 +21,7 @@ from wearsim.scene.overrides import Override
 from wearsim.scene.section import Registered, Section, SetPoints, Text, range_of
 from wearsim.scene.uncertainty import UncertaintySection
 from wearsim.scene.vehicle import CurveRadius, Inclination, VehicleSection
-from wearsim.toml_faults import KeyPath, Lines, line_of
+from wearsim.toml_faults import KeyPath, Lines, cross_check, line_of
 
 Shift = Annotated[float, Field(**range_of("shift"))]
 
@@ -69,12 +70,24 @@ class WheelsetSection(Section):
 
     profile: Text
     profile_left: Text | None = None
+    at_km: float | None = None
     wheel_diameter_difference_mm: float = 0.0
     radius_mm: float = 460.0
     smooth_mm: float | None = None
     back_to_back_mm: float = 1360.0
     mass_kg: float | None = None
     axle_box_distance_mm: float | None = None
+
+    @model_validator(mode="after")
+    def _of_a_result(self) -> Self:
+        if self.at_km is not None and not any(map(is_result, (self.profile, self.profile_left))):
+            raise cross_check(say("scene.at_km_alone"), "at_km")
+        return self
+
+    @property
+    def left(self) -> str | None:
+        """Profile of the left wheel, if it is not that of the right one: of a result its own."""
+        return self.profile_left or (self.profile if is_result(self.profile) else None)
 
 
 class CounterfaceSection(Section):
@@ -115,8 +128,8 @@ class RollerSection(CounterfaceSection):
         return 1e3 / self.roller_radius_left_mm if self.roller_radius_left_mm else None
 
 
-NormalName = Annotated[str, Registered(lambda: NORMAL_MODELS)]
-TangentialName = Annotated[str, Registered(lambda: TANGENTIAL_MODELS)]
+NormalName = Annotated[str, Registered(NORMAL_MODELS)]
+TangentialName = Annotated[str, Registered(TANGENTIAL_MODELS)]
 
 
 class ContactSection(Section):
@@ -127,7 +140,7 @@ class ContactSection(Section):
         'model = "auto"': say("removed.auto"),
         **{
             f"normal = {shown(name)}": f"contact.normal = {shown(name)} {message}"
-            for name, message in NORMAL_MODELS.removed.items()
+            for name, message in NORMAL_MODELS.unusable.items()
         },
     }
     model: Literal["fast", "standard", "accurate"] = "standard"

@@ -44,6 +44,31 @@ class Override:
         return f"{self.keys[-1]} {'removed' if self.value is None else f'= {shown(self.value)}'}"
 
 
+Overrides = Mapping[str, Any] | Sequence[Override]
+"""What functions take: values by dotted keys, such as {"contact.model": "fast"}, or a list of `Override`."""
+
+
+def as_overrides(given: Overrides) -> list[Override]:
+    """Return overrides as a list.
+
+    Raises
+    ------
+    SceneError
+        With all keys that are not dotted, and values that TOML has no type for.
+    """
+    if not isinstance(given, Mapping):
+        return list(given)
+    overrides, faults = [], []
+    for key, value in given.items():
+        if not (isinstance(key, str) and all(key.split("."))):
+            faults.append(Fault(f"{key!r} must be a dotted key, such as campaign.distance_km", "overrides"))
+            continue
+        plain = None if value is None else _plain(value, key)
+        overrides.append(Override(key, plain, "overrides"))
+    raise_any(faults)
+    return overrides
+
+
 class OverriddenLine(int):
     """Line of a key whose value was overridden; carries the override to the fault."""
 
@@ -95,12 +120,34 @@ def at_its_source(fault: Fault) -> Fault:
     return Fault(f"{fault.message}{where}", override.source, override.line)
 
 
-def overridden_text(data: Mapping[str, Any], overrides: Sequence[Override]) -> str:
-    """Write a merged scene as TOML, for the copy in a run directory; the first line lists its overrides."""
+def overridden_text(
+    data: Mapping[str, Any], overrides: Sequence[Override], text: str = "", elsewhere: Sequence[Override] = ()
+) -> str:
+    """Write a merged scene as TOML, for the copy in a run directory; the first line lists its overrides.
+
+    Comments and order are those of the text of the scene before it was merged; some overrides act elsewhere.
+    """
     last = {override.key: override for override in overrides}
     labels = (".".join((*last[key].keys[:-1], last[key].label)) for key in sorted(last))
     note = json.dumps(", ".join(labels), ensure_ascii=False)[1:-1].replace("\x7f", "")
-    return f"# scene with {note}\n\n{toml_text(data)}"
+    here = [override for override in overrides if override not in elsewhere]
+    return f"# scene with {note}\n\n{_edited(text, data, here) or toml_text(data)}"
+
+
+def _edited(text: str, data: Mapping[str, Any], overrides: Sequence[Override]) -> str:
+    """Return the text of a scene with overrides in place; "" if it does not stand for the merged data."""
+    import tomlkit
+    from tomlkit.exceptions import TOMLKitError
+
+    try:
+        document = tomlkit.parse(text)
+        for override in overrides:
+            for path in list(paths_of(document, override.keys)):
+                _put(document, path, override.value)
+        edited = tomlkit.dumps(document)
+        return edited if tomllib.loads(edited) == data else ""
+    except (TOMLKitError, KeyError, TypeError, ValueError):  # it does not edit tables out of order
+        return ""
 
 
 def value_of(text: str, *, as_text: bool = False) -> Any:
@@ -164,11 +211,13 @@ def _put(data: Any, path: KeyPath, value: Any) -> bool:
         if not isinstance(data, list | dict):
             return False
         data = data.setdefault(part, {}) if isinstance(data, dict) else data[int(part)]
-    if isinstance(data, dict):
+    if not isinstance(data, dict):
+        return False
+    if value is None:
+        data.pop(path[-1], None)
+    else:
         data[path[-1]] = copy.deepcopy(value)
-        if value is None:
-            del data[path[-1]]
-    return isinstance(data, dict)
+    return True
 
 
 def toml_text(data: Mapping[str, Any]) -> str:

@@ -13,29 +13,39 @@ import numpy as np
 from pydantic import ValidationError
 
 from wearsim.damage.wear.table import WearTable
-from wearsim.errors import Fault, ProfileError, SceneError, raise_any, say, shown
+from wearsim.errors import Fault, ProfileError, SceneError, raise_any, say, shown, suggestion
 from wearsim.operation.recorded import Samples
 from wearsim.profile import placement, standard
 from wearsim.profile.conicity import flange_clearance
 from wearsim.profile.shape import Profile, resample
 from wearsim.scene import messages
 from wearsim.scene.implausible import side_warnings
-from wearsim.scene.inputs import Files, Inputs, kept_files, read_profile_of
+from wearsim.scene.inputs import Files, Inputs, kept_files, named_profiles, read_profile_of
 from wearsim.scene.messages import by_line
 from wearsim.scene.models import AnyScene, CompareScene, FieldScene, Origin, RigScene, find_file
-from wearsim.scene.overrides import Override, at_its_source, merge, overridden_text, toml_text
+from wearsim.scene.overrides import (
+    Override,
+    Overrides,
+    as_overrides,
+    at_its_source,
+    merge,
+    overridden_text,
+    toml_text,
+)
 from wearsim.scene.recorded import read_record
 from wearsim.scene.rig import with_programme, with_rig
 from wearsim.scene.route import Rails, Route, rails_of, read_vehicle
 from wearsim.scene.sweep import SweepScene, read_sweep
 from wearsim.scene.wear_table import read_wear_table
 from wearsim.toml_faults import (
+    LARGEST_FILE,
     LARGEST_TABLE,
     KeyPath,
     Lines,
     content_of,
     is_key,
     key_lines,
+    of_at_most,
     text_of,
     toml_of,
     unknown_key,
@@ -55,7 +65,11 @@ _TEMPLATE = ("campaign", "reprofiling", "profile")
 
 
 def load_scene(
-    path: str | Path | Mapping[str, Any], *, copied: bool = False, overrides: Sequence[Override] = ()
+    path: str | Path | Mapping[str, Any],
+    *,
+    content: bytes | None = None,
+    copied: bool = False,
+    overrides: Overrides = (),
 ) -> Scene:
     """Read a scene, and the files it names, and check everything that can be checked before a run.
 
@@ -63,13 +77,18 @@ def load_scene(
     ----------
     path : str, Path or dict
         Scene file: as given, or below the shipped files, such as "workflows/rig_given.toml"; or its tables as
-        dicts, which name files relative to the current folder.
+        dicts, which name files relative to the current folder. A `Profile` may stand for the name of one,
+        also among overrides; rails and rollers are placed in the track like those of files.
+    content : bytes, optional
+        Of a scene file that need not exist, such as one from standard input.
     copied : bool
         Whether the file stands in a folder written from `files_to_copy`; the files it names are then
         those next to it, whatever happened to the originals.
-    overrides : sequence of Override
-        Values to read in place of those in the file, as a sweep varies them. In a compare scene, keys act
-        on both scenes it names, those that begin with rig or field on the one only.
+    overrides : mapping or sequence of Override
+        Values to read in place of those in the file, by dotted keys: {"contact.model": "fast"}; None removes
+        a key. In a compare scene, keys act on both scenes it names, those that begin with rig or field on the
+        one only. In a list of tables a name or a number from 1 selects one:
+        "operation.block.curving.friction".
 
     Returns
     -------
@@ -89,21 +108,30 @@ def load_scene(
     >>> comparison.rig.contact.pair
     ('coupled_strips', 'coupled_strips')
     """
-    content = toml_text(path).encode() if isinstance(path, Mapping) else None
-    file = _DICT if isinstance(path, Mapping) else _scene_file(path)
+    profiles: dict[str, Profile] = {}
+    if isinstance(overrides, Mapping):
+        overrides = named_profiles(overrides, profiles)
+    overrides, of_dict = as_overrides(overrides), ""
+    if isinstance(path, Mapping):
+        of_dict = toml_text(named_profiles(path, profiles))
+        file, content = _DICT, of_dict.encode()
+    elif content is None:
+        file = _scene_file(path)
+    else:
+        file, content = Path(path), of_at_most(content, LARGEST_FILE, "a scene file", str(path))
     kept = kept_files(file) if copied else {}
     try:
         scene = _read(file, "scene", overrides, content)
         if isinstance(scene, CompareScene):
-            _read_compared(scene, kept, overrides)
+            _read_compared(scene, kept, overrides, profiles)
         elif isinstance(scene, SweepScene):
             scene._inputs = read_sweep(scene)
         else:
-            return _with_inputs(scene, kept)
+            return _with_inputs(scene, kept, profiles)
     except SceneError as error:
         faults = [at_its_source(fault) for fault in error.faults]
-        if content is not None:
-            lines = key_lines(content.decode())
+        if isinstance(path, Mapping):
+            lines = key_lines(of_dict)
             faults = [by_key(fault, lines) for fault in faults]
         raise SceneError(faults) from error
     return scene
@@ -113,10 +141,22 @@ def _scene_file(path: str | Path) -> Path:
     file = find_file(str(path), (), "workflows")
     if file is not None:
         return file
-    known = ", ".join(sorted(item.name for item in standard.shipped_path("workflows").glob("*.toml")))
+    shipped = list(standard.shipped_path("workflows").glob("*.toml"))
+    known = ", ".join(sorted(item.name for item in shipped))
     what = "is a folder, not a scene file" if os.path.isdir(path) else "does not exist"
     message = f"the scene file {what}, neither as given nor among the shipped workflows ({known})"
+    message += _near(Path(path), [item.name for item in shipped])
     raise SceneError([Fault(message, str(path))])
+
+
+def _near(path: Path, shipped: Sequence[str]) -> str:
+    """Return the question whether a scene file of a similar name was meant, of the same folder or shipped."""
+    try:
+        there = [item.name for item in path.parent.glob("*.toml")]
+    except (OSError, ValueError):
+        there = []
+    name = path.name if path.suffix == ".toml" else f"{path.name}.toml"
+    return suggestion(name, [*there, *shipped])
 
 
 def by_key(fault: Fault, lines: Lines) -> Fault:
@@ -129,7 +169,7 @@ def by_key(fault: Fault, lines: Lines) -> Fault:
 
 
 def load_campaign(
-    path: str | Path | Mapping[str, Any], *, copied: bool = False, overrides: Sequence[Override] = ()
+    path: str | Path | Mapping[str, Any], *, copied: bool = False, overrides: Overrides = ()
 ) -> CampaignScene:
     """Read the scene of a campaign, or of two to compare; see `load_scene`.
 
@@ -161,7 +201,7 @@ def _read(path: Path, role: str, overrides: Sequence[Override] = (), content: by
         of_file = isinstance(operation, dict) and "programme" in operation and not operation.get("block")
         if not of_file:  # they act on the scene, not on the rows of its programme
             data, rows = merge(data, rows, lines), []
-        content = overridden_text(data, own).encode()
+        content = overridden_text(data, own, text, rows).encode()
     model: type[Scene | AnyScene] = MODELS.get(named, AnyScene)
     try:
         scene = model.model_validate(data)
@@ -190,7 +230,12 @@ def _overrides_of(overrides: Sequence[Override], kind: Any, role: str) -> list[O
     return own
 
 
-def _read_compared(scene: CompareScene, kept: Mapping[str, Path], overrides: Sequence[Override]) -> None:
+def _read_compared(
+    scene: CompareScene,
+    kept: Mapping[str, Path],
+    overrides: Sequence[Override],
+    profiles: Mapping[str, Profile],
+) -> None:
     """Read the two scenes that a compare scene names, all stages."""
     faults: list[Fault] = []
     for role in ("rig", "field"):
@@ -203,7 +248,7 @@ def _read_compared(scene: CompareScene, kept: Mapping[str, Path], overrides: Seq
         with _gathered(faults):
             part = _read(path, role, overrides)
             if isinstance(part, RigScene | FieldScene) and part.scene.kind == role:
-                setattr(scene, f"_{role}", _with_inputs(part, kept))
+                setattr(scene, f"_{role}", _with_inputs(part, kept, profiles))
             else:
                 text = say("scene.other_kind", given=given, part=part, role=role)
                 faults.append(scene.fault(("compare", role), text))
@@ -219,12 +264,14 @@ def _gathered(faults: list[Fault]) -> Iterator[None]:
         faults += error.faults
 
 
-def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigScene | FieldScene:
+def _with_inputs(
+    scene: RigScene | FieldScene, kept: Mapping[str, Path], profiles: Mapping[str, Profile]
+) -> RigScene | FieldScene:
     """Read the files of a scene and cross-check its values; raise a SceneError with all faults.
 
     The scene returned has the contents of the files, and the wheel radius of their headers if it gave none.
     """
-    files, faults, leaning = Files(scene, kept), list[Fault](), list[Fault]()
+    files, faults, leaning = Files(scene, kept, profiles), list[Fault](), list[Fault]()
     if isinstance(scene, RigScene):
         scene = _with_rig(scene, files)
     wheelset, section, rules = scene.wheelset, scene.counterface, scene.campaign.reprofiling
@@ -234,7 +281,7 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
     placed: dict[KeyPath, Rails] = {(*path, side): pair for pair, path in pairs.items() for side in sides}
     names: dict[KeyPath, str | None] = {
         _RIGHT: wheelset.profile,
-        _LEFT: wheelset.profile_left,
+        _LEFT: wheelset.left,
         **{key: getattr(pair, str(key[-1])) for key, pair in placed.items()},
         _TEMPLATE: None if rules is None else rules.profile,
     }
@@ -251,8 +298,9 @@ def _with_inputs(scene: RigScene | FieldScene, kept: Mapping[str, Path]) -> RigS
             if key not in placed or section.wear is not None:
                 shape = resample(shape, spacing)
         except ProfileError as error:
-            lines = str(error).splitlines()
-            faults += [scene.fault(key, f"{key[-1]} = {shown(name)}: {line}") for line in lines]
+            at = key if key != _LEFT or wheelset.profile_left is not None else _RIGHT  # of one result
+            found = [scene.fault(at, f"{at[-1]} = {shown(name)}: {line}") for line in str(error).splitlines()]
+            faults += [fault for fault in found if fault not in faults]
             continue
         shapes[key] = shape
         if reading is not None and reading.diameter is not None and key[0] == "wheelset":

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 import tomllib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, TypeVar
@@ -14,10 +14,20 @@ from pydantic import AfterValidator, Field, GetCoreSchemaHandler, PrivateAttr, V
 from pydantic.annotated_handlers import GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
+from wearsim.contact.registry import Registry
 from wearsim.csv_tables import CsvTable, csv_table
 from wearsim.errors import Fault, raise_any, say, shown
 from wearsim.quantities import QUANTITIES
-from wearsim.toml_faults import Lines, Table, content_of, decimal, suggestion, text_of, validation_faults
+from wearsim.toml_faults import (
+    Lines,
+    Table,
+    content_of,
+    cross_check,
+    decimal,
+    suggestion,
+    text_of,
+    validation_faults,
+)
 
 _SI = {
     "_kN_m": (1e3, 1.0), "_percent": (1e-2, 1.0), "_km_h": (1.0, 3.6),
@@ -70,25 +80,31 @@ def _printable(text: str) -> str:
 Text = Annotated[str, AfterValidator(_printable)]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Registered:
-    """A name that must be one of those that `names` gives when it is checked."""
+    """A name of a registry, of those records that pass."""
 
-    names: Callable[[], Iterable[str]]
+    registry: Registry[Any]
+    passes: Callable[[Any], bool] = bool
+
+    def names(self) -> list[str]:
+        """Return the names at this moment: plug-ins add some."""
+        return sorted(name for name, record in self.registry.items() if self.passes(record))
 
     def check(self, name: str) -> str:
         """Return the name, or raise what becomes a fault with the nearest name."""
-        known = sorted(self.names())
-        if name not in known:
-            hint = suggestion(name, known)
-            raise PydanticCustomError("unknown_name", "unknown name", {"hint": hint})
-        return name
+        known = self.names()
+        if name in known:
+            return name
+        if name in self.registry.unusable:
+            raise cross_check(self.registry.unknown(name).message)
+        raise PydanticCustomError("unknown_name", "unknown name", {"hint": suggestion(name, known)})
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.no_info_after_validator_function(self.check, handler(source))
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> Any:
-        return {**handler(schema), "enum": sorted(self.names())}
+        return {**handler(schema), "enum": self.names()}
 
 
 class Section(Table):

@@ -7,7 +7,7 @@ after whatever stopped it.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
@@ -25,7 +25,7 @@ from wearsim.errors import ResultError, say
 from wearsim.results import load_results
 from wearsim.scene import CampaignScene, load_campaign
 from wearsim.scene.draws import Dimension, dimensions_of, draws_of, material_overrides, overrides_of
-from wearsim.scene.overrides import Override
+from wearsim.scene.overrides import Override, Overrides, as_overrides
 from wearsim.scene.sweep import Case
 from wearsim.studies.ensemble import Outcome, check_cases, outcome_in, run_cases
 from wearsim.translation import bands
@@ -67,8 +67,9 @@ class Plan:
         return made
 
 
-def plan_of(base: Path, overrides: Sequence[Override] = ()) -> Plan:
+def plan_of(base: Path, overrides: Overrides = ()) -> Plan:
     """Read what is uncertain in a scene; a SceneError has all faults of it."""
+    overrides = as_overrides(overrides)
     scene = load_campaign(base, overrides=overrides)
     dimensions = dimensions_of(scene)
     assert scene.uncertainty is not None
@@ -86,7 +87,7 @@ def run_bands(
     out: str | Path,
     executor: Executor | None = None,
     *,
-    overrides: Sequence[Override] = (),
+    overrides: Overrides = (),
     jobs: int | None = None,
     command: str = "",
     report: Callable[[int, Outcome], None] | None = None,
@@ -101,8 +102,8 @@ def run_bands(
         Run directory of the scene, finished; `bands.nc` and, with steels, `materials.csv` are written to it.
     executor, jobs, command
         As for `run_cases`.
-    overrides : sequence of Override
-        Values in place of those of the scene file, also for the draws.
+    overrides : mapping or sequence of Override
+        Values in place of those of the scene file, as of `load_scene`, also for the draws.
     report : callable, optional
         Called with the number of cases that are left to run, and the outcome of each.
 
@@ -121,7 +122,7 @@ def run_bands(
         If a draw failed, the finished ones are kept; or if another process runs them.
     """
     out = Path(out).absolute()
-    plan = plan_of(Path(base), [*overrides, *distances_in(out)])
+    plan = plan_of(Path(base), [*as_overrides(overrides), *distances_in(out)])
     with locked(out / FOLDER):
         return _run_draws(plan, out, executor, jobs, command, report)
 

@@ -162,8 +162,9 @@ def _value(flag: Flag, text: str) -> Any:
     if flag.column == "creepage":
         return _creepage(text)
     if not flag.quantity:
-        removed = NORMAL_MODELS.removed if flag.column == "normal" else {}
-        raise ValueError(removed.get(text, f"must be one of {', '.join(words)}"))
+        unusable = {"normal": NORMAL_MODELS.unusable, "tangential": TANGENTIAL_MODELS.unusable}
+        reason = unusable.get(flag.column, {}).get(text)
+        raise ValueError(reason or f"must be one of {', '.join(words)}")
     quantity, number = QUANTITIES[flag.quantity], decimal(text)
     low, high, above = quantity.range
     magnitude = abs(number) if flag.column == "curve_radius_m" else number

@@ -36,6 +36,7 @@ from wearsim.campaign.record import readable_errors
 from wearsim.campaign.run import Event, Observer, run_scene, scene_files
 from wearsim.contact.solve import available_cores
 from wearsim.errors import Fault, ResultError, SceneError, WearsimError, say
+from wearsim.plugins import Registered, register_all, registered
 from wearsim.scene import load_campaign
 from wearsim.scene.initial_contact import check_contact
 from wearsim.scene.overrides import at_its_source
@@ -153,7 +154,7 @@ def run_cases(
     jobs = min(jobs or available_cores(), max(len(cases), 1)) if executor is None else len(cases)
     task = partial(
         _run_on_worker, out=out, folder=Path.cwd(), version=__version__,
-        patience=0.0 if executor is None else _PATIENCE, command=command,
+        patience=0.0 if executor is None else _PATIENCE, command=command, registered=registered(),
     )  # fmt: skip
     outcomes: dict[int, Outcome] = {}
 
@@ -325,7 +326,13 @@ def _begin() -> None:
 
 
 def _run_on_worker(
-    case: Case, out: Path, folder: Path, version: str, patience: float, command: str
+    case: Case,
+    out: Path,
+    folder: Path,
+    version: str,
+    patience: float,
+    command: str,
+    registered: Registered = (),
 ) -> Outcome:
     """Run a case where an executor has put it, as if in the current folder of the process that handed it out.
 
@@ -339,6 +346,7 @@ def _run_on_worker(
             fault = f"its worker on {host} has no folder {place}; take one that all machines share"
     if fault:
         return Outcome(case.number, "failed", fault, 2)
+    register_all(registered)
     with _one_per_process, contextlib.chdir(folder):
         until = time.monotonic() + patience
         while is_locked(out / case.name) and time.monotonic() < until:

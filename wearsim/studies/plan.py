@@ -11,6 +11,7 @@ from wearsim.contact.solve import available_cores
 from wearsim.damage import fatigue, wear
 from wearsim.damage.fatigue import FATIGUE_LAWS, FatigueSettings
 from wearsim.errors import Fault, WearsimError
+from wearsim.plugins import plug_ins_of
 from wearsim.quantities import QUANTITIES, duration
 from wearsim.results.checks import percent
 from wearsim.scene import CampaignSetup, FieldScene, Prepared, RigScene, build
@@ -66,6 +67,7 @@ def plan(
         ],
         "fatigue": [_fatigue(one) for one in setup.fatigue],
         "settings": scene.model_dump(by_alias=True, mode="json"),
+        "plug_ins": plug_ins_of(setup.models, (setup.wear, *setup.also_evaluate), setup.fatigue),
         "contact_models": [setup.models.normal, setup.models.tangential],
         "recorded": None
         if setup.reduction is None

@@ -9,6 +9,9 @@ from wearsim.errors import say
 
 _REMOVED = {"knothe_le_the": say("removed.knothe_le_the")}
 
-NORMAL_MODELS: Registry[NormalModel] = discover("normal model", __name__, __path__, NormalModel, _REMOVED)
+NORMAL_MODELS: Registry[NormalModel] = discover(
+    "normal model", __name__, __path__, NormalModel, _REMOVED,
+    group="wearsim.normal_models", function="solve", returns=NormalSolution,
+)  # fmt: skip
 
 __all__ = ["NORMAL_MODELS", "NormalModel", "NormalSolution"]

@@ -8,7 +8,8 @@ from wearsim.contact.registry import Registry, discover
 from wearsim.contact.tangential.model import StripMotion, TangentialModel, TangentialSolution, Wanted
 
 TANGENTIAL_MODELS: Registry[TangentialModel] = discover(
-    "tangential model", __name__, __path__, TangentialModel
-)
+    "tangential model", __name__, __path__, TangentialModel,
+    group="wearsim.tangential_models", function="solve", returns=TangentialSolution,
+)  # fmt: skip
 
 __all__ = ["TANGENTIAL_MODELS", "StripMotion", "TangentialModel", "TangentialSolution", "Wanted"]

@@ -9,7 +9,7 @@ import tomllib
 from collections.abc import Iterable
 from pathlib import Path
 
-from wearsim.contact.registry import Registry, unknown
+from wearsim.contact.registry import Registry
 from wearsim.damage.coefficients.record import Coefficient, CoefficientSet
 from wearsim.errors import Fault, SceneError
 
@@ -23,8 +23,9 @@ def read_set(path: Path) -> CoefficientSet:
 
 
 COEFFICIENT_SETS: Registry[CoefficientSet] = Registry(
-    "coefficient set", map(read_set, sorted(Path(__file__).parent.glob("*.toml")))
-)
+    "coefficient set", map(read_set, sorted(Path(__file__).parent.glob("*.toml"))),
+    group="wearsim.coefficient_sets", record=CoefficientSet,
+)  # fmt: skip
 
 
 def coefficient_set(
@@ -41,7 +42,7 @@ def coefficient_set(
     chosen = COEFFICIENT_SETS.get(given) if isinstance(given, str) else given
     fitting = sorted(name for name, one in COEFFICIENT_SETS.items() if law is None or law in one.laws)
     if chosen is None:
-        found.append(unknown("coefficient set", str(given), fitting or COEFFICIENT_SETS))
+        found.append(COEFFICIENT_SETS.unknown(str(given), fitting))
     elif law is not None and law not in chosen.laws:
         message = f'coefficients = "{chosen.name}" belong to {", ".join(chosen.laws)}, not to law = "{law}"'
         found.append(Fault(f"{message}; take {', '.join(fitting) or 'a table of your own'}"))

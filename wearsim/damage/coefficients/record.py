@@ -6,8 +6,15 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
+from typing import Any
+
+from wearsim.errors import Fault, SceneError, raise_any, shown, suggestion
 
 _MARKED = ("recalled", "uncertain")
+MOST_CHANGE = 100.0
+"""Factor between a published value and one in its place, at most: wrong units are a factor of 1000."""
+SCALE = "wear.scale"
+"""Name of the factor on depths among the numbers of a set: the key of the scene, which is no symbol."""
 
 
 @dataclass(frozen=True)
@@ -29,6 +36,8 @@ class Coefficient:
         quotation, or sources disagree.
     limits : two floats, optional
         Range as printed.
+    allowed : two floats, optional
+        Range of values in place of the published one; None: a hundredth to a hundred times that.
     """
 
     value: float
@@ -36,6 +45,15 @@ class Coefficient:
     place: str
     certainty: str
     limits: Sequence[float] | None = None
+    allowed: Sequence[float] | None = None
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """Lowest and highest value that may stand in place of the published one."""
+        if self.allowed is not None:
+            return self.allowed[0], self.allowed[1]
+        low, high = sorted((self.value / MOST_CHANGE, self.value * MOST_CHANGE))
+        return low, high
 
     @property
     def unit_after(self) -> str:
@@ -80,11 +98,34 @@ class CoefficientSet:
     certainty: str = field(default="", kw_only=True)
 
     def __post_init__(self) -> None:
+        named = f'coefficient set "{self.name}"'
+        faults = []
+        if isinstance(self.laws, str):
+            faults.append(f'{named}: laws = {self.laws!r} must be a tuple of names, such as ("{self.laws}",)')
+        if isinstance(self.departures, str):
+            faults.append(f"{named}: departures must be a tuple of texts, () for none")
+        for symbol, one in self.values.items():
+            if not (isinstance(one, Coefficient) and _is_number(one.value) and not math.isnan(one.value)):
+                faults.append(f"{named}: {symbol} must be a Coefficient, whose value is a number")
+        raise_any([Fault(text) for text in faults])
         object.__setattr__(self, "values", MappingProxyType(dict(self.values)))
 
+    def __getstate__(self) -> dict[str, Any]:
+        return {**vars(self), "values": dict(self.values)}  # a proxy cannot go to another process
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state, values=MappingProxyType(state["values"]))
+
     def __getitem__(self, symbol: str) -> float:
-        """Return the value of `symbol` in its printed unit."""
+        """Return the value of `symbol` in its printed unit, or raise a SceneError."""
+        if symbol not in self.values:
+            raise SceneError([self._without(symbol)])
         return self.values[symbol].value
+
+    def _without(self, symbol: str) -> Fault:
+        known = ", ".join(self.values) or "none"
+        near = suggestion(symbol, self.values)
+        return Fault(f'{symbol} is no value of coefficients = "{self.name}", which has {known}{near}')
 
     @property
     def uncertain(self) -> tuple[str, ...]:
@@ -107,6 +148,24 @@ class CoefficientSet:
             f"{symbol} = {number.value:.10g}{number.unit_after}" for symbol, number in self.values.items()
         )
 
+    def value_fault(self, symbol: str, value: float) -> Fault | None:
+        """Return the fault of a value in place of a published one: unknown, or out of its range."""
+        if symbol not in self.values:
+            return self._without(symbol)
+        old = self.values[symbol]
+        low, high = old.range
+        if _is_number(value) and low <= value <= high:
+            return None
+        allowed = f"at least {low:.4g} and at most {high:.4g}{old.unit_after}"
+        published = f"{old.value:g}{old.unit_after}"
+        return Fault(f"{symbol} = {shown(value)} must be {allowed}; the published value is {published}")
+
+    def scaled(self, scale: float, place: str) -> CoefficientSet:
+        """Return the set with the note that depths are multiplied by a factor; `place` says who gave it."""
+        values = {**self.values, SCALE: Coefficient(scale, "-", place, "given")}
+        change = f"Depths are multiplied by {scale:g} ({place})."
+        return replace(self, departures=(*self.departures, change), values=values)
+
     def with_value(self, symbol: str, value: float, place: str) -> CoefficientSet:
         """Return the set with another value of one number, in its unit; the departures name the change.
 
@@ -124,6 +183,10 @@ def given_set(
     """Return a set of the user's own for a law, of values with their units; `sure` is its certainty."""
     numbers = {symbol: Coefficient(value, unit, source, "given") for symbol, (value, unit) in values.items()}
     return CoefficientSet(name, (law,), "as given", source, validity, (), numbers, certainty=sure)
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _range(limits: Sequence[float] | None) -> str:

@@ -17,10 +17,13 @@ from wearsim.damage.coefficients import coefficient_set
 from wearsim.damage.coefficients.record import CoefficientSet
 from wearsim.damage.fatigue.law import Branch, FatigueDamage, FatigueLaw
 from wearsim.damage.fatigue.loads import WEAR_NUMBERS, PatchLoads, WearNumber, patch_loads
-from wearsim.errors import Fault, say
+from wearsim.errors import Fault, PluginError, say
 from wearsim.quantities import QUANTITIES
 
-FATIGUE_LAWS: Registry[FatigueLaw] = discover("fatigue law", __name__, __path__, FatigueLaw)
+FATIGUE_LAWS: Registry[FatigueLaw] = discover(
+    "fatigue law", __name__, __path__, FatigueLaw,
+    group="wearsim.fatigue_laws", function="damage", returns=FatigueDamage,
+)  # fmt: skip
 BRANCHES: tuple[Branch, ...] = ("net", "rising")
 
 
@@ -114,7 +117,13 @@ def passage_damage(loads: PatchLoads, settings: FatigueSettings) -> FatigueDamag
         good &= np.isfinite(getattr(loads.fields, name)).all(axis=(1, 2))
     with np.errstate(divide="ignore", invalid="ignore"):
         parts = [law.damage(part, coefficients, **taken) for part in batches(loads, loads.area.size)]
+    for part in parts:
+        if part.strip_damage.ndim != 2 or not part.index.shape == part.index_y.shape == part.damage.shape:
+            raise PluginError(f'fatigue law "{law.name}" gives arrays that do not fit each other')
     passage: FatigueDamage = joined(parts)
+    if passage.strip_damage.shape != loads.fields.cell_length.shape:
+        shapes = f"{passage.strip_damage.shape}, not {loads.fields.cell_length.shape}"
+        raise PluginError(f'fatigue law "{law.name}" gives damage {shapes}: patches, strips')
     bad = ~(good & np.isfinite(passage.index) & np.isfinite(passage.strip_damage).all(axis=1))
     require_usable(f'fatigue law "{settings.law}"', bad, "not finite, or carry no load,")
     return passage

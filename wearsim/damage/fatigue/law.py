@@ -7,8 +7,11 @@ from dataclasses import dataclass
 from typing import Literal
 
 from wearsim.contact.patch import FloatArray
+from wearsim.errors import Fault, SceneError
 
 Branch = Literal["net", "rising"]
+INDEX_QUANTITIES = ("fatigue_index", "fatigue_index_stress", "fatigue_index_force")
+"""Quantities by which a law may judge: result files have a variable for each."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +49,7 @@ class FatigueLaw:
         ``damage(loads, coefficients)`` -> `FatigueDamage` of one passage of each patch, from its `PatchLoads`
         and a `CoefficientSet`. Settings among `parameters` named "wear_number" and "branch" are keywords.
     index_quantity : str
-        Name and unit of the index, as the table of quantities has it.
+        Name and unit of the index, of `INDEX_QUANTITIES`.
     coefficients : str
         Name of the set it takes where none is asked for.
     parameters : tuple of str
@@ -63,6 +66,12 @@ class FatigueLaw:
     coefficients: str
     parameters: tuple[str, ...]
     counts_cycles: bool = False
+
+    def __post_init__(self) -> None:
+        if self.index_quantity not in INDEX_QUANTITIES:
+            known = ", ".join(INDEX_QUANTITIES)
+            given = f'fatigue law "{self.name}" has the index quantity {self.index_quantity!r}'
+            raise SceneError([Fault(f"{given}; give one of {known}")])
 
     @property
     def contains_removal(self) -> bool:

@@ -5,6 +5,7 @@ Every `WearLaw` at the top of a module of this folder is registered.
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,13 +14,19 @@ from wearsim.contact.patch import FloatArray, IntArray, SurfaceFields
 from wearsim.contact.registry import Registry, discover
 from wearsim.damage.batches import batches, require_usable
 from wearsim.damage.coefficients import coefficient_set
-from wearsim.damage.coefficients.record import CoefficientSet
+from wearsim.damage.coefficients.record import CoefficientSet, given_set
 from wearsim.damage.wear.archard import SEIZURE_CAPS, SeizureCap
 from wearsim.damage.wear.law import Form, WearLaw
 from wearsim.damage.within_cells import within_cells
-from wearsim.errors import Fault
+from wearsim.errors import Fault, PluginError, SceneError, raise_any
 
-WEAR_LAWS: Registry[WearLaw] = discover("wear law", __name__, __path__, WearLaw)
+GIVEN_VALUE = "as given in [wear.values]"
+"""Place of a value in place of a published one."""
+
+WEAR_LAWS: Registry[WearLaw] = discover(
+    "wear law", __name__, __path__, WearLaw,
+    group="wearsim.wear_laws", function="depth", returns=np.ndarray,
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -43,6 +50,10 @@ class WearSettings:
         [-].
     seizure_cap : {"none", "pressure", "regime"}
         What keeps the seizure regime out, for laws that take it, see `archard.capped`.
+    values : tuple of pairs
+        Symbols of the set and values in place of the published ones, in their units.
+    scale : float
+        Factor on the depths [-].
     """
 
     law: str = "usfd"
@@ -52,6 +63,8 @@ class WearSettings:
     hardness: float | None = None
     seizure_blend: float | None = None
     seizure_cap: SeizureCap = "none"
+    values: tuple[tuple[str, float], ...] = ()
+    scale: float = 1.0
 
     @property
     def needs_fields(self) -> bool:
@@ -65,7 +78,8 @@ def coefficients_of(settings: WearSettings) -> CoefficientSet:
     Raises
     ------
     SceneError
-        All faults: unknown names, a form the law does not have, or a parameter it does not take.
+        All faults: unknown names, a form the law does not have, a parameter it does not take; or values out
+        of their range or order.
     """
     law = WEAR_LAWS[settings.law]
     faults = []
@@ -77,14 +91,31 @@ def coefficients_of(settings: WearSettings) -> CoefficientSet:
         if getattr(settings, name) != default and name not in law.parameters:
             takers = WEAR_LAWS.that_take(name)
             faults.append(Fault(f'{name} acts with law = {takers} only, not "{law.name}"; delete it'))
+    given = settings.coefficients
+    if not given and law.coefficients is None and "table" not in law.parameters:
+        given = given_set("", law.name, {}, "", "")  # numbers of the law's own
     # a law that removes nothing takes any set
-    coefficients = coefficient_set(settings.coefficients, law.name if law.wears else None, faults)
+    coefficients = coefficient_set(given, law.name if law.wears else None, faults)
+    raise_any([one for symbol, value in settings.values if (one := coefficients.value_fault(symbol, value))])
+    for symbol, value in settings.values:
+        coefficients = coefficients.with_value(symbol, value, GIVEN_VALUE)
+    _require_rising(law, coefficients)
     if settings.hardness is not None:
         value = 1e-9 * settings.hardness
         coefficients = coefficients.with_value("hardness", value, "hardness of the wheel as given")
     if settings.seizure_blend is not None:
         coefficients = coefficients.with_value("seizure_blend", settings.seizure_blend, "as given")
+    if settings.scale != 1.0:
+        coefficients = coefficients.scaled(settings.scale, "factor as given")
     return coefficients
+
+
+def _require_rising(law: WearLaw, coefficients: CoefficientSet) -> None:
+    """Raise a SceneError where the limits of regimes are not in order."""
+    for low, high in itertools.pairwise(law.rising):
+        if not coefficients[low] < coefficients[high]:
+            below = f"{low} = {coefficients[low]:g} must be below {high} = {coefficients[high]:g}"
+            raise SceneError([Fault(f"{below}{coefficients.values[high].unit_after}")])
 
 
 def passage_depth(fields: SurfaceFields, area: FloatArray, settings: WearSettings) -> FloatArray:
@@ -121,9 +152,15 @@ def passage_depth(fields: SurfaceFields, area: FloatArray, settings: WearSetting
         for own, of in few
     ]
     depth = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
+    wanted = len(law.regimes), *fields.cell_length.shape
+    if depth.shape != wanted:
+        shapes = f"{depth.shape}, not {wanted}"
+        raise PluginError(f'wear law "{law.name}" gives depths {shapes}: regimes, patches, strips')
     bad = np.asarray(~np.isfinite(depth).all(axis=(0, 2)))
     require_usable(f'wear law "{settings.law}"', bad, "not finite")
-    return depth
+    if (depth < 0.0).any():
+        raise PluginError(f'wear law "{law.name}" gives a depth below 0; check its coefficients')
+    return depth if settings.scale == 1.0 else depth * settings.scale
 
 
 def patch_regime(depth: FloatArray) -> IntArray:

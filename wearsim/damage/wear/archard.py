@@ -169,5 +169,6 @@ ARCHARD = WearLaw(
     coefficients="jendel_2002",
     parameters=("hardness", "seizure_blend", "seizure_cap"),
     needs_friction=False,
+    rising=("severe_speed", "oxidative_speed"),
     by_slip=lambda coefficients: True,  # noqa: ARG005
 )

@@ -72,4 +72,7 @@ def depth(
     return spread(volume, strip_work, fields)
 
 
-BRR = WearLaw("brr", depth, REGIMES, "pearce_sherratt_1991", forms=("patch_mean",), needs_fields=False)
+BRR = WearLaw(
+    "brr", depth, REGIMES, "pearce_sherratt_1991", forms=("patch_mean",), needs_fields=False,
+    rising=("plateau_start", "plateau_end"),
+)  # fmt: skip

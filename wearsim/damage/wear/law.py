@@ -7,9 +7,11 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from wearsim.contact.patch import FloatArray
+from wearsim.errors import Fault, raise_any
 
 Form = Literal["local", "patch_mean"]
 FORMS: tuple[Form, ...] = ("local", "patch_mean")
+PARAMETERS = ("density", "hardness", "seizure_blend", "seizure_cap", "energy_coefficient", "table")
 
 
 def never(coefficients: Any) -> bool:  # noqa: ARG001
@@ -48,6 +50,8 @@ class WearLaw:
         Whether nothing wears without friction.
     needs_fields : bool
         Whether it takes pressure, shear or slip of the cells; False: their frictional work alone.
+    rising : tuple of str
+        Coefficients whose values rise in this order, such as the limits of regimes.
     by_slip : callable
         ``by_slip(coefficients)`` -> bool: whether the local form takes its coefficient from the sliding speed
         of each cell. Never, by default.
@@ -64,5 +68,22 @@ class WearLaw:
     wears: bool = True
     needs_friction: bool = True
     needs_fields: bool = True
+    rising: tuple[str, ...] = ()
     by_slip: Callable[[Any], bool] = never
     outside: tuple[tuple[str, str], ...] = ()
+
+    def __post_init__(self) -> None:
+        named = f'wear law "{self.name}"'
+        faults = []
+        if not self.regimes or not all_words(self.regimes):
+            faults.append(f'{named}: regimes = {self.regimes!r} must be names, such as ("mild", "severe")')
+        for key, known in (("forms", FORMS), ("parameters", PARAMETERS)):
+            given = getattr(self, key)
+            if not all_words(given) or not set(given) <= set(known) or (key == "forms" and not given):
+                faults.append(f"{named}: {key} = {given!r} must be a tuple of {', '.join(known)}")
+        raise_any([Fault(text) for text in faults])
+
+
+def all_words(given: Any) -> bool:
+    """Return True for a tuple or list of texts."""
+    return isinstance(given, tuple | list) and all(isinstance(one, str) and one for one in given)

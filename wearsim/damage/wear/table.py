@@ -78,6 +78,7 @@ class WearTable(CoefficientSet):
             f"beyond the last {self.beyond}",
             *((f"below the first {self.below}",) if self.starts_above_zero else ()),
             *((f"hardness = {1e-9 * self.hardness:.10g} GPa",) if self.hardness else ()),
+            *super().numbers,
         )
 
 

@@ -110,4 +110,7 @@ def depth(
     return spread(removed_area, strip_work, fields)
 
 
-USFD = WearLaw("usfd", depth, REGIMES, "lewis_dwyer_joyce_2004", parameters=("density",), needs_fields=False)
+USFD = WearLaw(
+    "usfd", depth, REGIMES, "lewis_dwyer_joyce_2004", parameters=("density",), needs_fields=False,
+    rising=("severe_limit", "catastrophic_limit"),
+)  # fmt: skip

@@ -57,7 +57,9 @@ class ProfileReading:
     diameter: float | None = None  # of a wheel at the running circle, that the instrument wrote down [m]
 
 
-def read_profile(path: str | Path, kind: Kind, **statements: Unpack[Statements]) -> ProfileReading:
+def read_profile(
+    path: str | Path, kind: Kind, *, content: str | None = None, **statements: Unpack[Statements]
+) -> ProfileReading:
     """Read a profile from a file of any known format, in our axes and in the order along the profile.
 
     Parameters
@@ -66,6 +68,8 @@ def read_profile(path: str | Path, kind: Kind, **statements: Unpack[Statements])
         Text of at most 20 MB and 10^6 points.
     kind : {"wheel", "rail"}
         What it is.
+    content : str, optional
+        Text of the file, by default read from it.
     **statements
         What the file does not say or says wrongly, see `Statements`.
 
@@ -79,7 +83,8 @@ def read_profile(path: str | Path, kind: Kind, **statements: Unpack[Statements])
     _known("units", statements.get("units"), UNITS, path)
     _known("origin", statements.get("origin"), ORIGINS, path)
     _known("format", name, FORMATS, path)
-    text, suffix, faults = read_text(path), path.suffix.lower(), Faults(path)
+    text = read_text(path) if content is None else Text(tuple(content.split("\n")))
+    suffix, faults = path.suffix.lower(), Faults(path)
     by_content = (key for key, each in FORMATS.items() if each.recognises and each.recognises(text))
     by_suffix = (key for key, each in FORMATS.items() if suffix in each.suffixes)
     name = name or next(by_content, None) or next(by_suffix, "two-column")
@@ -163,6 +168,11 @@ def is_file(name: str) -> bool:
     return os.path.isfile(name) or (looks_like_path and not standard.is_designation(name))
 
 
+def is_result(name: str | None) -> bool:
+    """Whether a name is that of a result file."""
+    return name is not None and Path(name).suffix.lower() == ".nc"
+
+
 def place_file(
     profile: Profile,
     name: str,
@@ -188,7 +198,7 @@ WRITTEN_FORMATS = {
 
 
 def write_profile(
-    profile: Profile, path: str | Path, format: str = "two-column", *, overwrite: bool = False
+    profile: Profile, path: str | Path, format: str | None = None, *, overwrite: bool = False
 ) -> None:
     """Write a profile.
 
@@ -198,8 +208,9 @@ def write_profile(
         Any profile with finite points.
     path : str or Path
         File to write; it is complete or not there.
-    format : {"two-column", "miniprof", "simpack"}
-        MiniProf: `.whl` or `.ban`; SIMPACK: `.prw` or `.prr`; two columns: comma-separated text in mm.
+    format : {"two-column", "miniprof", "simpack"}, optional
+        By default that of the extension: MiniProf of `.whl` and `.ban`, SIMPACK of `.prw` and `.prr`, else
+        two columns, comma-separated text in mm.
     overwrite : bool
         Whether an existing file may be replaced.
 
@@ -219,9 +230,12 @@ def write_profile(
     --------
     >>> import wearsim
     >>> rail = wearsim.standard_profile("60E1")
-    >>> wearsim.export_profile(rail, "60e1.ban", "miniprof")
+    >>> wearsim.export_profile(rail, "60e1.ban")
     """
     path = Path(path)
+    if format is None:
+        suffix = path.suffix.lower()
+        format = next((name for name, one in WRITTEN_FORMATS.items() if suffix in one.values()), "two-column")
     _known("format", format, WRITTEN_FORMATS, path)
     kind = profile.kind
     stands_for = {**miniprof.SUFFIXES, **simpack.SUFFIXES}.get(path.suffix.lower(), kind)
@@ -229,10 +243,15 @@ def write_profile(
         raise ProfileError(say("profile.other_extension", path=path, kind=stands_for, profile=profile))
     if path.exists() and not overwrite:
         raise ProfileError(f"{path}: exists already; choose another name or allow overwriting")
-    write_whole(path, "\n".join(_lines(profile, path, format)) + "\n")
+    write_whole(path, text_of_profile(profile, path, format))
 
 
-def _lines(profile: Profile, path: Path, format: str) -> list[str]:
+def text_of_profile(profile: Profile, path: Path, format: str, diameter: float | None = None) -> str:
+    """Text of a file that `write_profile` writes; MiniProf states a wheel diameter [m], if it is given."""
+    return "\n".join(_lines(profile, path, format, diameter)) + "\n"
+
+
+def _lines(profile: Profile, path: Path, format: str, diameter: float | None) -> list[str]:
     """Lines of a file."""
     wheel, name = profile.kind == "wheel", profile.name
     points = [
@@ -254,6 +273,8 @@ def _lines(profile: Profile, path: Path, format: str) -> list[str]:
     head += ["ColumnDef=X,Y", f"UOF1={about}", f"{miniprof.AXIS_KEY}={miniprof.AXIS_FIELD}"]
     if wheel:
         head.append(f"{miniprof.CIRCLE_KEY}={miniprof.RUNNING_CIRCLE}.0000")
+        if diameter is not None:
+            head.append(f"{miniprof.DIAMETER_KEY}={Decimal(repr(diameter)).scaleb(3):f}")
         with localcontext(prec=_EXACT_DIGITS):
             return [*head, "", *(f"{y + miniprof.RUNNING_CIRCLE:f} {z:f}" for y, z in points)]
     return [*head, "", *(f"{y:f} {z.copy_negate():f}" for y, z in points)]

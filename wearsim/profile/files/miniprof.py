@@ -16,7 +16,7 @@ RUNNING_CIRCLE = 70
 AXIS_KEY = "AxisX"
 """Key by which a file written here gives the direction of X; other programs skip keys they do not know."""
 AXIS_FIELD = "field side"
-CIRCLE_KEY, _DIAMETER_KEY = "WheelDiameterTaperline", "DiameterTaperline"
+CIRCLE_KEY, DIAMETER_KEY = "WheelDiameterTaperline", "DiameterTaperline"
 _KNOWN_KEY = re.compile(
     r"^\s*(xypoints|columndef|mptypeno|mpserno|mpcaldate|programver|xoffset)\s*=",
     re.IGNORECASE | re.MULTILINE,
@@ -75,7 +75,7 @@ def read(text: Text, kind: Kind, faults: Faults) -> Points:
 
 def wheel_diameter(header: Mapping[str, str]) -> float | None:
     """Wheel diameter at the running circle that a header states, if it is plausible [m]."""
-    text = value_of(header, _DIAMETER_KEY).replace(",", ".")
+    text = value_of(header, DIAMETER_KEY).replace(",", ".")
     if points.number_fault(text) or _other_circle(header):
         return None
     return 1e-3 * float(text) if _DIAMETERS[0] <= float(text) <= _DIAMETERS[1] else None

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 
 from wearsim.errors import Fault, ProfileError, SceneError
 from wearsim.profile.alignment import ALIGNMENTS
-from wearsim.profile.files import FORMATS, WRITTEN_FORMATS
+from wearsim.profile.files import FORMATS, WRITTEN_FORMATS, is_result
 from wearsim.profile.files.axes import ORIGINS, UNITS
 from wearsim.profile.inspection import Conditions, counterpart_of
 from wearsim.profile.inspection.inputs import ProfileInput, read_input
@@ -166,11 +166,6 @@ class Request:
             yield f"--rotate belongs to --align best_fit, not to {_short(self.align)}; leave one out"
         if self.json and self.csv == "-":
             yield "--json and --csv - exclude each other on stdout; give --csv a file"
-
-
-def is_result(name: str | None) -> bool:
-    """Whether a name is that of a result file."""
-    return name is not None and Path(name).suffix.lower() == ".nc"
 
 
 def flag_of(key: str) -> str:
