@@ -50,9 +50,10 @@ COLUMNS = (
 
 INTRODUCTION = f"""\
 The worn, noisy, smoothed and new wheels of `tests/data/real_wheels` on a rig with rollers of 0.75 m, six
-blocks with curving at 6.6 mm, Archard's law; and the shipped field scene with the worn pair. Models
-`kik_piotrowski` + `fastsim` if not said otherwise, `field_worn`, as shipped, and `_strips` with
-`model = "standard"`; the noisy pair is smoothed by {SMOOTHED_MM:g} mm. CPU time is that of one run in a
+blocks with curving at 6.6 mm, Archard's law; the noisy pair on rollers of 1 m in five blocks by lateral
+forces up to 25 kN, `forced`; and the shipped field scene with the worn pair. Models
+`kik_piotrowski` + `fastsim` if not said otherwise, `field_worn`, as shipped, and `_strips` and
+`forced` with `model = "standard"`; the noisy pair is smoothed by {SMOOTHED_MM:g} mm. CPU time is that of one run in a
 process of its own on one thread, with kernels compiled before, and of the machine that wrote this; the time
 of the FASTSIM kernel before and after the run (the shorter one) shows how fast that machine was; targets
 are those of a quiet core, and other work on the machine, such as more than one `--jobs`, raises CPU times
@@ -99,6 +100,7 @@ CASES = (
     *(Case(f"rig66_seed{n}", "rig66", 100.0, seed=n, changes=FAST | SMOOTHED) for n in range(1, 6)),
     *(Case(f"{name}_strips", name, 100.0, quarter=True, changes=more | STRIPS) for name, _, more in RIGS),
     Case("field_worn", "field", 100_000.0, 300.0),
+    Case("forced", "forced", 3000.0, 300.0, changes=SMOOTHED | STRIPS),
 )  # fmt: skip
 BY_LABEL = {case.label: case for case in CASES}
 
