@@ -53,11 +53,11 @@ The worn, noisy, smoothed and new wheels of `tests/data/real_wheels` on a rig wi
 blocks with curving at 6.6 mm, Archard's law; the noisy pair on rollers of 1 m in five blocks by lateral
 forces up to 25 kN, `forced`; and the shipped field scene with the worn pair. Models
 `kik_piotrowski` + `fastsim` if not said otherwise, `field_worn`, as shipped, and `_strips` and
-`forced` with `model = "standard"`; the noisy pair is smoothed by {SMOOTHED_MM:g} mm. CPU time is that of one run in a
-process of its own on one thread, with kernels compiled before, and of the machine that wrote this; the time
-of the FASTSIM kernel before and after the run (the shorter one) shows how fast that machine was; targets
-are those of a quiet core, and other work on the machine, such as more than one `--jobs`, raises CPU times
-without changing anything else. κ is the largest curvature of parabolas over {2e3 * WINDOW:g} mm along the
+`forced` with `model = "standard"`; the noisy pair is smoothed by {SMOOTHED_MM:g} mm. CPU time is that of one
+run in a process of its own on one thread, with kernels compiled before, and of the machine that wrote this;
+the time of the FASTSIM kernel before and after the run (the shorter one) shows how fast that machine was;
+targets are those of a quiet core, and other work on the machine, such as more than one `--jobs`, raises CPU
+times without changing anything else. κ is the largest curvature of parabolas over {2e3 * WINDOW:g} mm along the
 profile where it is worn by more than {1e6 * WORN:g} µm. Repeated runs of these deterministic cases give the
 same depths on one machine; other compilers may move them by {100.0 * REPEATABLE:g} %.
 """

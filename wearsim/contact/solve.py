@@ -310,7 +310,8 @@ def _guided_anew(
         middle = np.where(begun | ~guidance.free[:, 0], chunk.shift, 0.0)
         chunk = replace(chunk, shift=middle)
         rest = np.flatnonzero(~begun)
-        of_rest = Wheelsets(task, chunk.at(rest), guidance.alone(rest), None if speed is None else speed[rest])
+        turning = None if speed is None else speed[rest]
+        of_rest = Wheelsets(task, chunk.at(rest), guidance.alone(rest), turning)
         unknown[rest], slopes[rest], _ = _begun(of_rest)
     return balanced(Wheelsets(task, chunk, guidance, speed), unknown, tolerance, slopes, near=near)
 
