@@ -57,9 +57,9 @@ forces up to 25 kN, `forced`; and the shipped field scene with the worn pair. Mo
 run in a process of its own on one thread, with kernels compiled before, and of the machine that wrote this;
 the time of the FASTSIM kernel before and after the run (the shorter one) shows how fast that machine was;
 targets are those of a quiet core, and other work on the machine, such as more than one `--jobs`, raises CPU
-times without changing anything else. κ is the largest curvature of parabolas over {2e3 * WINDOW:g} mm along the
-profile where it is worn by more than {1e6 * WORN:g} µm. Repeated runs of these deterministic cases give the
-same depths on one machine; other compilers may move them by {100.0 * REPEATABLE:g} %.
+times without changing anything else. κ is the largest curvature of parabolas over {2e3 * WINDOW:g} mm along
+the profile where it is worn by more than {1e6 * WORN:g} µm. Repeated runs of these deterministic cases give
+the same depths on one machine; other compilers may move them by {100.0 * REPEATABLE:g} %.
 """
 CAPTION = "CPU time of the whole distances, or of what was run of them, and their targets."
 
