@@ -6,12 +6,13 @@ from itertools import product
 import numpy as np
 import pytest
 
+import wearsim
 from wearsim.contact import axle, geometry, loaded, wheels
 from wearsim.contact.axle import Wheelsets
 from wearsim.contact.balance import settled
 from wearsim.contact.guidance import in_given_place
 from wearsim.contact.normal import NORMAL_MODELS
-from wearsim.contact.problem import ContactModels
+from wearsim.contact.problem import ContactConditions, ContactModels
 from wearsim.contact.rough_axle import begun_with_coarse_patches
 from wearsim.contact.solve import solve
 from wearsim.contact.tangential import TANGENTIAL_MODELS
@@ -262,3 +263,23 @@ def test_a_wheelset_at_rest_needs_few_rolls_where_creep_forces_carry_much(
     again = replace(conditions, roll=np.array([solution.roll[solution.point == k][0] for k in (0, 1)]))
     given = solve(again, wheelset, counterface(5.0), coarse)
     assert given.normal_force == pytest.approx(solution.normal_force, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("model", "free_roll", "shift", "yaw", "friction", "load"),
+    [
+        ("fast", False, -6.30462e-3, 45.17479e-3, 0.45225, 113072.29),  # a load that jumps past the balance
+        ("fast", False, -7.462e-3, 15.30e-3, 0.607, 104246.0),
+        ("fast", True, 7.41e-3, -35e-3, 0.3, 107369.0),
+        ("standard", True, 6.4207532e-3, -15.4257144e-3, 0.60552095, 65190.339),  # normal force of 7 loads
+        ("standard", True, 6.46561665e-3, -11.11212459e-3, 0.29259139, 38726.225),  # torque that jumps
+    ],
+)
+def test_wheels_near_their_climb_are_balanced(model, free_roll, shift, yaw, friction, load):
+    """Within what creep forces of strips jump by; normal forces of the flange are up to 15 wheel loads."""
+    bodies = wearsim.wheelset("S1002"), wearsim.rails("60E1", inclination=1 / 40)
+    given = ContactConditions.of(shift, yaw=yaw, friction=friction, wheel_load=load, free_roll=free_roll)
+    solution = solve(given, *bodies, ContactModels.of(model))
+    carried = np.bincount(solution.side, solution.track_vertical)
+    assert carried == pytest.approx([load, load], rel=2e-4)
+    assert solution.normal_force.max() > 2.0 * load

@@ -104,7 +104,7 @@ def test_shifts_by_force_are_those_of_the_reference_and_need_few_solutions_when_
         before = Running(running.shift - 2e-6, 1.1 * running.stiffness, running.yaw)
         again = settle(given, wanted, *bodies(curvature), models, before)
         # two for the slopes where those of coarse patches mislead
-        assert 1 <= solutions.sum() <= 8 * count
+        assert 1 <= solutions.max() <= 8
         # both within the tolerance of the force
         near = 2.0 * states.TOLERANCE * AXLE / running.stiffness
         assert (np.abs(again.shift - running.shift) <= near).all()

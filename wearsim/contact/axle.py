@@ -72,7 +72,7 @@ RESTING = 1e-9
 
 _DIFFERENCES = np.array([1e-2, SIMILAR, SIMILAR, 5e-2, 1e-2, 1e-2])  # of unknowns, for slopes
 _COARSER = np.array([1.0, 1.0, 1.0, 10.0, 10.0, 10.0])  # differences with coarse patches, over these
-_OF_SCATTER = 0.5  # of displacements from unlike starts, by which they may differ at rest, too
+_OF_SCATTER = 0.5  # of what displacements jump by where strips are laid anew, accepted at rest
 _NO_LOAD = 1e-6  # vertical force over the axle load that stands for none
 
 

@@ -15,7 +15,8 @@ The search is Newton's method in pseudo-time [1]_: a wheelset that slides along 
 moves as it does on the way to its stable equilibrium, and implicit Euler steps of a growing length become
 Newton's. All other equations have no inertia. The length grows as long as the linear equations foretell
 the residuals, shrinks otherwise, and is limited so that no step is longer than `_LONGEST`, which keeps the
-search from circling where a second contact closes. Slopes are differences, improved by Broyden's rule [2]_
+search from circling where a second contact closes; steps of loads and roll, which have no inertia, are
+shortened. Slopes are differences, improved by Broyden's rule [2]_
 with their zeros kept [3]_ while each step halves the residual.
 
 References
@@ -58,6 +59,7 @@ from wearsim.contact.wheels import (
     contact_joined,
     contact_where,
     patches_where,
+    planes_of,
     stretched,
 )
 from wearsim.errors import ContactError, NumericalError
@@ -82,6 +84,7 @@ _FACTOR = np.array([4.0, 2.0, 1.0, 0.25])  # of the length after it
 _WITHOUT_CONTACT = 0.1  # factor of the length where a wheel has none
 _MOST_STEPS, _GROWING = 120, 80  # steps, and those after which lengths do not grow: some circle a jump
 _MOST_OF_PLACED = 20  # steps of wheelsets whose place is given
+_AFRESH = 6  # steps of these from one set of differences to the next
 # Steps of shift and yaw in their units: those that are taken even if residuals rise, as wheelsets pass jumps
 # of the contact on their way, and between both sides of one; steps of all unknowns that end a search at one.
 _SHORT, _BRACKET, _SMALLEST = 0.1, 1e-2, 1e-4
@@ -91,9 +94,9 @@ _HEIGHTS = 0.5  # weight of the residual of the heights among the others
 # Last steps of a wheelset whose place is given, in which patches are only stretched: residuals from which the
 # first one, which leaves 3 % of them, is mostly enough; the most; those after which jumps of the creep forces
 # are taken to be what is left; logarithm of the load by which patches may be stretched, as those of a model
-# whose load jumps past the balance are; and the residual of the heights that is accepted then.
+# whose load jumps past the balance are; and the residual of the heights that is accepted then, 0.15 mm.
 _PROMISING = 1.5e-5
-_MOST_LAST, _AT_JUMP, _LARGEST_JUMP, _AT_REST_THEN = 14, 4, 0.1, 1.0
+_MOST_LAST, _JUMPS_FROM, _LARGEST_JUMP, _AT_REST_THEN = 14, 4, 0.1, 1.0
 _STRETCHED = 2e-3  # logarithm of the load beyond which stretched patches say so
 _OF_LOAD = 0.3  # creep forces that friction can carry over the load, about
 # Residuals by column, as shares of what friction can carry, of the wheel loads, and of a unit of roll.
@@ -334,10 +337,7 @@ def placed_step(problem: Wheelsets, slopes: FloatArray, residual: FloatArray) ->
     columns = problem.wanted.copy()
     columns[:, SHIFT:] = False
     every, endless = np.ones(problem.count, dtype=bool), np.full(problem.count, np.inf)
-    step = _newton_step(problem, slopes, residual, endless, every, columns)
-    longest = np.abs(step / _LONGEST).max(axis=1)
-    shortened: FloatArray = step / np.maximum(longest, 1.0)[:, None]
-    return shortened
+    return _shortened(_newton_step(problem, slopes, residual, endless, every, columns))
 
 
 def _tolerances(problem: Wheelsets, tolerance: float) -> FloatArray:
@@ -370,16 +370,16 @@ def _searched(
     stuck = np.zeros(count, dtype=bool)
     now = best = _tried(problem, unknown, np.ones(count, dtype=bool), contact, tolerances)
     ends = now, now
-    known = now.solved
-    slopes = np.zeros((count, UNKNOWNS, UNKNOWNS)) if slope is None else slope.copy()
-    if slope is None and known.any():
-        slopes = problem.slopes(now.unknown, now.contact, known)
+    slopes = np.full((count, UNKNOWNS, UNKNOWNS), np.nan) if slope is None else slope
+    known = now.solved & np.isfinite(slopes).all(axis=(1, 2))
+    slopes = np.where(known[:, None, None], slopes, 0.0)
     partner = problem.guidance.partner
     for number in range(_MOST_STEPS):
         open_rows = (best.missing > 1.0) & now.solved & ~stuck & (number < most)
         if not open_rows.any():
             break
-        asked = open_rows & ~known
+        # where a load jumps, differences lead to and fro across it, and the secant does not
+        asked = open_rows & ~known & (~placed | (number % _AFRESH == 0))
         if asked.any():
             slopes[asked] = problem.slopes(now.unknown, now.contact, asked)[asked]
         step, length = _limited_step(problem, slopes, now.residual, length, open_rows)
@@ -414,36 +414,58 @@ def _with_last_steps(problem: Wheelsets, end: _Trial, slopes: FloatArray) -> Set
     contacts: list[TangentialSolution] = []
     open_rows = np.ones(problem.count, dtype=bool)
     endless = np.full(problem.count, np.inf)
+    heavier = _friction_over_loads(problem, end.contact)
     for number in range(_MOST_LAST):
         torque, load = max(model.tolerance, TOLERANCE), TOLERANCE
-        if number >= _AT_JUMP:
+        if number >= _JUMPS_FROM:
             torque, load = max(model.jump, torque), max(_OF_LOAD * model.jump, load)
-        limits = np.array([torque, load, load, _AT_REST_THEN, np.inf, np.inf])
+        limits = np.tile([torque, load, load, _AT_REST_THEN, np.inf, np.inf], (problem.count, 1))
+        limits[:, SPEED] *= heavier
         missed = open_rows & (np.abs(residual) > limits).any(axis=1)
         step = np.zeros_like(unknown)
         if missed.any():
             step[missed] = _newton_step(problem, slopes, residual, endless, missed, columns)
+        step = _shortened(step)
         unknown = unknown + step
         wheels, jump = _stretched_from(problem, end.contact, open_rows, unknown)
         forces, contact = problem.forces(unknown, wheels, fields=True)
         after = np.where(problem.wanted & open_rows[:, None], problem.residuals(forces), residual)
-        settled = open_rows & (np.abs(after) <= limits).all(axis=1) & (jump <= _LARGEST_JUMP)
-        if settled.any() or not problem.count:
-            mask = settled[wheels.normal.patch.row]
+        balanced_now = open_rows & (np.abs(after) <= limits).all(axis=1) & (jump <= _LARGEST_JUMP)
+        if balanced_now.any() or not problem.count:
+            mask = balanced_now[wheels.normal.patch.row]
             done.append(patches_where(wheels, mask))
             contacts.append(contact_where(contact, mask))
-        light = problem.unloaded(forces) & settled[:, None]
+        light = problem.unloaded(forces) & balanced_now[:, None]
         if light.any():
             raise _unloaded(light)
-        open_rows = open_rows & ~settled
+        open_rows = open_rows & ~balanced_now
         if not open_rows.any():
             break
         slopes = _secant(problem, slopes, after - residual, step, open_rows)
         residual = after
     else:
-        raise _unbalanced(problem, residual, open_rows)
+        raise _unbalanced(problem, end.residual, open_rows)
     whole, order = by_point(done)
     return Settled(whole, contact_joined(contacts, order), unknown, slopes)
+
+
+def _friction_over_loads(problem: Wheelsets, contact: Contact) -> FloatArray:
+    """Return what friction can carry (n,) under normal forces over that under wheel loads, 1 at least.
+
+    Creep forces are as exact as the former, of which a flange may have several times as much.
+    """
+    assert contact.wheels is not None
+    wheels = contact.wheels
+    carried = (wheels.friction * planes_of(wheels.normal).normal_force).sum(axis=1)
+    of_row = np.bincount(wheels.normal.patch.row, carried, problem.count)
+    return np.maximum(0.5 * of_row / problem.chunk.traction_scale, 1.0)
+
+
+def _shortened(step: FloatArray) -> FloatArray:
+    """Return steps (n, 6) no longer than the longest one."""
+    longest = np.abs(step / _LONGEST).max(axis=1, initial=0.0)
+    shortened: FloatArray = step / np.maximum(longest, 1.0)[:, None]
+    return shortened
 
 
 def _stretched_from(
@@ -472,12 +494,12 @@ def _unloaded(light: NDArray[np.bool_]) -> ContactError:
         f"{100.0 * LEAST_LOAD:g} % of the axle load; raise the load, or lower what tilts the axle",
         row=row,
         side=side,
-        rows=np.flatnonzero(light.any(axis=1)).tolist(),
+        rows=np.flatnonzero(light[:, side]).tolist(),
     )
 
 
 def _unbalanced(problem: Wheelsets, residual: FloatArray, open_rows: NDArray[np.bool_]) -> NumericalError:
-    """Error of the points that are not balanced."""
+    """Error of the points that are not balanced, with the residuals (n, 6) of their best states."""
     row = int(np.argmax(open_rows))
     rows = np.flatnonzero(open_rows).tolist()
     if problem.wanted[row, ROLL] and abs(residual[row, ROLL]) > _AT_REST_THEN:
@@ -491,8 +513,7 @@ def _unbalanced(problem: Wheelsets, residual: FloatArray, open_rows: NDArray[np.
             for column in np.flatnonzero(problem.wanted[row]).tolist()
         )
         reason = (
-            f"wheel load and axle torque are not balanced by contact forces: left over are {left} after "
-            f"{_MOST_OF_PLACED + _MOST_LAST} trials; "
+            f"wheel load and axle torque are not balanced by contact forces: left over are {left}; "
             "smooth measured profiles, or lower friction, yaw or shift"
         )
     return NumericalError(reason, row=row, rows=rows)
@@ -602,10 +623,12 @@ def _newton_step(
 def _solved(slopes: FloatArray, residual: FloatArray) -> FloatArray:
     """Newton's steps (k, m) from slopes (k, m, m) and residuals (k, m)."""
     try:
-        step = -np.asarray(np.linalg.solve(slopes, residual[:, :, None]), dtype=np.float64)[:, :, 0]
+        return -np.asarray(np.linalg.solve(slopes, residual[:, :, None]), dtype=np.float64)[:, :, 0]
     except np.linalg.LinAlgError:  # of a wheel without any load
-        step = -(np.linalg.pinv(slopes) @ residual[:, :, None])[:, :, 0]
-    return step
+        if len(slopes) == 1:
+            return -(np.linalg.pinv(slopes) @ residual[:, :, None])[:, :, 0]
+    parts = [_solved(slopes[[k]], residual[[k]]) for k in range(len(slopes))]
+    return np.concatenate(parts)
 
 
 def _guidance_slopes(problem: Wheelsets) -> tuple[FloatArray, FloatArray]:

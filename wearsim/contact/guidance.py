@@ -47,6 +47,7 @@ class Guidance:
         """Return the wheelsets at `index`, which has partners together."""
         place = np.full(self.partner.size, -1)
         place[index] = np.arange(index.size)
+        assert (place[self.partner[index]] >= 0).all()
         return Guidance(
             self.axle_load[index],
             self.wheel_load[index],

@@ -89,7 +89,8 @@ def renewed(
         if error.row is None or error.side is None:
             raise
         times = load[error.row, error.side] / chunk.loads[error.row, error.side]
-        if times <= _RAISED:
+        shared = chunk.box_moment is not None and np.isfinite(chunk.box_moment[error.row])
+        if times <= _RAISED or shared:
             raise
         reason = f"at {times:.1f} times the wheel load {error}"
         raise lifted(wheels, error.row, error.side, reason) from None

@@ -152,6 +152,9 @@ def solve_each(
     list
         What `each` returned, in the order of the points.
     """
+    moment = conditions.box_moment
+    if not vertical and moment is not None and np.isfinite(moment).any():
+        raise ContactError("box moments share vertical loads; leave them out where normal forces are given")
     count = conditions.shift.size
     rail = _rails_of(conditions)
     tasks = _tasks(rail, wheelset, counterface, models, sides=sides, vertical=vertical, fields=fields)
@@ -271,8 +274,7 @@ def solve_guided(
             return _guided_anew(task, chunk, own, index, tolerance, near)
         problem = Wheelsets(task, chunk, own, _given_speed(task, chunk, index))
         slope = nearby.slope[index]
-        known = slope if np.isfinite(slope).all() else None
-        return balanced(problem, nearby.unknown[index], tolerance, known, near=True)
+        return balanced(problem, nearby.unknown[index], tolerance, slope, near=True)
 
     whole: Guided = joined(
         _on_threads(part, chunks, threads), np.argsort(np.concatenate(chunks), kind="stable")

@@ -10,7 +10,7 @@ With the lateral force H at axle height and the axle load W, of which the boxes 
 Shifts that are found are those at the height of the rails, where the roll does not move the wheels sideways:
 on a flank of more than 60 degrees a wheel moved so rises faster than the other one sinks by the roll, and two
 contacts carry the same loads at one shift of the axle.
-`wearsim.contact.guided` finds all of it together. The force over the shift is flat on the tread and not
+`wearsim.contact.balance` finds all of it together. The force over the shift is flat on the tread and not
 monotonic, so that up to five shifts belong to one force: the wheelset moves from where it was, at first from
 the middle of the track, as its own creep forces move it. From an unstable balance it is pushed.
 
