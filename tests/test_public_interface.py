@@ -21,6 +21,7 @@ from wearsim.scene.overrides import toml_text
 EXAMPLES = (
     "standard_profile", "export_profile", "read_profile", "wheelset", "rails", "rollers", "solve_contact",
     "ContactConditions.of", "load_scene", "run", "resume", "open_results", "translate", "register",
+    "wear_rate",
 )  # fmt: skip
 COMMON = {
     "wheelset": {"profile": "S1002"},

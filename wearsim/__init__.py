@@ -49,6 +49,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from wearsim.campaign.rate import wear_rate
     from wearsim.campaign.run import resume
     from wearsim.campaign.run import run_scene as run
     from wearsim.contact.dataset import rails, rollers, solve_contact, wheelset
@@ -72,6 +73,7 @@ if TYPE_CHECKING:
 __version__ = "0.3.0.dev0"
 
 _MODULES = {
+    "campaign.rate": ("wear_rate",),
     "campaign.run": ("resume", "run_scene"),
     "contact.dataset": ("rails", "rollers", "solve_contact", "wheelset"),
     "contact.normal": ("NORMAL_MODELS", "NormalModel", "NormalSolution"),
@@ -101,7 +103,7 @@ __all__ = [
     "FatigueLaw", "NormalModel", "NormalSolution", "Profile", "TangentialModel", "TangentialSolution",
     "WearLaw", "WearsimError", "Wheelset", "__version__",
     "export_profile", "load_scene", "open_results", "rails", "read_profile", "register", "resume", "rollers",
-    "run", "solve_contact", "standard_profile", "translate", "wheelset",
+    "run", "solve_contact", "standard_profile", "translate", "wear_rate", "wheelset",
 ]  # fmt: skip
 
 

@@ -7,6 +7,7 @@ from wearsim.results.file import (
     create,
     load_results,
     open_results,
+    open_whole,
     row_count,
     stored_rows,
     verify,
@@ -26,6 +27,6 @@ from wearsim.results.schema import (
 
 __all__ = [
     "FILL_FLOAT", "FILL_INT", "GROUPS", "LAYOUT", "PATCH_SLOTS", "ROW", "Header", "Row", "append",
-    "attribute_of", "check_row", "create", "layout_of", "load_results", "open_results", "result_warnings",
-    "row_count", "stored_rows", "verify",
+    "attribute_of", "check_row", "create", "layout_of", "load_results", "open_results", "open_whole",
+    "result_warnings", "row_count", "stored_rows", "verify",
 ]  # fmt: skip

@@ -13,7 +13,7 @@ from wearsim.errors import ProfileError, ResultError
 from wearsim.profile.measures import running_circle_level
 from wearsim.profile.placement import RUNNING_CIRCLE
 from wearsim.profile.shape import Profile
-from wearsim.results import open_results
+from wearsim.results import open_whole
 from wearsim.translation.factors import at_distances, rows_at
 from wearsim.whole_files import signals_wait
 
@@ -44,7 +44,7 @@ def worn_wheel(path: Path, side: Side, distance: float | None = None, given: str
         If the file is no result, or the distance was not run; `given` is how the user wrote it.
     """
     try:
-        with open_results(path) as data:
+        with open_whole(path) as data:
             run = data["distance"].values
             points = data[["profile_y", "profile_z"]].sel(wheel=side).load()
             attributes = data.attrs
