@@ -314,6 +314,21 @@ def load_results(path: str | Path) -> xr.Dataset:
     return dataset
 
 
+def loaded(results: str | Path | xr.Dataset) -> xr.Dataset:
+    """Return all of a result, from its file or a dataset of `open_results`; ResultError for a part of one."""
+    import xarray as xr
+
+    if not isinstance(results, xr.Dataset):
+        return load_results(results)
+    layout = layout_of([str(name) for name in results.variables])
+    for name, quantity in layout.items():
+        if name in schema.LATER and name not in results:
+            continue
+        if name not in results or results[name].dims != quantity.dimensions:
+            raise ResultError(f"a part of a result is not enough: {name} is not whole; give the result file")
+    return results.load()
+
+
 @signals_wait()
 def load_derived(path: Path) -> xr.Dataset:
     """Load factors or bands; ValueError if the file states more than its size holds."""
