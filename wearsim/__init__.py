@@ -70,10 +70,12 @@ if TYPE_CHECKING:
     from wearsim.quantities import QUANTITIES
     from wearsim.report.html import write_report
     from wearsim.report.inspect import inspect
+    from wearsim.report.plot import plot
     from wearsim.report.sources import citations
     from wearsim.results.file import open_results
     from wearsim.scene.read import load_scene
     from wearsim.studies.check import check
+    from wearsim.studies.many import run_many, sweep
     from wearsim.translation.at_distance import at_distance
     from wearsim.translation.translate import translate
     from wearsim.translation.worn_wheel import worn_profile
@@ -101,10 +103,12 @@ _MODULES = {
     "quantities": ("QUANTITIES",),
     "report.html": ("write_report",),
     "report.inspect": ("inspect",),
+    "report.plot": ("plot",),
     "report.sources": ("citations",),
     "results.file": ("open_results",),
     "scene.read": ("load_scene",),
     "studies.check": ("check",),
+    "studies.many": ("run_many", "sweep"),
     "translation.at_distance": ("at_distance",),
     "translation.translate": ("translate",),
     "translation.worn_wheel": ("worn_profile",),
@@ -119,8 +123,9 @@ __all__ = [
     "FatigueLaw", "Measures", "NormalModel", "NormalSolution", "Profile", "TangentialModel",
     "TangentialSolution", "WearBetween", "WearLaw", "WearsimError", "Wheelset", "__version__",
     "at_distance", "check", "citations", "export_profile", "inspect", "load_scene", "measure", "open_results",
-    "rails", "read_profile", "register", "resume", "rollers", "run", "solve_contact", "standard_profile",
-    "translate", "wear_between", "wear_rate", "wheelset", "worn_profile", "write_report",
+    "plot", "rails", "read_profile", "register", "resume", "rollers", "run", "run_many", "solve_contact",
+    "standard_profile", "sweep", "translate", "wear_between", "wear_rate", "wheelset", "worn_profile",
+    "write_report",
 ]  # fmt: skip
 
 
