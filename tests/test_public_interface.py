@@ -379,6 +379,21 @@ def test_run_gives_the_same_bits_for_a_dict_a_file_and_a_loaded_scene(folder, tm
     assert wearsim.run(RIG, tmp_path / "dict") == wearsim.resume(tmp_path / "dict") == (from_dict,)
 
 
+def test_a_run_warns_as_python_does_and_logs_its_progress(tmp_path, caplog):
+    """The warning names the key of the dict, and is placed at the call."""
+    caplog.set_level("INFO", logger="wearsim")
+    with pytest.warns(wearsim.WearsimWarning, match=r"also_evaluate: local archard takes") as caught:
+        wearsim.run(RIG, tmp_path / "out")
+    assert [one.filename for one in caught] == [__file__]
+    assert str(caught[0].message).startswith("wear.also_evaluate")
+    lines = [record.getMessage() for record in caplog.records if record.name == "wearsim"]
+    assert lines[0] == "rig: started, 2 km to run"
+    assert lines[-1].startswith("rig: finished, 2 km, worst depth ")
+    silent = []
+    wearsim.run(RIG, tmp_path / "again", warn=silent.append)
+    assert len(silent) == len(caught)
+
+
 def test_overrides_are_a_mapping_and_the_history_is_the_call(tmp_path):
     out, values = tmp_path / "out", {"campaign.distance_km": 1.0, "operation.block.left.friction": 0.3}
     (path,) = wearsim.run(RIG, out, overrides=values)

@@ -60,7 +60,7 @@ if TYPE_CHECKING:
     from wearsim.damage.fatigue import FATIGUE_LAWS, FatigueDamage, FatigueLaw
     from wearsim.damage.wear import WEAR_LAWS
     from wearsim.damage.wear.law import WearLaw
-    from wearsim.errors import WearsimError
+    from wearsim.errors import WearsimError, WearsimWarning
     from wearsim.plugins import register
     from wearsim.profile.files import write_profile as export_profile
     from wearsim.profile.measures import Measures, measure
@@ -93,7 +93,7 @@ _MODULES = {
     "damage.fatigue": ("FATIGUE_LAWS", "FatigueDamage", "FatigueLaw"),
     "damage.wear": ("WEAR_LAWS",),
     "damage.wear.law": ("WearLaw",),
-    "errors": ("WearsimError",),
+    "errors": ("WearsimError", "WearsimWarning"),
     "plugins": ("register",),
     "profile.files": ("write_profile",),
     "profile.measures": ("Measures", "measure"),
@@ -121,8 +121,9 @@ __all__ = [
     "COEFFICIENT_SETS", "FATIGUE_LAWS", "NORMAL_MODELS", "QUANTITIES", "TANGENTIAL_MODELS", "WEAR_LAWS",
     "Coefficient", "CoefficientSet", "ContactConditions", "ContactModels", "Counterface", "FatigueDamage",
     "FatigueLaw", "Measures", "NormalModel", "NormalSolution", "Profile", "TangentialModel",
-    "TangentialSolution", "WearBetween", "WearLaw", "WearsimError", "Wheelset", "__version__",
-    "at_distance", "check", "citations", "export_profile", "inspect", "load_scene", "measure", "open_results",
+    "TangentialSolution", "WearBetween", "WearLaw", "WearsimError", "WearsimWarning", "Wheelset",
+    "__version__", "at_distance", "check", "citations", "export_profile", "inspect", "load_scene", "measure",
+    "open_results",
     "plot", "rails", "read_profile", "register", "resume", "rollers", "run", "run_many", "solve_contact",
     "standard_profile", "sweep", "translate", "wear_between", "wear_rate", "wheelset", "worn_profile",
     "write_report",

@@ -9,6 +9,7 @@ import wearsim
 from wearsim.campaign.evaluate import accumulate, setup_of, solve_passage
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.errors import WearsimError
+from wearsim.profile.shape import resample
 from wearsim.scene import build, load_scene
 
 RUNNING = {"load_kN": 80, "speed_km_h": 72, "friction": 0.35}
@@ -85,6 +86,21 @@ def test_profiles_stand_for_new_wheels():
     assert same.identical(new)
 
 
+def test_forces_of_a_scene_find_the_place_of_worn_wheels_anew():
+    """As in a scene whose wheels were worn from the start; not where the new wheelset runs."""
+    forced = {"name": "forced", "lateral_force_kN": 1.5, "yaw_mrad": 0, "axle_load_kN": 160, "distance_km": 1}
+    block = forced | {"speed_km_h": 72, "friction": 0.35}
+    scene = SCENE | {"wheelset": {"profile": "S1002"}, "operation": {"block": [block]}}
+    steep = wearsim.standard_profile("S1002")
+    steep = replace(steep, z=steep.z - 0.01 * steep.y)
+    own, new = wearsim.wear_rate(scene | {"wheelset": {"profile": steep}}), wearsim.wear_rate(scene)
+    found = wearsim.wear_rate(scene, profiles=resample(steep, 0.5e-3))
+    moved = abs(float(new["shift"][0] - own["shift"][0]))
+    assert moved > 0.1e-3
+    assert abs(float(found["shift"][0] - own["shift"][0])) < 0.02 * moved
+    np.testing.assert_allclose(found["wear_area_rate"], own["wear_area_rate"], rtol=1e-2)
+
+
 def test_a_law_and_its_set_are_chosen_by_name():
     one, other = (
         wearsim.wear_rate(BODIES, CURVING, models=FAST, law=law, form="patch_mean") for law in ("usfd", "brr")
@@ -102,7 +118,7 @@ def test_a_law_and_its_set_are_chosen_by_name():
         ((BODIES[::-1], CURVING), {}, "wheelset is a Counterface; give"),
         ((BODIES, CURVING), {"law": "usfdd"}, "usfdd.* did you mean 'usfd'"),
         ((BODIES, CURVING), {"coefficients": "burstow_2004"}, "burstow_2004"),
-        ((BODIES, CURVING), {"profiles": wearsim.standard_profile("60E1")}, "profiles are one wheel"),
+        ((BODIES, CURVING), {"profiles": wearsim.standard_profile("60E1")}, "give one wheel, or the right"),
         (("workflows/rig_vs_field.toml",), {}, "rig or of the field.*; give its rig or its field"),
         (
             (BODIES, wearsim.ContactConditions.of(80e-3)),

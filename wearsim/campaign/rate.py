@@ -29,7 +29,7 @@ from wearsim.scene import CampaignSetup, CompareScene, FieldScene, RigScene, bui
 Bodies = tuple[Wheelset, Counterface]
 """What is in contact, from `wearsim.wheelset` and `wearsim.rails` or `wearsim.rollers`."""
 
-_GIVEN = ("shift", "yaw", "speed", "friction", "track_curvature")
+_GIVEN = ("yaw", "speed", "friction", "track_curvature")
 
 
 def wear_rate(
@@ -73,7 +73,8 @@ def wear_rate(
         normal, not smoothed. Over operating_point, wheel and point: `friction_work` [J/m3]. Over
         operating_point and wheel: `wear_area_rate` [m2/m], the largest `max_pressure` [Pa] and
         `wear_index_max` [Pa] of the patches, and the sums of their `wear_number_with_spin` [N] and `power`
-        [W], 0 of a wheel without contact. All as if the wheelset ran in that point alone:
+        [W], 0 of a wheel without contact. `shift`, `yaw` and so on (operating_point) tell where the wheelset
+        runs. All as if the wheelset ran in that point alone:
         multiplied by `weight` and `environment` (operating_point) and summed over the points they are those
         of the collective. `profile_y`, `profile_z` and `arc_length` (wheel, point) are coordinates, names of
         points, wheels and regimes are those of their dimensions; `conditions` are numbered from 0. What brake
@@ -187,9 +188,7 @@ def _setup(campaign: CampaignSetup, threads: int) -> Setup:
 
 def _wheel(profile: Profile) -> Profile:
     if not isinstance(profile, Profile) or profile.kind != "wheel":
-        raise ProfileError(
-            "profiles are one wheel, or the right and the left one; give what read_profile returns"
-        )
+        raise ProfileError("give one wheel, or the right and the left one, as profiles")
     return profile
 
 
@@ -212,6 +211,8 @@ def _dataset(
         collect.at(result, at, values)
         return result
 
+    roll = np.zeros(count)
+    roll[contact.point] = contact.roll
     point, wheel = ("operating_point",), ("operating_point", "wheel")
     arc = np.stack([arc_length(y, z) for y, z in zip(state.y, state.z, strict=True)])
     columns = {
@@ -222,6 +223,7 @@ def _dataset(
         "wear_index_max": (wheel, of_wheel(passage.work_density_max, np.maximum)),
         "wear_number_with_spin": (wheel, of_wheel(WEAR_NUMBERS["with_spin"](contact), np.add)),
         "power": (wheel, of_wheel(contact.power, np.add)),
+        "shift": (point, points.conditions.axle_shift(roll)),
         **{name: (point, getattr(points.conditions, name)) for name in _GIVEN},
         "wheel_load": (point, points.conditions.loads.mean(axis=1)),
         "weight": (point, points.weight),

@@ -137,7 +137,7 @@ def measure(profile: Profile, *, diameter: float | None = None) -> Measures:
     (32.5, 28.0)
     """
     if not isinstance(profile, Profile) or profile.kind != "wheel":
-        raise ProfileError("the measures are those of a wheel; give a wheel from read_profile, say")
+        raise ProfileError("the measures are those of a wheel; give the profile of one")
     return wheel_measures(profile, diameter=diameter)
 
 

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import logging
+import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import xarray as xr
 
-from wearsim.errors import Fault, SceneError
+from wearsim.errors import Fault, SceneError, WearsimWarning
 from wearsim.scene import SweepScene, load_scene
 from wearsim.scene.sweep import Sweep
-from wearsim.studies.ensemble import check_cases
+from wearsim.studies.ensemble import Outcome, check_cases
 from wearsim.studies.sweep import run_sweep, sweep_dataset, sweep_of
+
+_LOG = logging.getLogger("wearsim")
 
 
 def sweep(
@@ -112,6 +116,12 @@ def _sweep(header: Mapping[str, Any], tables: Mapping[str, Any]) -> Sweep:
 
 
 def _run(cases: Sweep, out: str | Path, jobs: int | None) -> xr.Dataset:
-    check_cases(cases.cases, Path(out))
-    run_sweep(cases, out, jobs=jobs, command=f"wearsim sweep into {str(out)!r} from Python")
+    for warning in check_cases(cases.cases, Path(out)):
+        warnings.warn(str(warning), WearsimWarning, stacklevel=3)
+
+    def report(count: int, outcome: Outcome) -> None:
+        _LOG.info("case %d of %d: %s", outcome.number, count, outcome.state)
+
+    command = f"wearsim sweep into {str(out)!r} from Python"
+    run_sweep(cases, out, jobs=jobs, command=command, report=report)
     return sweep_dataset(out)
