@@ -21,6 +21,8 @@ from wearsim.scene.overrides import toml_text
 EXAMPLES = (
     "standard_profile", "export_profile", "read_profile", "wheelset", "rails", "rollers", "solve_contact",
     "ContactConditions.of", "load_scene", "run", "resume", "open_results", "translate", "register",
+    "wear_rate", "check", "inspect", "write_report", "citations", "measure", "worn_profile", "at_distance",
+    "wear_between", "plot", "sweep", "run_many",
 )  # fmt: skip
 COMMON = {
     "wheelset": {"profile": "S1002"},
@@ -375,6 +377,21 @@ def test_run_gives_the_same_bits_for_a_dict_a_file_and_a_loaded_scene(folder, tm
         assert_same_file(path, folder / "out" / "rig.nc")
     assert (tmp_path / "dict" / "scene" / "scene.toml").read_bytes() == (folder / "rig.toml").read_bytes()
     assert wearsim.run(RIG, tmp_path / "dict") == wearsim.resume(tmp_path / "dict") == (from_dict,)
+
+
+def test_a_run_warns_as_python_does_and_logs_its_progress(tmp_path, caplog):
+    """The warning names the key of the dict, and is placed at the call."""
+    caplog.set_level("INFO", logger="wearsim")
+    with pytest.warns(wearsim.WearsimWarning, match=r"also_evaluate: local archard takes") as caught:
+        wearsim.run(RIG, tmp_path / "out")
+    assert [one.filename for one in caught] == [__file__]
+    assert str(caught[0].message).startswith("wear.also_evaluate")
+    lines = [record.getMessage() for record in caplog.records if record.name == "wearsim"]
+    assert lines[0] == "rig: started, 2 km to run"
+    assert lines[-1].startswith("rig: finished, 2 km, worst depth ")
+    silent = []
+    wearsim.run(RIG, tmp_path / "again", warn=silent.append)
+    assert len(silent) == len(caught)
 
 
 def test_overrides_are_a_mapping_and_the_history_is_the_call(tmp_path):

@@ -49,6 +49,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from wearsim.campaign.rate import wear_rate
     from wearsim.campaign.run import resume
     from wearsim.campaign.run import run_scene as run
     from wearsim.contact.dataset import rails, rollers, solve_contact, wheelset
@@ -59,19 +60,30 @@ if TYPE_CHECKING:
     from wearsim.damage.fatigue import FATIGUE_LAWS, FatigueDamage, FatigueLaw
     from wearsim.damage.wear import WEAR_LAWS
     from wearsim.damage.wear.law import WearLaw
-    from wearsim.errors import WearsimError
+    from wearsim.errors import WearsimError, WearsimWarning
     from wearsim.plugins import register
     from wearsim.profile.files import write_profile as export_profile
+    from wearsim.profile.measures import Measures, measure
     from wearsim.profile.shape import Profile
     from wearsim.profile.sources import read_profile, standard_profile
+    from wearsim.profile.worn import WearBetween, wear_between
     from wearsim.quantities import QUANTITIES
+    from wearsim.report.html import write_report
+    from wearsim.report.inspect import inspect
+    from wearsim.report.plot import plot
+    from wearsim.report.sources import citations
     from wearsim.results.file import open_results
     from wearsim.scene.read import load_scene
+    from wearsim.studies.check import check
+    from wearsim.studies.many import run_many, sweep
+    from wearsim.translation.at_distance import at_distance
     from wearsim.translation.translate import translate
+    from wearsim.translation.worn_wheel import worn_profile
 
 __version__ = "0.3.0.dev0"
 
 _MODULES = {
+    "campaign.rate": ("wear_rate",),
     "campaign.run": ("resume", "run_scene"),
     "contact.dataset": ("rails", "rollers", "solve_contact", "wheelset"),
     "contact.normal": ("NORMAL_MODELS", "NormalModel", "NormalSolution"),
@@ -81,15 +93,25 @@ _MODULES = {
     "damage.fatigue": ("FATIGUE_LAWS", "FatigueDamage", "FatigueLaw"),
     "damage.wear": ("WEAR_LAWS",),
     "damage.wear.law": ("WearLaw",),
-    "errors": ("WearsimError",),
+    "errors": ("WearsimError", "WearsimWarning"),
     "plugins": ("register",),
     "profile.files": ("write_profile",),
+    "profile.measures": ("Measures", "measure"),
     "profile.shape": ("Profile",),
     "profile.sources": ("read_profile", "standard_profile"),
+    "profile.worn": ("WearBetween", "wear_between"),
     "quantities": ("QUANTITIES",),
+    "report.html": ("write_report",),
+    "report.inspect": ("inspect",),
+    "report.plot": ("plot",),
+    "report.sources": ("citations",),
     "results.file": ("open_results",),
     "scene.read": ("load_scene",),
+    "studies.check": ("check",),
+    "studies.many": ("run_many", "sweep"),
+    "translation.at_distance": ("at_distance",),
     "translation.translate": ("translate",),
+    "translation.worn_wheel": ("worn_profile",),
 }
 _PLACES = {name: (module, name) for module, names in _MODULES.items() for name in names}
 _PLACES["run"] = _PLACES.pop("run_scene")
@@ -98,10 +120,13 @@ _PLACES["export_profile"] = _PLACES.pop("write_profile")
 __all__ = [
     "COEFFICIENT_SETS", "FATIGUE_LAWS", "NORMAL_MODELS", "QUANTITIES", "TANGENTIAL_MODELS", "WEAR_LAWS",
     "Coefficient", "CoefficientSet", "ContactConditions", "ContactModels", "Counterface", "FatigueDamage",
-    "FatigueLaw", "NormalModel", "NormalSolution", "Profile", "TangentialModel", "TangentialSolution",
-    "WearLaw", "WearsimError", "Wheelset", "__version__",
-    "export_profile", "load_scene", "open_results", "rails", "read_profile", "register", "resume", "rollers",
-    "run", "solve_contact", "standard_profile", "translate", "wheelset",
+    "FatigueLaw", "Measures", "NormalModel", "NormalSolution", "Profile", "TangentialModel",
+    "TangentialSolution", "WearBetween", "WearLaw", "WearsimError", "WearsimWarning", "Wheelset",
+    "__version__", "at_distance", "check", "citations", "export_profile", "inspect", "load_scene", "measure",
+    "open_results",
+    "plot", "rails", "read_profile", "register", "resume", "rollers", "run", "run_many", "solve_contact",
+    "standard_profile", "sweep", "translate", "wear_between", "wear_rate", "wheelset", "worn_profile",
+    "write_report",
 ]  # fmt: skip
 
 

@@ -111,6 +111,10 @@ def say(name: str, /, **values: Any) -> str:
     return _Formatter().vformat(_messages()[room][key], (), values)
 
 
+class WearsimWarning(UserWarning):
+    """What deserves a second look in a scene that runs: file, line, key, what is doubtful, a way out."""
+
+
 class WearsimError(Exception):
     """Base of all errors with a message for the user; `exit_code` is what the command line returns."""
 

@@ -18,7 +18,7 @@ from wearsim.errors import ResultError
 from wearsim.profile.shape import vertex_lengths
 from wearsim.report.sources import laws
 from wearsim.report.tables_damage import wear_laws
-from wearsim.results import GROUPS, LAYOUT, layout_of, open_results
+from wearsim.results import GROUPS, LAYOUT, layout_of, load_results, open_results
 
 FATIGUE = f"""
 [fatigue]
@@ -192,7 +192,7 @@ def test_resumed_campaign_has_the_same_bits(tmp_path, last, evolution, stopped_a
         groups = (
             name for group in ("comparison", "fatigue", "running", "left_out") for name in GROUPS[group]
         )
-        assert set(names) == {*LAYOUT, *groups} == set(one.variables)
+        assert set(names) == {*LAYOUT, *groups} == set(one.variables) - {"step", "point"}
         for file in (one, other):
             file.set_auto_maskandscale(False)
         for name in names:
@@ -217,12 +217,21 @@ def test_result_file_holds_the_laws(tmp_path, evolution):
         np.testing.assert_allclose(data["wear_number_without_spin"], low, rtol=1e-12)
 
 
+def test_wear_numbers_of_patches_are_stored_without_fatigue_laws(tmp_path, evolution):
+    path = run_evolution(evolution(""), tmp_path, "rig")
+    with open_results(path) as data:
+        assert "fatigue_name" not in data
+        power = data["power"].values / data["speed"].values[:, None]
+        np.testing.assert_allclose(data["wear_number_with_spin"], power, rtol=1e-9)
+        assert (data["wear_number_without_spin"] > 0.0).any()
+
+
 def test_file_with_half_a_group_is_refused(tmp_path, evolution):
     path = run_evolution(evolution(COMPARISON), tmp_path, "rig")
     with netCDF4.Dataset(path, "a") as file:
         file.renameVariable("comparison_wear_depth", "comparison_wear")
     with pytest.raises(ResultError, match="not a result file"):
-        open_results(path)
+        load_results(path)
 
 
 @pytest.mark.cf

@@ -1,7 +1,8 @@
 import io
 
+from wearsim.campaign.event import line
 from wearsim.campaign.run import Event
-from wearsim.cli.progress import line, observer
+from wearsim.cli.progress import observer
 
 STEP = Event(
     "step", "rig", step=7, distance=36e3, target=1200e3, worst_depth=52e-6, elapsed=2.0, time_left=130.0

@@ -164,3 +164,17 @@ def test_profiles_that_cannot_be_compared_are_refused():
     gap = np.where((NEW.y > 0.0) & (NEW.y < 30e-3), 15e-3, 0.0)
     with pytest.raises(ProfileError, match=r"worn is nowhere within 12 mm of S1002 along its normal at y = "):
         wear_between(NEW, replace(NEW, name="worn", z=NEW.z - gap))
+
+
+def test_profiles_are_aligned_on_request():
+    """A wheel measured with a gauge that was not zeroed: its wear is that of the wheel as it stands."""
+    worn = replace(NEW, z=NEW.z - 0.4e-3 * np.exp(-((NEW.y / 12e-3) ** 2)))
+    placed = replace(worn, y=worn.y + 0.3e-3, z=worn.z - 0.2e-3)
+    true, fitted = wear_between(NEW, worn), wear_between(NEW, placed, align="best_fit")
+    assert fitted.max_wear_depth == pytest.approx(true.max_wear_depth, abs=2e-6)
+    assert abs(wear_between(NEW, placed).worn_area - true.worn_area) > 1e-5
+    with pytest.raises(ProfileError, match="align = 'fit' is not one of none, best_fit"):
+        wear_between(NEW, placed, align="fit")
+    with pytest.raises(ProfileError, match="is a wheel and other a rail") as caught:
+        wear_between(NEW, replace(NEW, name="other", kind="rail"))
+    assert "\n" not in str(caught.value)

@@ -21,6 +21,7 @@ from wearsim.results import (
     ROW,
     append,
     create,
+    load_results,
     open_results,
     row_count,
     schema,
@@ -85,13 +86,14 @@ def test_rows_written_at_once_or_one_by_one_are_the_same(tmp_path, header, rows,
 def test_open_results_is_lazy_and_has_units_long_names_and_coordinates(path, rows):
     with open_results(path) as dataset:
         assert set(LAYOUT) <= set(dataset.variables)
-        for index in ("operating_point", "wheel"):
+        numbers = ["step", "point"]
+        for index in (names := ["operating_point", "wheel", "regime"]):
             assert dataset[index].attrs == dataset[f"{index}_name"].attrs
-        for name, variable in dataset.drop_vars(["operating_point", "wheel"]).variables.items():
+        for name, variable in dataset.drop_vars([*names, *numbers]).variables.items():
             assert variable.attrs["long_name"] == QUANTITIES[name].meaning
             assert variable.attrs.get("units", "") == QUANTITIES[name].unit
         assert not dataset["profile_z"].variable._in_memory
-        assert set(dataset.coords) == {*schema.COORDINATES, "operating_point", "wheel"}
+        assert set(dataset.coords) == {*schema.COORDINATES, *names, *numbers, "profile_y"}
         np.testing.assert_array_equal(dataset["profile_z"][-1], rows[-1]["profile_z"])
         assert list(dataset["wheel_name"].values) == ["right", "left"]
         assert dataset["operating_point_name"].values[0] == "block 0, µ 0.35"
@@ -117,6 +119,52 @@ def test_steps_points_and_wheels_are_selected_by_their_labels(path, tmp_path, he
         assert dataset.sel(distance=2000.0).sizes["step"] == 2
 
 
+def test_names_are_selected_with_the_nearest_distance_and_drawn_in_one_line(path, rows):
+    with open_results(path) as dataset:
+        (line,) = dataset.wear_depth.sel(distance=1900.0, wheel="right", method="nearest").plot(x="profile_y")
+        np.testing.assert_array_equal(line.get_ydata(), rows[2]["wear_depth"][0])
+        np.testing.assert_array_equal(line.get_xdata(), rows[2]["profile_y"][0])
+        depth = dataset.wear_depth_by_regime.sel(regime="severe", distance=1000.0)
+        np.testing.assert_array_equal(depth, rows[1]["wear_depth_by_regime"][:, 1])
+        between = dataset.profile_z.swap_dims(step="distance").interp(distance=1500.0)
+        expected = 0.5 * (rows[1]["profile_z"] + rows[2]["profile_z"])
+        np.testing.assert_allclose(between, expected, rtol=1e-12, atol=1e-18)
+        with pytest.raises(KeyError, match="wheel"):
+            dataset.sel(wheel="both", distance=0.0, method="nearest")
+
+
+@pytest.mark.parametrize(
+    "part",
+    [
+        lambda data: data.isel(step=slice(1, 3)),
+        lambda data: data.isel(step=-1),
+        lambda data: data.sel(wheel="left", operating_point=["block 0, µ 0.35"]),
+        lambda data: data[["wear_depth", "worn_area"]].sel(distance=1900.0, wheel="right", method="nearest"),
+        lambda data: data.isel(point=slice(0, 3)),
+    ],
+)
+def test_a_part_saved_by_xarray_opens_again(path, tmp_path, part):
+    with open_results(path) as dataset:
+        saved = part(dataset).load()
+    saved.to_netcdf(tmp_path / "part.nc")
+    with open_results(tmp_path / "part.nc") as again:
+        assert again.equals(saved)
+        assert set(again.coords) == set(saved.coords)
+    if set(saved.sizes) == {"point"}:  # what reads all of a result says what is not there
+        with pytest.raises(ResultError, match="without regime_name"):
+            load_results(tmp_path / "part.nc")
+
+
+def test_viewers_draw_over_the_numbers_of_steps_and_points(path):
+    with netCDF4.Dataset(path) as file:
+        for name, size in (("step", 4), ("point", file.dimensions["point"].size)):
+            assert file[name].dimensions == (name,)
+            np.testing.assert_array_equal(file[name][:], np.arange(size))
+            assert file[name].units == "1"
+    with open_results(path) as dataset:
+        assert {"step", "point"}.isdisjoint(dataset.xindexes)  # arithmetic aligns distances
+
+
 def test_a_reader_that_is_done_holds_the_file_no_longer(path):
     with open_results(path) as dataset:
         assert float(dataset["distance"][-1]) == 3000.0
@@ -129,7 +177,8 @@ def test_missing_values_become_nan_and_nothing_else_does(path):
     with open_results(path) as dataset:
         assert int(dataset["area"].notnull().sum()) == 4 * 4 * 2
         assert bool(dataset["hollowing"].isnull().all())
-        for name, variable in dataset.variables.items():
+        for name in LAYOUT:
+            variable = dataset[name]
             if variable.dtype.kind == "f" and not LAYOUT[name].missing:
                 assert bool(variable.notnull().all()), name
 

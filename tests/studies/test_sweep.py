@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import wearsim
 from wearsim.campaign.directory import read_status
 from wearsim.campaign.run import run_scene
 from wearsim.errors import NumericalError, ResultError, SceneError
@@ -344,3 +345,40 @@ def test_the_plan_of_another_program_is_refused(sweep, folder):
     (folder / "out" / "sweep.json").write_text(json.dumps({"cases": 3}))
     with pytest.raises(ResultError, match="is not that of a wearsim sweep"):
         outcomes_of(folder / "out")
+
+
+def test_python_sweeps_scenes_and_files_of_sweeps(folder, cases):
+    found = wearsim.sweep("rig.toml", "out", {"operation.block.friction": [0.2, 0.35]}, jobs=2)
+    assert found["state"].values.tolist() == ["finished", "finished"]
+    depth = found["max_wear_depth"].values
+    assert depth.shape == (2, 1, 2)
+    (own,) = run_scene("rig.toml", "one", overrides={"operation.block.friction": 0.2})
+    with open_results(own) as data:
+        np.testing.assert_array_equal(depth[0, 0], data["max_wear_depth"][-1])
+    tables = {"base": "rig.toml", "vary": {"operation": {"block": {"friction": [0.2, 0.35]}}}}
+    again = wearsim.sweep({"scene": {"kind": "sweep", "title": "rig"}, "sweep": tables}, "out")
+    np.testing.assert_array_equal(again["max_wear_depth"], depth)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: wearsim.sweep("rig.toml", "out"), "no sweep; give what to vary"),
+        (lambda: wearsim.sweep({}, "out", {"a.b": [1]}), "vary needs the file of a scene"),
+        (lambda: wearsim.sweep("rig.toml", "out", {"wheelset.radius": [1]}), "unknown key radius"),
+        (
+            lambda: wearsim.sweep("rig.toml", "out", {"wheelset.radius_mm": [-1, 460]}),
+            "case 1: radius_mm = -1",
+        ),
+        (
+            lambda: wearsim.sweep("none.toml", "out", {"wheelset.radius_mm": [460]}),
+            "none.toml. does not exist",
+        ),
+        (lambda: wearsim.run_many("rig.toml", "out"), "scenes are a list of files"),
+        (lambda: wearsim.run_many(["none.toml"], "out"), "none.toml. does not exist"),
+    ],
+)
+def test_faults_of_python_sweeps_come_before_anything_is_written(folder, call, message):
+    with pytest.raises(wearsim.WearsimError, match=message):
+        call()
+    assert not (folder / "out").exists()

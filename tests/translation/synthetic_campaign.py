@@ -1,9 +1,11 @@
 """Small result files with known wear, written through the real schema."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 
+from wearsim.damage.fatigue import WEAR_NUMBERS
 from wearsim.profile.shape import arc_length, polygon_area_between, vertex_normals
 from wearsim.results import FILL_FLOAT, FILL_INT, PATCH_SLOTS, Header, create
 
@@ -178,6 +180,10 @@ def _patches(kind, header, growth):
         if name == "wheel_y":
             slots[:, :3] += 2.0 * shift[:, None]
         row[name] = slots
+    loads = SimpleNamespace(**row)
+    for name, number in WEAR_NUMBERS.items():
+        there = row["area"] < FILL_FLOAT
+        row[f"wear_number_{name}"] = np.where(there, number(loads), FILL_FLOAT)
     for name, values in (
         ("side", used["side"]),
         ("stood_in", [0, 0, 0]),

@@ -25,7 +25,8 @@ import xarray as xr
 
 from wearsim.campaign.evaluate import Setup, solve_passage
 from wearsim.campaign.left_out import new_history
-from wearsim.campaign.state import State, worn_wheels
+from wearsim.campaign.rate import new_state
+from wearsim.campaign.state import worn_wheels
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
 from wearsim.contact.solve import ContactSolution, solve_each
@@ -298,10 +299,7 @@ def _area_rates(world: World, values: FloatArray) -> FloatArray:
     of_patch, of_creepage, (right, left), wheelset, models, wear = parts.values()
     counterface = Counterface(right, of_patch, left, of_creepage)
     setup = Setup(wheelset, counterface, models, wear, threads=world.threads)
-    wheels = wheelset.right, wheelset.left
-    y, z = np.stack([wheel.y for wheel in wheels]), np.stack([wheel.z for wheel in wheels])
-    unworn, nothing = np.zeros_like(y), np.zeros(2)
-    state = State(0, 0.0, y, z, unworn, unworn[:, None], nothing, nothing, points=new_history(points))
+    state = replace(new_state(wheelset), points=new_history(points))
     try:
         passage = solve_passage(state, points, setup)
     except ContactError as error:

@@ -20,7 +20,6 @@ from wearsim.damage import fatigue
 from wearsim.damage.coefficients import CoefficientSet
 from wearsim.damage.fatigue import (
     FATIGUE_LAWS,
-    WEAR_NUMBERS,
     FatigueDamage,
     FatigueSettings,
     PatchLoads,
@@ -220,5 +219,4 @@ def _patch_values(
         **{name: index(name) for name in dict.fromkeys(one.index_quantity for one in FATIGUE_LAWS.values())},
         "fatigue_index_y": np.stack([one.index_y for one in damage], axis=1),
         "subsurface_fatigue_index": subsurface_index(loads.utilised_friction, loads.max_pressure),
-        **{f"wear_number_{name}": number(loads) for name, number in WEAR_NUMBERS.items()},
     }

@@ -30,7 +30,7 @@ from wearsim.results import (
     append,
     attribute_of,
     create,
-    open_results,
+    open_whole,
     row_count,
     stored_rows,
     verify,
@@ -385,7 +385,7 @@ class Writer:
 @signals_wait()
 def outcome_of(path: Path) -> dict[str, Any]:
     """Return steps and their limits, distance and largest depth [m], and why a finished campaign ended."""
-    with open_results(path) as data:
+    with open_whole(path) as data:
         last = data.isel(step=-1)
         return {
             "step_limits": step_limits(data),

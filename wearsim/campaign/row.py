@@ -28,6 +28,7 @@ from wearsim.campaign.passage import Passage
 from wearsim.campaign.running import row_running
 from wearsim.campaign.state import PatchWear, State, worn_wheels
 from wearsim.contact.problem import ContactConditions
+from wearsim.damage.fatigue import WEAR_NUMBERS
 from wearsim.damage.wear import WEAR_LAWS, WearSettings, coefficients_of
 from wearsim.errors import ProfileError
 from wearsim.profile import measures
@@ -121,6 +122,7 @@ def summarise(passage: Passage, wear: PatchWear, count: int) -> dict[str, np.nda
     contact, width = passage.contact, passage.contact.patch.width
     values = {
         **{name: getattr(contact, name) for name in _PATCH_VALUES},
+        **{f"wear_number_{name}": number(contact) for name, number in WEAR_NUMBERS.items()},
         "wear_index_mean": passage.strip_work.sum(axis=1) * width / (contact.area * passage.share),
         "wear_index_max": passage.work_density_max,
         "wear_area_rate": wear.area_rate,

@@ -8,16 +8,18 @@ with them bit by bit and rebuilds it if it differs.
 from __future__ import annotations
 
 import contextlib
+import logging
 import math
 import signal
 import time
+import warnings
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
 from types import FrameType
-from typing import Any, Literal
+from typing import Any
 
 from wearsim import __version__
 from wearsim.campaign.changes import DISTANCE, Standing, changed_setups, text_of, with_changes
@@ -35,6 +37,7 @@ from wearsim.campaign.directory import (
     write_status,
 )
 from wearsim.campaign.evaluate import Evaluation
+from wearsim.campaign.event import Event, Kind, line
 from wearsim.campaign.evolution import WheelsetEvolution
 from wearsim.campaign.record import Writer, mark_of, outcome_of, read_mark, require_unchanged
 from wearsim.campaign.row import StepTaken
@@ -48,6 +51,7 @@ from wearsim.errors import (
     ResultError,
     SceneError,
     WearsimError,
+    WearsimWarning,
     say,
 )
 from wearsim.quantities import STEP_LIMITS
@@ -86,6 +90,8 @@ def run_scene(
 ) -> tuple[Path, ...]:
     """Run a scene in a run directory, or resume it if it was started there.
 
+    The logger "wearsim" has a line on each step at level INFO.
+
     A scene that differs from the one that was started there by a longer distance alone makes that campaign
     longer, finished or not: it goes on from its last step, as by `resume` with the distance as override.
 
@@ -104,7 +110,8 @@ def run_scene(
     threads : int, optional
         Threads of the contact solver, by default all available; their number does not change the bits.
     warn : callable, optional
-        Called before the run with each warning of `scene.initial_contact.check_contact`.
+        Called before the run with each warning of `scene.initial_contact.check_contact`; by default each is
+        a `WearsimWarning` of Python.
 
     Returns
     -------
@@ -144,9 +151,8 @@ def run_scene(
     try:
         prepared = [prepare(part) for part in scene.parts]
         for warning in check_contact(scene, threads, prepared):
-            if warn is not None:
-                placed = at_its_source(warning)
-                warn(placed if lines is None else by_key(placed, lines))
+            placed = at_its_source(warning)
+            (warn or _warn)(placed if lines is None else by_key(placed, lines))
     except SceneError as error:
         raise error if lines is None else SceneError([by_key(one, lines) for one in error.faults]) from None
     files = scene_files(scene)
@@ -156,6 +162,11 @@ def run_scene(
         distances = _distances(scene, require_same_scene(out, manifest, files))
         known = tuple(zip(scene.parts, prepared, strict=True))
         return _continued(out, manifest, distances, observer, threads, known)
+
+
+def _warn(warning: Fault) -> None:
+    """Warn as Python does, of the line that called `run_scene`."""
+    warnings.warn(str(warning), WearsimWarning, stacklevel=3)
 
 
 def _call(scene: object, out: Path, overrides: Sequence[Override]) -> str:
@@ -451,37 +462,10 @@ class _Interrupts:
             signal.signal(number, handler)
 
 
-Kind = Literal["started", "resumed", "step", "deferred", "rebuilt", "finished", "complete"]
-
-
-@dataclass(frozen=True)
-class Event:
-    """Progress of a campaign, for an observer.
-
-    `kind` is "started", "resumed", "step", "deferred" (a reader holds the file; the rows follow), "rebuilt"
-    (the result file was damaged and written anew from the records), "finished", or "complete" (finished
-    before).
-    """
-
-    kind: Kind
-    name: str  # of the campaign: rig or field
-    step: int = 0  # finished wear steps
-    distance: float = 0.0  # run [m]
-    target: float = 0.0  # distance to run [m]
-    worst_depth: float = 0.0  # largest wear depth on either wheel [m]
-    step_length: float = 0.0  # of the last step [m]
-    elapsed: float = 0.0  # wall time of this session [s]
-    # from the pace of the last quarter of the steps of this session [s]; None before its first step
-    time_left: float | None = None
-    # number of steps that each limit held, of `quantities.STEP_LIMITS`; none where it is 0
-    step_limits: Mapping[str, int] = field(default_factory=dict)
-    ended: str = ""  # reason of the end: "distance reached" or "limit of ... met"
-    left_out: int = 0  # operating points without contact solution in the last step
-    left_out_share: float = 0.0  # of the wear that they carry
-
-
 Observer = Callable[[Event], None]
 
+
+_LOG = logging.getLogger("wearsim")
 
 STATUS_INTERVAL = 0.2
 """The status file is not written again for a step so soon after the last time [s]."""
@@ -525,6 +509,7 @@ class Progress:
         if kind != "step" or elapsed >= self._written + STATUS_INTERVAL:
             self._written = elapsed
             self._status("finished" if kind in ("finished", "complete") else "running")
+        _LOG.info("%s", line(self._event))
         if self._observer is not None:
             self._observer(self._event)
 

@@ -10,12 +10,12 @@ from contextlib import contextmanager, nullcontext
 from shutil import get_terminal_size
 from typing import TYPE_CHECKING, TextIO
 
-from wearsim.quantities import duration
+from wearsim.campaign.event import Event, line
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
 
-    from wearsim.campaign.run import Event, Observer
+    from wearsim.campaign.run import Observer
     from wearsim.studies.ensemble import Outcome
 
 PLAIN_INTERVAL = 10.0
@@ -59,33 +59,6 @@ def observer(
     finally:
         if open_line:
             out.write("\n")
-
-
-def line(event: Event) -> str:
-    """Put an event of a running campaign into one line."""
-    at, target = (f"{distance / 1e3:.6g} km" for distance in (event.distance, event.target))
-    state = f"worst depth {1e3 * event.worst_depth:.3f} mm, step {event.step}"
-    why = "" if event.ended in ("", "distance reached") else f": {event.ended}"
-    held = held_by(event.step_limits) + why
-    left = "" if event.time_left is None else f", {duration(event.time_left)} left"
-    texts = {
-        "started": f"started, {target} to run",
-        "resumed": f"continued at step {event.step}, {at} of {target}",
-        "rebuilt": f"{event.name}.nc was incomplete and is rebuilt from the records of its steps",
-        "deferred": f"another program holds {event.name}.nc open; the campaign goes on, the file follows "
-        "when it is free",
-        "complete": f"finished before, {at}, {state}{held}",
-        "finished": f"finished, {at}, {state}, in {duration(event.elapsed)}{held}",
-        "step": f"{at} of {target}, {state}{left}",
-    }
-    return f"{event.name}: {texts[event.kind]}"
-
-
-def held_by(limits: Mapping[str, int]) -> str:
-    """Say which two limits held most steps: ", steps held by error in 38 and by stability in 20 of 60"."""
-    held = sorted(limits.items(), key=lambda item: -item[1])[:2]
-    parts = " and ".join(f"by {name} in {count}" for name, count in held)
-    return f", steps held {parts} of {sum(limits.values())}" if held else ""
 
 
 @contextmanager

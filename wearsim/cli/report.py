@@ -18,11 +18,7 @@ if TYPE_CHECKING:
 
 def execute(arguments: argparse.Namespace) -> int:
     """Write the report and print where it is."""
-    from wearsim.report.html import write_sweep_report
-    from wearsim.studies.sweep import SWEEP_FILE
-
-    directory = Path(arguments.directory)
-    print((write_sweep_report if (directory / SWEEP_FILE).is_file() else write_report)(directory))
+    print(write_report(Path(arguments.directory)))
     return 0
 
 

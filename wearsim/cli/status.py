@@ -6,8 +6,9 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from wearsim.campaign.event import held_by
 from wearsim.cli import print_json
-from wearsim.cli.progress import held_by, with_fault
+from wearsim.cli.progress import with_fault
 from wearsim.quantities import duration
 
 

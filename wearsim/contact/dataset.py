@@ -263,11 +263,11 @@ def solve_contact(
     True
     """
     models = ContactModels() if models is None else models
-    _check_kind("wheelset", wheelset, Wheelset, "wearsim.wheelset")
-    _check_kind("counterface", counterface, Counterface, "wearsim.rails or wearsim.rollers")
-    _check_kind("conditions", conditions, ContactConditions, "wearsim.ContactConditions.of")
-    _check_kind("models", models, ContactModels, "wearsim.ContactModels.of")
-    _check_models(models)
+    check_kind("wheelset", wheelset, Wheelset, "wearsim.wheelset")
+    check_kind("counterface", counterface, Counterface, "wearsim.rails or wearsim.rollers")
+    check_kind("conditions", conditions, ContactConditions, "wearsim.ContactConditions.of")
+    check_kind("models", models, ContactModels, "wearsim.ContactModels.of")
+    check_models(models)
     pairs = 1 + len(counterface.further)
     for rail in np.unique([] if conditions.rail is None else conditions.rail).tolist():
         if rail not in range(pairs):
@@ -319,7 +319,7 @@ def _check_name(what: str, name: str, known: Iterable[str]) -> None:
         raise ContactError(f"{what} = {name!r} is not one of {', '.join(known)}")
 
 
-def _check_kind(name: str, value: object, kind: type, maker: str) -> None:
+def check_kind(name: str, value: object, kind: type, maker: str) -> None:
     """Refuse an argument of another kind than a function returns."""
     if not isinstance(value, kind):
         given = repr(value) if isinstance(value, str | int | float) else f"a {type(value).__name__}"
@@ -331,7 +331,7 @@ def _check_number(name: str, value: object) -> None:
         raise ContactError(f"{name} = {brief(repr(value))} must be a number")
 
 
-def _check_models(models: ContactModels) -> None:
+def check_models(models: ContactModels) -> None:
     """Names of models and parameters, and material and parameters within their ranges."""
     registries: tuple[Registry[Any], ...] = NORMAL_MODELS, TANGENTIAL_MODELS
     for registry, what in zip(registries, ("normal", "tangential"), strict=True):

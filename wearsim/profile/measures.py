@@ -107,6 +107,40 @@ class Measures:
     missing: Mapping[str, str]
 
 
+def measure(profile: Profile, *, diameter: float | None = None) -> Measures:
+    """Gauge values of a wheel as EN 15313 and UIC 510-2 define them, and its hollowing.
+
+    Parameters
+    ----------
+    profile : Profile
+        Wheel with the flange back at y = -70 mm, as standard shapes, worn wheels of results and profiles
+        aligned to such have it.
+    diameter : float, optional
+        At the running circle as it is now, which is not in the profile [m].
+
+    Returns
+    -------
+    Measures
+        `values` [m] by name: flange_height, flange_thickness, flange_gradient, hollowing, rim_width and
+        wheel_diameter, as far as they can be measured; `missing` has the reason for each of the others.
+
+    Raises
+    ------
+    ProfileError
+        If the profile is no wheel.
+
+    Examples
+    --------
+    >>> import wearsim
+    >>> found = wearsim.measure(wearsim.standard_profile("S1002"))
+    >>> round(1e3 * found.values["flange_thickness"], 2), round(1e3 * found.values["flange_height"], 2)
+    (32.5, 28.0)
+    """
+    if not isinstance(profile, Profile) or profile.kind != "wheel":
+        raise ProfileError("the measures are those of a wheel; give the profile of one")
+    return wheel_measures(profile, diameter=diameter)
+
+
 def wheel_measures(profile: Profile, *, diameter: float | None = None) -> Measures:
     """Gauge values of one wheel; what cannot be measured is missing with the reason.
 

@@ -161,6 +161,27 @@ def resample(profile: Profile, spacing: float) -> Profile:
     return replace(profile, y=np.ascontiguousarray(y), z=np.ascontiguousarray(z))
 
 
+def resample_to(profile: Profile, count: int, guess: float | None = None) -> Profile:
+    """Set a number of new points on a profile, by a spacing within 3 % of the `guess`; see `resample`.
+
+    The same profile if it has as many. By default the guess is the length over the number of intervals.
+
+    Raises
+    ------
+    ProfileError
+        If no spacing gives that many points.
+    """
+    if profile.y.size == count:
+        return profile
+    if guess is None:
+        guess = float(arc_length(profile.y, profile.z)[-1]) / (count - 1)
+    for part in sorted(np.linspace(-0.03, 0.03, 121), key=abs):
+        other = resample(profile, guess * (1.0 + float(part)))
+        if other.y.size == count:
+            return other
+    raise ProfileError(f"{profile.name} cannot be given {count} points; give wheels of as many points")
+
+
 def _linear(at: FloatArray, s: FloatArray, points: FloatArray) -> FloatArray:
     """Polygon at the arc lengths `at`, for pieces too short for a spline."""
     return np.column_stack((np.interp(at, s, points[:, 0]), np.interp(at, s, points[:, 1])))

@@ -9,7 +9,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.errors import ProfileError, say
+from wearsim.errors import ProfileError, brief, say
+from wearsim.profile.alignment import ALIGNMENTS
+from wearsim.profile.alignment import align as aligned
 from wearsim.profile.shape import FloatArray, Profile, arc_length, resample, vertex_normals
 
 LARGEST_DEPTH = 12e-3
@@ -43,20 +45,28 @@ class WearBetween:
     note: str  # what was compared, in one sentence
 
 
-def wear_between(before: Profile, after: Profile) -> WearBetween:
-    r"""Wear depth and worn area between two profiles that are aligned already.
+def wear_between(before: Profile, after: Profile, align: str = "none") -> WearBetween:
+    r"""Wear depth and worn area between two profiles, such as two measurements of one wheel.
 
     Parameters
     ----------
     before, after : Profile
-        Of one kind and in the same axes, see `wearsim.profile.alignment`; their points need not
-        correspond. Only the part both have is compared.
+        Of one kind; their points need not correspond. Only the part both have is compared.
+    align : {"none", "best_fit"}
+        Whether they have the same axes already, or the parts of `after` that do not wear are first laid on
+        those of `before` (`wearsim.profile.alignment`).
+
+    Returns
+    -------
+    WearBetween
+        `depth` [m] at the points `y`, `z` of the profile before, `worn_area` [m2], `max_wear_depth` [m] and
+        where it is, `zone_areas` [m2] by zone, and what was compared.
 
     Raises
     ------
     ProfileError
-        The profiles are more than 12 mm apart, or less than half of the shorter one has
-        a counterpart.
+        The profiles are of different kinds, lack what the alignment holds, are more than 12 mm apart, or
+        less than half of the shorter one has a counterpart.
 
     Notes
     -----
@@ -64,7 +74,22 @@ def wear_between(before: Profile, after: Profile) -> WearBetween:
     new one first; of several cuts, the nearest one that faces the same way. The area is that of the closed
     loop along the old profile, across, and back along the new one, exact for both polygons, and each zone
     ends at a normal, so zones add up to the whole. It equals the integral of :math:`d - \kappa d^2/2`.
+
+    Examples
+    --------
+    >>> import wearsim
+    >>> new = wearsim.standard_profile("S1002")
+    >>> wear = wearsim.wear_between(new, wearsim.worn_profile("out/rig.nc", "right"))
+    >>> 0.0 < wear.max_wear_depth < 1e-4
+    True
     """
+    if before.kind != after.kind:
+        raise ProfileError(
+            f"{before.name} is a {before.kind} and {after.name} a {after.kind}; give two alike"
+        )
+    if align not in ALIGNMENTS:
+        raise ProfileError(f"align = {brief(repr(align))} is not one of {', '.join(ALIGNMENTS)}")
+    after = aligned(after, before, align).profile
     old, new = resample(before, _SPACING), resample(after, _SPACING)
     s = arc_length(old.y, old.z)
     outward = -1.0 if before.kind == "rail" else 1.0  # z points into a rail, out of a wheel

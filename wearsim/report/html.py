@@ -40,7 +40,7 @@ from wearsim.report.style import (
 from wearsim.report.tables import GIVEN, Table, exact, given, table
 from wearsim.report.texts import caption, environment, lines, words
 from wearsim.results import load_results
-from wearsim.studies.sweep import sweep_dataset, sweep_rows
+from wearsim.studies.sweep import SWEEP_FILE, sweep_dataset, sweep_rows
 from wearsim.translation.bands import known_bands
 from wearsim.translation.translate import content_hash, translate, with_known_causes
 from wearsim.translation.translate import table as factor_table
@@ -212,12 +212,12 @@ def all_figures(campaigns: Campaigns) -> list[Plate]:
 
 
 def write_report(directory: str | Path, loaded: Mapping[Path, xr.Dataset] | None = None) -> Path:
-    """Write `report.html` from the results in a run directory.
+    """Write `report.html` from the results in the directory of a campaign, a comparison or a sweep.
 
     Parameters
     ----------
-    directory : path
-        Holds rig.nc, field.nc or both; with both, the report compares them.
+    directory : str or Path
+        Holds rig.nc, field.nc or both, which the report compares; or the cases of a sweep.
     loaded : mapping of Path to Dataset, optional
         Those of these files that `load_results` has read already.
 
@@ -230,11 +230,25 @@ def write_report(directory: str | Path, loaded: Mapping[Path, xr.Dataset] | None
     ------
     ResultError
         No result file in the directory, or one that cannot be read.
+
+    Examples
+    --------
+    >>> import wearsim
+    >>> wearsim.write_report("out").name
+    'report.html'
     """
     directory = Path(directory)
+    sweep = (directory / SWEEP_FILE).is_file()
+    text = render_sweep(sweep_dataset(directory)) if sweep else _of_campaigns(directory, loaded or {})
+    path = directory / "report.html"
+    write_whole(path, text, "make room, or make the directory writable")
+    return path
+
+
+def _of_campaigns(directory: Path, read: Mapping[Path, xr.Dataset]) -> str:
+    """Make the page of a run directory, some results of which are read already."""
     states = read_status(directory).get("campaigns") or {}
     paths = (directory / "rig.nc", directory / "field.nc")
-    read = loaded or {}
     datasets = [read[path] if path in read else load_results(path) for path in paths if path.exists()]
     if not datasets:
         raise _without_results(directory, states)
@@ -242,10 +256,7 @@ def write_report(directory: str | Path, loaded: Mapping[Path, xr.Dataset] | None
     if len(datasets) == 2:
         factors = with_known_causes(translate(datasets[0], datasets[1]), directory / "translation.nc")
     hashes = {role_of(data): content_hash(data) for data in datasets}
-    text = render(datasets, states, factors, known_bands(directory, hashes))
-    path = directory / "report.html"
-    write_whole(path, text, "make room, or make the directory writable")
-    return path
+    return render(datasets, states, factors, known_bands(directory, hashes))
 
 
 def _without_results(directory: Path, states: Mapping[str, Mapping[str, Any]]) -> ResultError:
@@ -297,13 +308,6 @@ RESULTS = words("variables")["sweep"]
 """Results drawn over each varied key."""
 _TABLED = ("max_wear_depth", "worn_area", "equivalent_conicity")
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
-
-
-def write_sweep_report(directory: Path) -> Path:
-    """Write `report.html` of the directory of a sweep, whatever of it has run; returns its path."""
-    path = directory / "report.html"
-    write_whole(path, render_sweep(sweep_dataset(directory)), "make room, or make the directory writable")
-    return path
 
 
 def render_sweep(dataset: xr.Dataset) -> str:

@@ -16,7 +16,7 @@ from wearsim.report.plates import COUNTERFACE_MEASURES
 from wearsim.report.style import plain, role_of, save_svg, with_unit
 from wearsim.report.tables import MEASURES, UNDEFINED, limit_text
 from wearsim.report.texts import environment, stated_warnings, wears, words
-from wearsim.results import checks, load_results, result_warnings
+from wearsim.results import checks, load_results, loaded, result_warnings
 from wearsim.results.fatigue import largest_index, quantity_of
 from wearsim.results.limits import limits_met
 from wearsim.whole_files import json_value
@@ -29,13 +29,13 @@ _ALONG = {
 _CONTACT = ("area", "max_pressure", "power", "spin")
 
 
-def inspect(path: str | Path) -> dict[str, Any]:
-    """Summarise a result file.
+def inspect(results: str | Path | xr.Dataset) -> dict[str, Any]:
+    """Summarise a result.
 
     Parameters
     ----------
-    path : path
-        Result file of a campaign, finished or not.
+    results : str, Path or Dataset
+        Result file of a campaign, finished or not, or a result as `wearsim.open_results` gives it.
 
     Returns
     -------
@@ -43,12 +43,27 @@ def inspect(path: str | Path) -> dict[str, Any]:
         Ready for JSON: SI units, lists are (right, left), null where a value is undefined. Wear measures
         at the start ("new") and at the end ("worn"), extremes of the contact over all patches at the end;
         of a campaign that ends with a reprofiling, in the state before it.
+
+    Raises
+    ------
+    ResultError
+        If the file is missing, damaged or not a whole result of this version of wearsim.
+
+    Examples
+    --------
+    >>> import wearsim
+    >>> found = wearsim.inspect("out/rig.nc")
+    >>> found["kind"], found["distance"]
+    ('rig', 2000.0)
+    >>> right, left = found["worn"]["flange_thickness"]
+    >>> 32e-3 < right < 33e-3
+    True
     """
-    return summary(load_results(path))
+    return summary(loaded(results))
 
 
 def summary(dataset: xr.Dataset) -> dict[str, Any]:
-    """Summarise an opened result, see `inspect`."""
+    """Summarise a loaded result, see `inspect`."""
     end = checks.last_worn_row(dataset)
     measures, stated = (*MEASURES, "equivalent_conicity"), words("variables")["inspect"]
     depth = checks.depth_by_regime(dataset).sum(axis=0)

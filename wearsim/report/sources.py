@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import re
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import Any
 
 import xarray as xr
@@ -16,7 +17,8 @@ from wearsim.damage.fatigue.shakedown import boundaries
 from wearsim.report.style import role_of, role_title
 from wearsim.report.tables import Table, table
 from wearsim.report.texts import words
-from wearsim.translation.translate import content_hash
+from wearsim.results import loaded
+from wearsim.translation.translate import Result, content_hash
 
 _SET = ("form", "coefficients", "materials", "validity", "departures", "numbers", "source", "warnings")
 """What a result file says of a law: form, and name, texts and numbers of its coefficient set."""
@@ -83,6 +85,34 @@ def bibliography(datasets: Sequence[xr.Dataset]) -> list[str]:
             text = str(inspect.getdoc(inspect.getmodule(model.solve))) if model else ""
             found += re.findall(r"^\.\. \[\d+\] (.+?)\.?$(?=\n\.\. \[|\n*\Z)", text, re.DOTALL | re.MULTILINE)
     return sorted({" ".join(one.split()) for one in found})
+
+
+def citations(results: Result | Sequence[Result]) -> list[str]:
+    """Publications to cite with results: those behind their coefficients, laws and contact models.
+
+    Parameters
+    ----------
+    results : str, Path or Dataset, or sequence of them
+        Result files, or results as `wearsim.open_results` gives them.
+
+    Returns
+    -------
+    list of str
+        Each publication once, in the order of the alphabet.
+
+    Raises
+    ------
+    ResultError
+        If a file is missing, damaged or not a whole result of this version of wearsim.
+
+    Examples
+    --------
+    >>> import wearsim
+    >>> any("FASTSIM" in one or "Kalker" in one for one in wearsim.citations("out/rig.nc"))
+    True
+    """
+    several = [results] if isinstance(results, str | Path | xr.Dataset) else results
+    return bibliography([loaded(one) for one in several])
 
 
 def commands(datasets: Sequence[xr.Dataset]) -> list[str]:

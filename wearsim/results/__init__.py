@@ -6,7 +6,9 @@ from wearsim.results.file import (
     attribute_of,
     create,
     load_results,
+    loaded,
     open_results,
+    open_whole,
     row_count,
     stored_rows,
     verify,
@@ -26,6 +28,6 @@ from wearsim.results.schema import (
 
 __all__ = [
     "FILL_FLOAT", "FILL_INT", "GROUPS", "LAYOUT", "PATCH_SLOTS", "ROW", "Header", "Row", "append",
-    "attribute_of", "check_row", "create", "layout_of", "load_results", "open_results", "result_warnings",
-    "row_count", "stored_rows", "verify",
+    "attribute_of", "check_row", "create", "layout_of", "load_results", "loaded", "open_results",
+    "open_whole", "result_warnings", "row_count", "stored_rows", "verify",
 ]  # fmt: skip

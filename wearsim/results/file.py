@@ -56,6 +56,9 @@ RETRY_SECONDS = 1.5
 _BATCH, _BATCH_BYTES = 64, 2**22
 """Rows that are written or read together, at most: their number, and bytes from which on they are enough."""
 
+_NUMBERED = {"step": "number of the wear step", "point": "number of the point of the wheel profile"}
+"""Dimensions with numbers as coordinate variable, by which viewers draw; in xarray they are no index."""
+
 _RESERVE = 1_000_000
 """Left on the disk besides the rows themselves, for what HDF5 writes about them [B]."""
 
@@ -214,17 +217,18 @@ def open_results(path: str | Path) -> xr.Dataset:
     Parameters
     ----------
     path : str or Path
-        A `.nc` file that a campaign wrote.
+        A `.nc` file that a campaign wrote, or a part of it that xarray saved.
 
     Returns
     -------
     xarray.Dataset
         SI units, `units` and `long_name` on every variable; empty patch slots and undefined quantities are
-        NaN.  `distance` is the index of `step`, the labels of operating points and wheels are those of
-        `operating_point` and `wheel`: `.sel` takes them all; of two steps at one distance (before and after
-        a reprofiling) `method="nearest"` takes the later one.  Values are read when they are used: `.load()`
-        reads them all, and frees the file for the writer of a running campaign when used as a context
-        manager.
+        NaN.  `distance` is the index of `step`, the names of wheels, operating points, regimes and laws are
+        those of their dimensions: `.sel` takes them all. `method="nearest"` is for the distance, of two
+        steps at one distance (before and after a reprofiling) it takes the later one; `wearsim.at_distance`
+        interpolates between steps.  `profile_y` is a coordinate.  Values are read when they are used:
+        `.load()` reads them all, and frees the file for the writer of a running campaign when used as a
+        context manager.
 
     Raises
     ------
@@ -235,15 +239,25 @@ def open_results(path: str | Path) -> xr.Dataset:
     --------
     >>> import wearsim
     >>> with wearsim.open_results("out/rig.nc") as rig:
-    ...     state = rig.sel(distance=900.0, method="nearest").sel(operating_point="right")
+    ...     state = rig.sel(distance=900.0, operating_point="right", method="nearest")
     ...     pressure = state["max_pressure"].isel(patch=0).load()
+    ...     line = rig.wear_depth.sel(distance=900.0, wheel="right", method="nearest").plot(x="profile_y")
     >>> pressure.attrs["units"]
     'Pa'
     """
-    from wearsim.results.index import INDEXES, DistanceIndex
+    return _dataset(Path(path), part=True)
 
-    path = Path(path)
-    with _opened(path) as file:
+
+def open_whole(path: Path) -> xr.Dataset:
+    """Open a result file with all variables, which `open_results` need not have."""
+    return _dataset(path, part=False)
+
+
+def _dataset(path: Path, part: bool) -> xr.Dataset:
+    """Open a result file, or a `part` of one, see `open_results`."""
+    from wearsim.results.index import INDEXES, DistanceIndex, NameIndex
+
+    with _opened(path, part) as file:
         try:
             for variable in file.variables.values():
                 if "step" in variable.dimensions:
@@ -257,13 +271,24 @@ def open_results(path: str | Path) -> xr.Dataset:
         try:
             opened = _lazy(path, decode_times=False)
             # also where all rows are sound: the file may have grown when they are read
-            dataset = opened.isel(step=slice(0, sound))
-            labels = {dimension: dataset[f"{dimension}_name"].load() for dimension in INDEXES}
+            dataset = opened.isel(step=slice(0, sound), missing_dims="ignore")
+            named = [one for one in INDEXES if one in dataset.dims and f"{one}_name" in dataset.variables]
+            names = {dimension: dataset[f"{dimension}_name"].load() for dimension in named}
         except UNREADABLE as error:
             raise _unreadable(path, "cannot be read", error) from error
-    for dimension, label in labels.items():
-        dataset = dataset.assign_coords({dimension: (dimension, label.values, label.attrs)})
-    dataset = dataset.set_xindex("distance", DistanceIndex)
+    for dimension, name in names.items():
+        dataset = dataset.drop_vars(dimension, errors="ignore")
+        dataset = dataset.assign_coords({dimension: (dimension, name.values, name.attrs)})
+        dataset = dataset.drop_indexes(dimension).set_xindex(dimension, NameIndex)
+    # steps of two results are alike by distance, points of two wheels not at all
+    dataset = dataset.drop_indexes([name for name in _NUMBERED if name in dataset.xindexes])
+    if "step" in dataset["distance"].dims:
+        dataset = dataset.set_xindex("distance", DistanceIndex)
+    if "profile_y" in dataset:
+        dataset = dataset.set_coords("profile_y")
+    for one in dataset.variables.values():
+        one.encoding.setdefault("_FillValue", None)  # xarray would give one to a saved part
+    dataset.encoding.pop("unlimited_dims", None)  # a part may be without steps
     dataset.set_close(opened.close)
     return dataset
 
@@ -278,7 +303,7 @@ def load_results(path: str | Path) -> xr.Dataset:
         If the file is missing, damaged, not a result of this version of wearsim, or holds impossible values.
     """
     path = Path(path)
-    with open_results(path) as dataset:
+    with open_whole(path) as dataset:
         for name, variable in dataset.variables.items():
             try:
                 variable.load()
@@ -287,6 +312,21 @@ def load_results(path: str | Path) -> xr.Dataset:
             if fault := value_fault(str(name), variable.values, dataset.sizes):
                 raise _damaged(path, fault)
     return dataset
+
+
+def loaded(results: str | Path | xr.Dataset) -> xr.Dataset:
+    """Return all of a result, from its file or a dataset of `open_results`; ResultError for a part of one."""
+    import xarray as xr
+
+    if not isinstance(results, xr.Dataset):
+        return load_results(results)
+    layout = layout_of([str(name) for name in results.variables])
+    for name, quantity in layout.items():
+        if name in schema.LATER and name not in results:
+            continue
+        if name not in results or results[name].dims != quantity.dimensions:
+            raise ResultError(f"a part of a result is not enough: {name} is not whole; give the result file")
+    return results.load()
 
 
 @signals_wait()
@@ -332,8 +372,11 @@ def _lazy(path: Path, **decoding: Any) -> xr.Dataset:
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[netCDF4.Dataset]:
-    """Open a result file for reading, exact values unmasked, or raise with what is wrong with the file."""
+def _opened(path: Path, part: bool = False) -> Iterator[netCDF4.Dataset]:
+    """Open a result file for reading, exact values unmasked, or raise with what is wrong with the file.
+
+    It may be a `part` of a result that xarray saved.
+    """
     require_utf8(path)
     if not path.exists():
         raise ResultError(f"{path} does not exist; `wearsim run SCENE --out DIR` writes result files")
@@ -346,7 +389,7 @@ def _opened(path: Path) -> Iterator[netCDF4.Dataset]:
             raise _unreadable(path, "cannot be read as netCDF", error) from error
         try:
             file.set_auto_maskandscale(False)
-            fault = _foreign(file, path)
+            fault = _foreign(file, path, part)
         except UNREADABLE as error:
             fault = _unreadable(path, "is damaged", error)
         if fault is not None:
@@ -354,13 +397,14 @@ def _opened(path: Path) -> Iterator[netCDF4.Dataset]:
         yield file
 
 
-def _foreign(file: netCDF4.Dataset, path: Path) -> ResultError | None:
+def _foreign(file: netCDF4.Dataset, path: Path, part: bool) -> ResultError | None:
     """Return what is wrong with a netCDF file that is no result file of this version, None if it is one."""
     stated = getattr(file, "wearsim_schema", None)
     number = int(stated) if isinstance(stated, np.integer) else None
-    missing = [name for name in _needed(file) if name not in file.variables]
+    needed = ["distance"] if part else _needed(file)
+    missing = [name for name in needed if name not in file.variables]
     if number == SCHEMA and not missing:
-        fault = structure_fault(file, path.stat().st_size)
+        fault = structure_fault(file, path.stat().st_size, part)
         return _damaged(path, fault) if fault else None
     another = "run its scene again in another directory"
     if number is None or number == SCHEMA:
@@ -397,6 +441,10 @@ def _define(file: netCDF4.Dataset, header: Header) -> None:
     for name, value in attributes.items():
         if value != "":
             file.setncattr(name, utf8(value) if isinstance(value, str) else value)
+    for name, meaning in _NUMBERED.items():
+        numbers: Any = file.createVariable(name, "i4", (name,))
+        numbers.setncatts({"units": "1", "long_name": meaning})
+    file.variables["point"][:] = np.arange(header.sizes["point"])
     for name, variable in layout_of(header.static).items():
         made = _defined(file, name, variable, header)
         if "step" not in variable.dimensions:
@@ -461,6 +509,7 @@ def _write_rows(file: netCDF4.Dataset, first: int, rows: Sequence[Row]) -> None:
     file.set_auto_maskandscale(False)
     # the step dimension grows with the first variable written; distance comes last so that rows cut
     # short show themselves by a missing distance
+    file.variables["step"][first : first + len(rows)] = np.arange(first, first + len(rows))
     for name in sorted(row_names(file.variables), key="distance".__eq__):
         file.variables[name][first : first + len(rows)] = np.stack([row[name] for row in rows])
 

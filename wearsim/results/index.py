@@ -1,4 +1,4 @@
-"""The index of the steps of a campaign by the distance run."""
+"""Indexes of a result: steps by the distance run; wheels, operating points, regimes and laws by name."""
 
 from __future__ import annotations
 
@@ -7,8 +7,16 @@ from typing import Any
 import numpy as np
 from xarray.indexes import PandasIndex
 
-INDEXES = ("operating_point", "wheel")
-"""Dimensions whose labels `open_results` makes their index."""
+INDEXES = ("operating_point", "wheel", "regime", "comparison", "comparison_regime", "fatigue")
+"""Dimensions whose names `open_results` makes their index, where a result has them."""
+
+
+class NameIndex(PandasIndex):
+    """Names, which are always met exactly: `method` is for the distance selected with them."""
+
+    def sel(self, labels: dict[Any, Any], method: str | None = None, tolerance: Any = None) -> Any:  # noqa: ARG002
+        """Places of the names, see `xarray.Dataset.sel`."""
+        return super().sel(labels)
 
 
 class DistanceIndex(PandasIndex):

@@ -42,8 +42,8 @@ CHANGES = "settings_changed"
 COORDINATES = ("distance", "wheel_name", "regime_name", "operating_point_name", "arc_length")
 """Coordinates; they never carry a fill value."""
 
-LATER: frozenset[str] = frozenset({"stood_in"})
-"""Variables that came after version 0.2.0: they are absent in result files of versions before them."""
+LATER: frozenset[str] = frozenset({"stood_in", "wear_number_with_spin", "wear_number_without_spin"})
+"""Variables that came after version 0.2.0: they may be absent in result files of versions before them."""
 
 LABELS = (*COORDINATES, *(next(iter(group)) for group in GROUPS.values()))
 """Coordinates with those of the groups."""
@@ -117,8 +117,11 @@ PACKED = 1100
 """No byte of a result file unpacks to more bytes: deflate reaches 1030."""
 
 
-def structure_fault(file: netCDF4.Dataset, size: int) -> str:
-    """Say what of a file of `size` [B] with all variables is not as the table of quantities has it, or ""."""
+def structure_fault(file: netCDF4.Dataset, size: int, part: bool = False) -> str:
+    """Say what of a file of `size` [B] is not as the table of quantities has it, or "".
+
+    In a `part` of a result dimensions may be selected away.
+    """
     for name, variable in file.variables.items():
         if len(set(variable.dimensions)) < len(variable.dimensions):
             return f"{name} has a dimension twice"
@@ -127,12 +130,14 @@ def structure_fault(file: netCDF4.Dataset, size: int) -> str:
         if name not in file.variables:  # of another version
             continue
         variable = file.variables[name]
-        if variable.dimensions != quantity.dimensions:
+        selected = part and set(variable.dimensions) <= set(quantity.dimensions)
+        if variable.dimensions != quantity.dimensions and not selected:
             return f"{name} has dimensions {variable.dimensions} where {quantity.dimensions} are needed"
         if variable.dtype != KINDS[quantity.kind]:
             return f"{name} has type {variable.dtype} where {quantity.kind} is needed"
-        for dimension, length in zip(quantity.dimensions, variable.shape, strict=True):
-            if length < STATED["least"].get(dimension, 1) or (dimension == "wheel" and length != 2):
+        for dimension, length in zip(variable.dimensions, variable.shape, strict=True):
+            least = 0 if part else STATED["least"].get(dimension, 1)
+            if length < least or (dimension == "wheel" and length != 2 and not part):
                 return f"{name} has {length} values along {dimension}"
         unpacked += 8 * math.prod(variable.shape)
         if unpacked > PACKED * size:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ from wearsim.errors import Fault, ProfileError, SceneError, raise_any, say, show
 from wearsim.operation.recorded import Samples
 from wearsim.profile import placement, standard
 from wearsim.profile.conicity import flange_clearance
-from wearsim.profile.shape import Profile, resample
+from wearsim.profile.shape import Profile, resample, resample_to
 from wearsim.scene import messages
 from wearsim.scene.implausible import side_warnings
 from wearsim.scene.inputs import Files, Inputs, kept_files, named_profiles, read_profile_of
@@ -315,13 +315,8 @@ def _with_inputs(
     def matched(key: KeyPath, count: int) -> Profile:
         """Profile with as many points as the right wheel, by a spacing that differs by up to 3 %."""
         shape = shapes[key]
-        if len(shape.y) == count:
-            return shape
-        guess = spacing * (len(shape.y) - 1) / (count - 1)
-        for part in sorted(np.linspace(-0.03, 0.03, 121), key=abs):
-            other = resample(shape, guess * (1.0 + float(part)))
-            if len(other.y) == count:
-                return other
+        with suppress(ProfileError):
+            return resample_to(shape, count, spacing * (len(shape.y) - 1) / (count - 1))
         spaced = scene.campaign.point_spacing_mm
         text = say("scene.unlike_points", key=key[-1], name=names[key], count=count, spaced=spaced)
         raise SceneError(by_line([*faults, scene.fault(key, text)]))

@@ -32,8 +32,9 @@ from wearsim.campaign.directory import (
     read_status,
     require_same_scene,
 )
+from wearsim.campaign.event import Event
 from wearsim.campaign.record import readable_errors
-from wearsim.campaign.run import Event, Observer, run_scene, scene_files
+from wearsim.campaign.run import Observer, run_scene, scene_files
 from wearsim.contact.solve import available_cores
 from wearsim.errors import Fault, ResultError, SceneError, WearsimError, say
 from wearsim.plugins import Registered, register_all, registered
@@ -186,7 +187,7 @@ def run_case(
     """
     settings: dict[str, Any] = {"command": command, "threads": threads, "observer": observer}
     try:
-        run_scene(case.base, out / case.name, overrides=case.overrides, **settings)
+        run_scene(case.base, out / case.name, overrides=case.overrides, warn=_told_before, **settings)
     except WearsimError as error:
         return Outcome(case.number, "failed", " ".join(str(error).split("\n")), error.exit_code)
     except KeyboardInterrupt:
@@ -195,6 +196,10 @@ def run_case(
         text = f"internal error, {_text(error)}; this is a fault of wearsim"
         return Outcome(case.number, "failed", text, 3)
     return Outcome(case.number, "finished")
+
+
+def _told_before(_: Fault) -> None:
+    """Leave a warning of one case to `check_cases`, which has those of all cases."""
 
 
 def outcome_in(directory: Path, number: int) -> Outcome:

@@ -122,7 +122,7 @@ def estimate(setup: CampaignSetup, start: State, evaluation: Evaluation, threads
             seconds[name] += own * share * tried.seconds
             held_by[name] = leg.reason
     slowest, whole = max(seconds, key=seconds.__getitem__), sum(seconds.values())
-    size = sum(values.nbytes for values in row.values())
+    size = sum(values.nbytes for values in row.values()) + 4  # and the number of the step
     share = seconds[slowest] / whole
     return Estimate(round(steps), whole, slowest, share, held_by[slowest], end, limit, size)
 

@@ -21,8 +21,8 @@ from wearsim.studies.states import states, states_text
 from wearsim.texts import written
 
 
-def _silent(_: str) -> None:
-    pass
+def silent(_: str) -> None:
+    """Tell nothing of what is being done."""
 
 
 def plan(
@@ -30,7 +30,7 @@ def plan(
     prepared: Prepared,
     warnings: Sequence[Fault],
     threads: int | None = None,
-    report: Callable[[str], None] = _silent,
+    report: Callable[[str], None] = silent,
 ) -> dict[str, Any]:
     """Return what a scene would run, with what is solved from it and the warnings of `check_contact`.
 

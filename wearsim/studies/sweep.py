@@ -20,7 +20,7 @@ from wearsim.campaign.run import Observer
 from wearsim.contact.solve import available_cores
 from wearsim.errors import Fault, ResultError, SceneError, WearsimError, brief, printable, say
 from wearsim.quantities import QUANTITIES
-from wearsim.results import LAYOUT, open_results
+from wearsim.results import LAYOUT, open_whole
 from wearsim.results.checks import last_worn_row
 from wearsim.scene import load_campaign, prepare
 from wearsim.scene.sweep import Case, Sweep, SweepScene
@@ -257,7 +257,7 @@ def write_tables(out: Path) -> None:
 
 @signals_wait()
 def _end(path: Path) -> dict[str, np.ndarray]:
-    with open_results(path) as result:
+    with open_whole(path) as result:
         last = result.isel(step=last_worn_row(result))
         names = (*MEASURES, *(name for name in COUNTERFACE_MEASURES if name in result))
         return {name: np.asarray(last[name].values, dtype=float) for name in names}

@@ -229,7 +229,7 @@ def per_wheel(dataset: xr.Dataset, name: str) -> FloatArray:
         NaN where the wheel has no contact patch [SI unit of the quantity].
     """
     rule = POINT_QUANTITIES[name]
-    # results of campaigns without fatigue laws hold what the wear numbers are made of
+    # results of version 0.2.0 without fatigue laws hold what the wear numbers are made of
     value = dataset[name].values if name in dataset else _WEAR_NUMBERS[name](dataset).values
     here = np.stack([(dataset["side"].values == wheel) & np.isfinite(value) for wheel in (0, 1)])
     if rule == "largest":

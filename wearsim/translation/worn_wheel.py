@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
+import xarray as xr
 
-from wearsim.errors import ProfileError, ResultError
+from wearsim.errors import ProfileError, ResultError, brief
 from wearsim.profile.measures import running_circle_level
 from wearsim.profile.placement import RUNNING_CIRCLE
 from wearsim.profile.shape import Profile
@@ -31,25 +32,83 @@ class WornWheel:
     when: str  # distance, and which stored state it is
 
 
-@signals_wait()
-def worn_wheel(path: Path, side: Side, distance: float | None = None, given: str = "") -> WornWheel:
-    """Return a wheel of a result file at a distance [m], by default the last one.
+def worn_profile(
+    results: str | Path | xr.Dataset, wheel: Side = "right", distance: float | None = None
+) -> Profile:
+    """Profile of a wheel of a campaign at a distance.
 
-    Between two stored states each point is interpolated linearly over the distance; of two states at one
-    distance the one after the reprofiling is taken.
+    Parameters
+    ----------
+    results : str, Path or Dataset
+        Result file, or a result as `wearsim.open_results` gives it.
+    wheel : {"right", "left"}
+        In the axes of a right wheel, too.
+    distance : float, optional
+        Within the distance run, by default its end [m].
+
+    Returns
+    -------
+    Profile
+        Each point is linear between the two stored states; of two states at one distance the one after the
+        reprofiling is taken. `source` states which.
+
+    Raises
+    ------
+    ProfileError
+        If the file is no result, it does not hold that wheel, or the distance was not run.
+
+    Examples
+    --------
+    >>> import wearsim
+    >>> worn = wearsim.worn_profile("out/rig.nc", "right", 1500.0)
+    >>> worn.kind, worn.name
+    ('wheel', 'rig_right_1.5km')
+    >>> wearsim.export_profile(worn, "worn.prw")
+    """
+    given = "" if distance is None else f"distance = {distance:.10g} m"
+    return worn_wheel(results, wheel, distance, given).profile
+
+
+@signals_wait()
+def worn_wheel(
+    results: str | Path | xr.Dataset, side: Side, distance: float | None = None, given: str = ""
+) -> WornWheel:
+    """Return a wheel of a result at a distance [m], by default the last one, see `worn_profile`.
 
     Raises
     ------
     ProfileError
         If the file is no result, or the distance was not run; `given` is how the user wrote it.
     """
+    if side not in ("right", "left"):
+        raise ProfileError(f"wheel = {brief(repr(side))} is not one of right, left")
+    if isinstance(results, xr.Dataset):
+        name = f"the result {brief(str(results.attrs.get('title', '')))!r}"
+        return _worn(
+            results, side, distance, given, (str(results.attrs.get("scene_kind", "result")), name, name)
+        )
+    path = Path(results)
     try:
         with open_results(path) as data:
-            run = data["distance"].values
-            points = data[["profile_y", "profile_z"]].sel(wheel=side).load()
-            attributes = data.attrs
+            return _worn(data, side, distance, given, (path.stem, path.name, str(path)))
     except ResultError as error:
         raise ProfileError(str(error)) from error
+
+
+def _worn(
+    data: xr.Dataset, side: Side, distance: float | None, given: str, names: tuple[str, str, str]
+) -> WornWheel:
+    """Wheel of an open result, with its names for those of the profile, for its source and for messages."""
+    stem, name, path = names
+    if not {"step", "wheel", "point"} <= set(data.dims) or not {"profile_y", "profile_z"} <= set(
+        data.variables
+    ):
+        raise ProfileError(f"{path} is a part of a result without profiles of both wheels over its steps")
+    run, attributes = data["distance"].values, data.attrs
+    try:
+        points = data[["profile_y", "profile_z"]].sel(wheel=side).load()
+    except KeyError:
+        raise ProfileError(f"{path} is a part of a result without the {side} wheel") from None
     end = float(run[-1])
     at = end if distance is None or math.isclose(distance, end, rel_tol=1e-9) else distance
     if not 0.0 <= at <= end:
@@ -64,9 +123,9 @@ def worn_wheel(path: Path, side: Side, distance: float | None = None, given: str
     elif row and run[row - 1] == at:
         how = "the stored state after the reprofiling there"
     radius = float(attributes["wheel_radius"])
-    source = f"{side} wheel of {path.name} after {km}, {how}"
+    source = f"{side} wheel of {name} after {km}, {how}"
     return WornWheel(
-        Profile(f"{path.stem}_{side}_{km.replace(' ', '')}", "wheel", y, z, source),
+        Profile(f"{stem}_{side}_{km.replace(' ', '')}", "wheel", y, z, source),
         radius,
         2.0 * (radius + running_circle_level(y, z)),
         2.0 * (float(attributes["half_span"]) - RUNNING_CIRCLE),
