@@ -68,9 +68,7 @@ def test_a_vehicle_gives_points_with_its_loads_and_positions(folder):
     assert shift[-4] == pytest.approx(-shift[-2], abs=1e-6)
     assert shift[-4] > 4e-3 > abs(shift[-3])
     assert points.conditions.yaw[-4] > 2e-4
-    np.testing.assert_allclose(
-        points.conditions.loads.sum(axis=1), inputs_of(scene).route.vehicle.axle_load
-    )
+    np.testing.assert_allclose(points.conditions.loads.sum(axis=1), inputs_of(scene).route.vehicle.axle_load)
     np.testing.assert_array_equal(points.environment[-4:], 0.5)
     np.testing.assert_array_equal(points.conditions.friction_flange[-4:], 0.15)
     assert any("vehicle.file" in name for name, _ in setup.input_hashes)

@@ -40,7 +40,6 @@ KNOWN = {
         for kind, situation, measured, pairs in (
             ("plain tread", "shift 0", "strip work 54 to 64 %, target 25 to 50 %", PLANAR),
             ("contact jumps", "shift -0.77 mm", "strip work 45 to 61 %, target 25 to 50 %", PLANAR),
-            ("no or negative curvature", "relative radius 30 m", "force 56 %, target 25 %", [PLANAR[-1]]),
             (
                 "roller of 100 to 1 mm",
                 "radius 5 mm",

@@ -438,7 +438,13 @@ def _rotation_speed(task: Task, chunk: ContactConditions, index: IntArray) -> Fl
     if chunk.creepage is None and chunk.rotation == "centred":
         still = np.zeros_like(chunk.shift)
         central = replace(
-            chunk, shift=still, yaw=still, roll=still, track_curvature=still, nearby=None, free_roll=False,
+            chunk,
+            shift=still,
+            yaw=still,
+            roll=still,
+            track_curvature=still,
+            nearby=None,
+            free_roll=False,
             box_moment=None,
         )
         try:

@@ -60,6 +60,4 @@ class Controlled:
             slope[bogies.leading] = springs[:2]
             slope[bogies.trailing] = springs[2:, [2, 3, 0, 1]]
             partner[bogies.leading], partner[bogies.trailing] = bogies.trailing, bogies.leading
-        return replace(
-            in_given_place(conditions), free=free, force=force, slope=slope, partner=partner
-        )
+        return replace(in_given_place(conditions), free=free, force=force, slope=slope, partner=partner)
