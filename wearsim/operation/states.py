@@ -297,6 +297,7 @@ def _settled(
     known = None if nearby is None else nearby.at(asked)
     found = _found(given, here, guidance, tolerance, near, known)
     accepted = found.missing * tolerance <= np.where(found.at_jump, AT_JUMP, ACCEPTED)
+    accepted &= accepted[guidance.partner]
     done = asked[accepted]
     kept = found.at(np.flatnonzero(accepted))
     return _running_at(begin, done, kept), np.setdiff1d(rows, done), ends.replaced(done, kept)
