@@ -47,19 +47,16 @@ class Guidance:
         """Return the wheelsets at `index`, which has partners together."""
         place = np.full(self.partner.size, -1)
         place[index] = np.arange(index.size)
-        assert (place[self.partner[index]] >= 0).all()
-        return Guidance(
-            self.axle_load[index],
-            self.wheel_load[index],
-            self.box_moment[index],
-            self.free[index],
-            self.force[index],
-            self.slope[index],
-            place[self.partner[index]],
-        )
+        partner = place[self.partner[index]]
+        assert (partner >= 0).all()
+        return self._with_partners(index, partner)
 
     def alone(self, index: IntArray) -> Guidance:
         """Return the wheelsets at `index`, each without its partner."""
+        return self._with_partners(index, np.arange(index.size))
+
+    def _with_partners(self, index: IntArray, partner: IntArray) -> Guidance:
+        """Return the wheelsets at `index` with partners (k,) among them."""
         return Guidance(
             self.axle_load[index],
             self.wheel_load[index],
@@ -67,7 +64,7 @@ class Guidance:
             self.free[index],
             self.force[index],
             self.slope[index],
-            np.arange(index.size),
+            partner,
         )
 
     def forces(self, position: FloatArray) -> FloatArray:
