@@ -25,13 +25,12 @@ import xarray as xr
 
 from wearsim.campaign.evaluate import Setup, solve_passage
 from wearsim.campaign.left_out import new_history
-from wearsim.campaign.rate import new_state
+from wearsim.campaign.rate import new_state, points_of
 from wearsim.campaign.state import worn_wheels
 from wearsim.contact.patch import FloatArray
 from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
 from wearsim.contact.solve import ContactSolution, solve_each
 from wearsim.errors import ContactError
-from wearsim.operation.points import OperatingPoints
 from wearsim.profile.shape import Profile
 from wearsim.profile.worn import WHEEL_ZONES
 from wearsim.translation.compare import STAGES
@@ -294,8 +293,7 @@ def _area_rates(world: World, values: FloatArray) -> FloatArray:
         torque=at["torque"],
         free_roll=free_roll,
     )
-    one = np.ones(count)
-    points = OperatingPoints(conditions, one, one, np.zeros(count), tuple(map(str, range(count))))
+    points = points_of(conditions)
     of_patch, of_creepage, (right, left), wheelset, models, wear = parts.values()
     counterface = Counterface(right, of_patch, left, of_creepage)
     setup = Setup(wheelset, counterface, models, wear, threads=world.threads)

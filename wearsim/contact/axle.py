@@ -173,12 +173,12 @@ class Wheelsets:
         free[:, SHIFT:] = self.guidance.free
         return free
 
-    @property
+    @cached_property
     def placed(self) -> NDArray[np.bool_]:
         """Wheelsets (n,) whose shift and yaw are given."""
         return np.asarray(~self.guidance.free.any(axis=1))
 
-    @property
+    @cached_property
     def linked(self) -> NDArray[np.bool_]:
         """Residuals that hang on unknowns (n, 6, 6).
 
@@ -268,7 +268,7 @@ class Wheelsets:
             `faults` says why it is missing where it is.
         """
         posed, load = self.conditions(unknown), self.loads(unknown)
-        pose = np.stack([posed.axle_shift(), posed.yaw, posed.roll], axis=1)
+        pose = _pose(posed)
         solved, faults = rows.copy(), dict[int, ContactError]()
         sides = self._sides(posed, rows, near)
         while solved.any() or not self.count:
@@ -287,9 +287,8 @@ class Wheelsets:
     def of_wheels(self, unknown: FloatArray, wheels: Wheels, sides: tuple[Side, ...]) -> Contact:
         """Contact of all wheelsets in a state (n, 6), of patches that were solved for it."""
         posed, every = self.conditions(unknown), np.ones(self.count, dtype=bool)
-        pose = np.stack([posed.axle_shift(), posed.yaw, posed.roll], axis=1)
         forces, _ = self.forces(unknown, wheels)
-        return Contact(wheels, forces, every, pose, self.loads(unknown), sides)
+        return Contact(wheels, forces, every, _pose(posed), self.loads(unknown), sides)
 
     def _sides(
         self, posed: ContactConditions, rows: NDArray[np.bool_], near: Contact | None
@@ -423,3 +422,8 @@ class Wheelsets:
             change = (self.residuals(forces) - still) / step[:, None]
             slopes[seen, :, column] = change[seen]
         return slopes
+
+
+def _pose(conditions: ContactConditions) -> FloatArray:
+    """Lateral position of the axle [m], yaw and roll [rad] (n, 3)."""
+    return np.stack([conditions.axle_shift(), conditions.yaw, conditions.roll], axis=1)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
 from wearsim.errors import ResultError, brief, suggestion
 from wearsim.report.figures import campaign
-from wearsim.results import loaded
+from wearsim.results import checks, loaded
 
 _SIDES = ("right", "left")
 _ALONG = ("profile_z", "wear_depth", "wear_depth_by_regime")
@@ -62,9 +63,8 @@ def plot(
     data = loaded(results)
     if wheel not in _SIDES:
         raise ResultError(f"wheel = {brief(repr(wheel))} is not one of right, left")
-    end = float(data["distance"].values[-1])
-    if distance is not None and not 0.0 <= distance <= end:
-        raise ResultError(f"distance = {distance:.10g} must be 0 to {end:.10g} m, the distance run")
+    if distance is not None:
+        checks.check_run(data, np.array([distance]))
     side = _SIDES.index(wheel)
     if name == "wear_depth":
         return campaign.plot_wear_depth(data, ax, wheel=side, distance=distance)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from wearsim.damage.coefficients import COEFFICIENT_SETS
 from wearsim.damage.fatigue.shakedown import shakedown_limit
 from wearsim.damage.wear import WEAR_LAWS
-from wearsim.errors import say
+from wearsim.errors import ResultError, say
 from wearsim.quantities import STEP_LIMITS
 
 if TYPE_CHECKING:
@@ -153,6 +153,13 @@ def cracks_left(dataset: xr.Dataset) -> str:
             else f"The lathe is assumed to take all damage of {law}, which states no depth of its cracks."
         )
     return " ".join(lines)
+
+
+def check_run(dataset: xr.Dataset, distance: NDArray[np.float64]) -> None:
+    """Raise a `ResultError` for distances (k,) that a campaign has not run [m]."""
+    end = float(dataset["distance"].values[-1])
+    for one in distance[~((distance >= 0.0) & (distance <= end))]:
+        raise ResultError(f"distance = {one:.10g} must be 0 to {end:.10g} m, the distance run")
 
 
 def depth_by_regime(dataset: xr.Dataset) -> NDArray[np.float64]:

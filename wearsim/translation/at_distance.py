@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from wearsim.errors import ResultError
-from wearsim.results import open_results
+from wearsim.results import checks, open_results
 from wearsim.translation.factors import at_distances, rows_at
 
 
@@ -53,8 +53,7 @@ def at_distance(results: str | Path | xr.Dataset, distance: Any) -> xr.Dataset:
         raise ResultError("the result holds one state alone; give one with its steps")
     run = results["distance"].values
     wanted = np.atleast_1d(np.asarray(distance, dtype=float))
-    for one in wanted[~((wanted >= 0.0) & (wanted <= run[-1]))]:
-        raise ResultError(f"distance = {one:.10g} must be 0 to {run[-1]:.10g} m, the distance run")
+    checks.check_run(results, wanted)
     rows = rows_at(run, wanted)
     state = results.isel(step=rows).drop_vars(["distance", "step"], errors="ignore")
     for name, variable in results.variables.items():
