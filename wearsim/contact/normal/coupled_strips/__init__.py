@@ -117,7 +117,7 @@ def solve(
     rows = load.size
     asked = plain(2.0 / (np.pi**2 * effective_modulus) * load)
     for most in _ROOMS:
-        work = work_for(most, gap.counterface.y.size, influence_table())
+        work = work_for(most, gap.counterface.y.size, influence_table().ravel())
         number, fault = np.zeros((2, rows), np.int64)
         patches, kept = np.zeros((rows, most // 4), PATCH), np.empty((7, rows, most))
         solve_wheels(wheels, row, asked, count, work, number, fault, patches, kept)

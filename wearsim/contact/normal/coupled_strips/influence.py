@@ -34,6 +34,7 @@ STEPS = int((_HIGHEST - LOWEST) * PER_OCTAVE)
 ROOT_STEPS = _ROOTS / (_LAST_ROOT - _FIRST_ROOT)
 STEP = float(np.log(2.0)) / PER_OCTAVE  # of ln eta
 
+_COLUMN = np.uint64(2 * (STEPS + 1))  # numbers of one column
 _NODES = 64  # of the quadrature on either side of xi
 
 
@@ -102,17 +103,21 @@ def column_at(along: float) -> tuple[int, float, float]:
 
 @inlined_bare_kernel
 def influence_at(table: FloatArray, column: int, share: float, octaves: float) -> tuple[float, float]:
-    """Influence f and its slope by a step of ln eta, at steps of ln eta from the lowest of the table."""
+    """Influence f and its slope by a step of ln eta, at steps of ln eta from the lowest of the table.
+
+    `table` is that of `influence_table` in one row. Places in it are unsigned: numba would look for negative
+    ones that count from the end at each of them.
+    """
     inside = min(max(octaves, 0.0), STEPS - 1e-9)
-    k = int(inside)
+    k = np.uint64(inside)
     t = inside - k
-    left, left_slope = table[column, k, 0], table[column, k, 1]
-    right, right_slope = table[column, k + 1, 0], table[column, k + 1, 1]
-    if share > 0.0:
-        left += share * (table[column + 1, k, 0] - left)
-        left_slope += share * (table[column + 1, k, 1] - left_slope)
-        right += share * (table[column + 1, k + 1, 0] - right)
-        right_slope += share * (table[column + 1, k + 1, 1] - right_slope)
+    here = np.uint64(column) * _COLUMN + np.uint64(2) * k
+    there = here + _COLUMN
+    rest = 1.0 - share
+    left = rest * table[here] + share * table[there]
+    left_slope = rest * table[here + np.uint64(1)] + share * table[there + np.uint64(1)]
+    right = rest * table[here + np.uint64(2)] + share * table[there + np.uint64(2)]
+    right_slope = rest * table[here + np.uint64(3)] + share * table[there + np.uint64(3)]
     rise = right - left
     a, b, u = left_slope - rise, rise - right_slope, 1.0 - t
     bend = a * u + b * t

@@ -28,11 +28,11 @@ from wearsim.contact.patch import FloatArray, IntArray
 
 NO_ROOM = -1  # fault of a row with more strips than there is room for
 
-_MARGIN, _HIGHER = 1.15, 1.1  # level over a displacement, first and where that was too low
+_MARGIN, _HIGHER = 1.5, 1.1  # level over a displacement, first and where that was too low
 _LEVELS, _FARTHER = 8, 1.5  # trials of the level, and step of those without solution
 _SLENDER = 0.137  # growth of c / (k E*), which is 1/2 of a cylinder, with length over width of an ellipse
 _STEPS = 80
-_EXACT = 1e-5  # tolerance of the load of strips
+_EXACT = 3e-5  # tolerance of the load of strips
 _ENOUGH = 0.01  # change of the load of strips in the last step that is no failure yet
 _SMALLEST = 1e-5  # of the load: patches below are left out
 
