@@ -9,9 +9,8 @@ import numpy as np
 from wearsim.campaign import control, step
 from wearsim.campaign.evaluate import Evaluation, Setup, accumulate, rate
 from wearsim.campaign.left_out import Failed
-from wearsim.campaign.passage import Passage
 from wearsim.campaign.state import State, WearRate
-from wearsim.contact.balance import Guided
+from wearsim.contact.balance import Equilibria
 from wearsim.contact.patch import FloatArray
 from wearsim.operation.points import OperatingPoints
 from wearsim.operation.states import Running
@@ -30,8 +29,7 @@ class Way(NamedTuple):
     """What a stage of a wear step begins with, and what it leaves to the next one."""
 
     running: Running | None  # where the wheelset runs
-    nearby: Guided | None  # end of the search for it
-    passage: Passage  # that the contact of the next stage begins at
+    begin: Equilibria  # where the search for it and the contact begin
     failed: Failed  # points without contact solution in any stage
 
 

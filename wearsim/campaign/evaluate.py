@@ -18,7 +18,6 @@ from wearsim.campaign.state import PatchWear, PointHistory, State, WearRate, wor
 from wearsim.campaign.vertices import sample, share_out, stretches, strip_heights
 from wearsim.contact.normal.model import FAINT
 from wearsim.contact.patch import FloatArray, IntArray
-from wearsim.contact.problem import NEARBY, ContactPatches
 from wearsim.contact.solve import (
     ContactModels,
     ContactSolution,
@@ -96,7 +95,6 @@ def solve_passage(
     points: OperatingPoints,
     setup: Setup,
     among: NDArray[np.bool_] | None = None,
-    earlier: Passage | None = None,
 ) -> Passage:
     """Solve operating points, whatever their weight, with the profiles of a state; evaluate the laws.
 
@@ -104,18 +102,14 @@ def solve_passage(
     order of point, side and falling normal force; with `among` (n,) only those points are solved, which keep
     their numbers. The laws run on the threads of the contact solver: no more cells exist at a time than those
     of the chunks being solved. With a history of the points those without contact solution are left out;
-    those that failed before are solved by themselves, so that the others are not solved twice. Contact of
-    points whose place is given begins at that of an `earlier` passage, which saves work and changes nothing
-    beyond the tolerance.
+    those that failed before are solved by themselves, so that the others are not solved twice.
     """
     bodies, every, groups = worn_bodies(state, setup), list[Passage](), 0
     failed: Failed = {}
     conditions, of, share = points.runs
-    if earlier is not None:
-        nearby = _nearby(earlier.contact, points, of)
-        if conditions.nearby is not None:
-            nearby = np.where(np.isfinite(conditions.nearby), conditions.nearby, nearby)
-            nearby[len(points.label) :] = np.nan  # past a jump
+    if conditions.nearby is not None:
+        nearby = conditions.nearby.copy()
+        nearby[len(points.label) :] = np.nan  # past a jump
         conditions = replace(conditions, nearby=nearby)
     asked = np.ones(len(points.label), dtype=bool) if among is None else among
     before = np.zeros_like(asked) if state.points is None else state.points.left_out
@@ -137,20 +131,6 @@ def solve_passage(
     order = np.argsort(wheel, kind="stable")
     whole: Passage = joined(every, order if groups > 1 or points.beyond is not None else None)
     return replace(whole, failed=failed)
-
-
-def _nearby(contact: ContactPatches, points: OperatingPoints, of: IntArray) -> FloatArray:
-    """Equilibria (n, 20) of runs `of` points at an earlier contact; NaN where there is none.
-
-    Points whose place follows from forces have none: they begin at the end of the search for it, if anywhere.
-    """
-    known = np.full((len(points.label), NEARBY), np.nan)
-    known[contact.point[::-1]] = contact.nearby[::-1]
-    if points.controlled is not None:
-        known[points.controlled.any] = np.nan
-    nearby: FloatArray = known[of]
-    nearby[len(points.label) :] = np.nan  # past a jump
-    return nearby
 
 
 def _passage_at(
@@ -352,7 +332,6 @@ def solved(
     *,
     among: NDArray[np.bool_] | None = None,
     raises: bool = True,
-    earlier: Passage | None = None,
 ) -> Evaluation:
     """Solve the contact of some points and weigh the wear of those that act.
 
@@ -370,15 +349,13 @@ def solved(
         Points to solve, by default those that act; they keep their numbers.
     raises : bool
         Whether it is an error if points without contact solution carry too much of the wear.
-    earlier : Passage, optional
-        Nearby, to begin with.
 
     Raises
     ------
     ContactError
         If the points without contact solution carry too much of the wear.
     """
-    passage = solve_passage(state, points, setup, weight > 0.0 if among is None else among, earlier)
+    passage = solve_passage(state, points, setup, weight > 0.0 if among is None else among)
     wear, history = passage.wear, state.points
     assert wear is not None
     if history is not None:

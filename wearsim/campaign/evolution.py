@@ -25,7 +25,7 @@ from wearsim.campaign.left_out import new_history, with_failed
 from wearsim.campaign.passage import Passage
 from wearsim.campaign.reprofiling import reprofile, reprofiling_due, to_next_reprofiling
 from wearsim.campaign.row import NO_STEP, StepTaken, build_row, header_of, recorded_measures
-from wearsim.campaign.running import begun_at, new_running, settled_state, with_help
+from wearsim.campaign.running import begun_at, equilibria_of, new_running, settled_state, with_help
 from wearsim.campaign.state import State, WearRate, spacing_of, worn_wheels
 from wearsim.contact.patch import FloatArray
 from wearsim.damage.wear import WEAR_LAWS
@@ -135,7 +135,8 @@ class WheelsetEvolution:
 
     def _settled(self, state: State) -> State:
         """Return the state with the shifts and loads that balance what is controlled."""
-        return settled_state(state, self.setup.points, self._contact)[0]
+        settled, begin = settled_state(state, self.setup.points, self._contact)
+        return replace(settled, begin=begin)
 
     def evaluate(self, state: State, taken: StepTaken | None = None) -> Evaluation:
         """Solve the contact of a state, if the step that led to it has not left it.
@@ -158,6 +159,7 @@ class WheelsetEvolution:
     ) -> Evaluation:
         """Contact of the points that act with a weight (n,), and of the monitoring points."""
         followed = (weight > 0.0) | (points.weight == 0.0)
+        points = begun_at(points, state.begin, self._contact.models)
         return solved(state, points, weight, self._contact, among=followed, raises=raises)
 
     def row(self, state: State, evaluation: Evaluation, taken: StepTaken) -> dict[str, np.ndarray]:
@@ -262,12 +264,12 @@ class WheelsetEvolution:
     ) -> Attempt:
         """Take a step: its stages, its end and the contact there.
 
-        The contact of each stage begins at that of the one before, of the first one at that of the state; the
-        contact at the end begins anew, because a campaign resumed there knows none.
+        The contact of each stage begins at that of the one before, of the first one at that of the state.
+        Where the contact at the end begins is part of the state: a campaign resumed there begins there, too.
         """
         weight, limit = choice.weight, choice.limit
         stages = step.begun(state, now, limit.step_length, rule, limit.stiffness * limit.step_length)
-        way = Way(state.running, None, earlier, {})
+        way = Way(state.running, equilibria_of(earlier, self.setup.points, state.begin), {})
         while stages.left:
             ahead = stages.ahead()
             rate, way = self._stage(ahead, weight, way)
@@ -278,8 +280,8 @@ class WheelsetEvolution:
             after = replace(after, points=with_failed(after.points, self._where(state).points, way.failed))
         # where the wheelset runs after the step: what the shift changed in it is part of the error
         after = replace(after, running=way.running)
-        after, _ = settled_state(after, self.setup.points, self._contact, nearby=way.nearby)
-        tried = tried._replace(state=after)
+        after, begin = settled_state(after, self.setup.points, self._contact, begin=way.begin)
+        tried = tried._replace(state=replace(after, begin=begin))
         # with the history that is stored: a resumed campaign solves the same batches, to the last bit
         end = self._solved(tried.state, self._where(tried.state).points, weight)
         last = step.smoothed_at_end(state, tried.state, end.collective, rule.smoothing_wavelength)
@@ -290,13 +292,12 @@ class WheelsetEvolution:
         """Wear rate in a stage of a step, and what the next one begins with."""
         ahead = replace(ahead, running=way.running)
         points = self.setup.points
-        ahead, nearby = settled_state(ahead, points, self._contact, weight > 0.0, way.nearby)
-        wears = WEAR_LAWS[self._contact.wear.law].wears  # else the contact is the same in every stage
-        earlier = way.passage if wears else None
-        there = begun_at(self._where(ahead).points, nearby, self._contact.models)
-        evaluation = solved(ahead, there, weight, self._contact, earlier=earlier)
+        ahead, begin = settled_state(ahead, points, self._contact, weight > 0.0, way.begin)
+        there = begun_at(self._where(ahead).points, begin, self._contact.models)
+        evaluation = solved(ahead, there, weight, self._contact)
         failed = {**way.failed, **evaluation.passage.failed}
-        return evaluation.collective, Way(ahead.running, nearby, evaluation.passage, failed)
+        begin = equilibria_of(evaluation.passage, points, begin)
+        return evaluation.collective, Way(ahead.running, begin, failed)
 
 
 def _accepted(

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from wearsim.campaign.evaluate import Setup, forces_of, worn_bodies
 from wearsim.campaign.passage import Passage
 from wearsim.campaign.state import PatchWear, State
-from wearsim.contact.balance import Guided
+from wearsim.contact.balance import Equilibria
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.patch import FloatArray
-from wearsim.contact.problem import ContactModels
+from wearsim.contact.problem import NEARBY, ContactModels
 from wearsim.errors import ContactError, NumericalError
 from wearsim.operation.points import OperatingPoints
 from wearsim.operation.refusal import bogie_of, what_helps
@@ -30,12 +30,12 @@ def settled_state(
     points: OperatingPoints,
     setup: Setup,
     stage: NDArray[np.bool_] | None = None,
-    nearby: Guided | None = None,
-) -> tuple[State, Guided | None]:
+    begin: Equilibria | None = None,
+) -> tuple[State, Equilibria | None]:
     """Return the state with the places at which its profiles balance what is controlled.
 
-    In a `stage` of a wear step those of points (n,) that act in it. And the end of the search, with which
-    that of a state `nearby` can begin.
+    In a `stage` of a wear step those of points (n,) that act in it. And where the next search can begin: the
+    end of this one, which begins itself at `begin`.
 
     Raises
     ------
@@ -43,7 +43,7 @@ def settled_state(
         If no place does.
     """
     if state.running is None or points.controlled is None:
-        return state, None
+        return state, begin
     bodies, before = worn_bodies(state, setup), state.running
     try:
         after, ends = settle_nearby(
@@ -52,7 +52,7 @@ def settled_state(
             bodies,
             setup.models,
             before.at(state.distance),
-            nearby,
+            begin,
             stage=stage,
             threads=setup.threads,
         )
@@ -65,17 +65,34 @@ def settled_state(
     if gone > 0.0:
         rate = np.where(np.isfinite(points.controlled.lateral_force), after.shift - before.shift, 0.0) / gone
     running = replace(after, rate=rate, distance=state.distance)
-    return replace(state, running=running), ends
+    found = ends.equilibria
+    return replace(state, running=running), found if begin is None else found.where(found.of_guided, begin)
 
 
-def begun_at(points: OperatingPoints, ends: Guided | None, models: ContactModels) -> OperatingPoints:
-    """Operating points whose contact begins at the ends of the searches for where they run.
+def equilibria_of(passage: Passage, points: OperatingPoints, before: Equilibria | None) -> Equilibria:
+    """Where contact of the points can begin after a passage.
 
-    With a model whose wheels have several solutions it begins anew.
+    Those of points whose place follows from forces stay those `before`, the ends of the searches for it.
     """
-    if ends is None or NORMAL_MODELS[models.normal].several_solutions:
+    nearby = np.full((len(points.label), NEARBY), np.nan)
+    nearby[passage.contact.point[::-1]] = passage.contact.nearby[::-1]
+    if points.controlled is not None:
+        nearby[points.controlled.any] = np.nan
+    found = Equilibria.of_placed(nearby)
+    return found if before is None else found.where(np.isfinite(nearby).all(axis=1), before)
+
+
+def begun_at(points: OperatingPoints, begin: Equilibria | None, models: ContactModels) -> OperatingPoints:
+    """Operating points whose contact begins at equilibria that are known.
+
+    With a model whose wheels have several solutions it begins anew where the place follows from forces.
+    """
+    if begin is None:
         return points
-    return replace(points, conditions=replace(points.conditions, nearby=ends.nearby))
+    nearby = begin.placed
+    if NORMAL_MODELS[models.normal].several_solutions and points.controlled is not None:
+        nearby[points.controlled.any] = np.nan
+    return replace(points, conditions=replace(points.conditions, nearby=nearby))
 
 
 def with_help(error: ContactError, points: OperatingPoints, setup: Setup) -> ContactError:

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple, get_args, get_type_hints
 import numpy as np
 from numpy.typing import NDArray
 
+from wearsim.contact.balance import Equilibria
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import ContactPatches, Wheelset
 from wearsim.operation.states import Running
@@ -80,6 +81,7 @@ class State:
     reprofiled: int = 0
     points: PointHistory | None = None  # None: a point without contact solution is an error
     running: Running | None = None  # shifts and loads of the operating points; None: those of the scene
+    begin: Equilibria | None = None  # where the contact of the state and searches from it begin; None: anew
 
 
 @dataclass(frozen=True)

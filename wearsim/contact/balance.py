@@ -104,6 +104,54 @@ _MISSED = "torque", "right load", "left load", "roll"
 
 
 @dataclass(frozen=True)
+class Equilibria:
+    """Where searches of n wheelsets can begin; NaN of those of which nothing is known.
+
+    Parameters
+    ----------
+    unknown : (n, 6) array
+        Rotation speed, loads, roll, shift and yaw in their units; the last two are NaN where they are given.
+    slope : (n, 6, 6) array
+        Of the residuals of the contact.
+    """
+
+    unknown: FloatArray
+    slope: FloatArray
+
+    @classmethod
+    def of_placed(cls, nearby: FloatArray) -> Equilibria:
+        """Return those (n,) of wheelsets in a given place, from (n, 20) numbers of their contact."""
+        count = len(nearby)
+        unknown = np.full((count, UNKNOWNS), np.nan)
+        slope = np.full((count, UNKNOWNS, UNKNOWNS), np.nan)
+        unknown[:, :PLACED] = nearby[:, :PLACED]
+        slope[:, :PLACED, :PLACED] = nearby[:, PLACED:].reshape(-1, PLACED, PLACED)
+        return cls(unknown, slope)
+
+    @property
+    def placed(self) -> FloatArray:
+        """Equilibria (n, 20) at given shifts, yaws and wheel loads, for `ContactConditions`."""
+        of_placed = self.slope[:, :PLACED, :PLACED].reshape(-1, PLACED * PLACED)
+        return np.concatenate([self.unknown[:, :PLACED], of_placed], axis=1)
+
+    @property
+    def of_guided(self) -> NDArray[np.bool_]:
+        """Which wheelsets (n,) have a shift and a yaw to begin with."""
+        return np.asarray(np.isfinite(self.unknown).all(axis=1))
+
+    def at(self, index: IntArray) -> Equilibria:
+        """Return the wheelsets at `index`."""
+        return Equilibria(self.unknown[index], self.slope[index])
+
+    def where(self, taken: NDArray[np.bool_], other: Equilibria) -> Equilibria:
+        """Return these of wheelsets `taken` (n,), and others of the rest."""
+        return Equilibria(
+            np.where(taken[:, None], self.unknown, other.unknown),
+            np.where(taken[:, None, None], self.slope, other.slope),
+        )
+
+
+@dataclass(frozen=True)
 class Guided:
     """Wheelsets at the end of a search.
 
@@ -147,9 +195,9 @@ class Guided:
         return Guided(**whole)
 
     @property
-    def nearby(self) -> FloatArray:
-        """Equilibria (n, 20) at the shifts, yaws and wheel loads found, for `ContactConditions`."""
-        return nearby_of(self.unknown, self.slope)
+    def equilibria(self) -> Equilibria:
+        """Where the next search can begin."""
+        return Equilibria(self.unknown, self.slope)
 
     @property
     def shift(self) -> FloatArray:
@@ -165,12 +213,6 @@ class Guided:
     def roll(self) -> FloatArray:
         """Roll (n,) [rad]."""
         return ROLL_UNIT * self.unknown[:, ROLL]
-
-
-def nearby_of(unknown: FloatArray, slope: FloatArray) -> FloatArray:
-    """Where others of the same place can begin (n, 20), from unknowns (n, 6) and slopes (n, 6, 6)."""
-    of_placed = slope[:, :PLACED, :PLACED].reshape(-1, PLACED * PLACED)
-    return np.concatenate([unknown[:, :PLACED], of_placed], axis=1)
 
 
 def none_guided(count: int) -> Guided:

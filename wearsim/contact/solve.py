@@ -12,14 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearsim.contact.axle import UNKNOWNS, Wheelsets
-from wearsim.contact.balance import Guided, Settled, balanced, nearby_of, settled
+from wearsim.contact.balance import Equilibria, Guided, Settled, balanced, settled
 from wearsim.contact.equilibrium import rotation_without_creepage
 from wearsim.contact.guidance import Guidance, in_given_place
 from wearsim.contact.kernel import leaf_kernel, plain
 from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.patch import FloatArray, IntArray, SurfaceFields, mean_over_planes
 from wearsim.contact.problem import (
-    PLACED,
     ContactConditions,
     ContactModels,
     ContactSolution,
@@ -235,7 +234,7 @@ def solve_guided(
     tolerance: float,
     *,
     near: bool = False,
-    nearby: Guided | None = None,
+    nearby: Equilibria | None = None,
     threads: int = 1,
 ) -> Guided:
     """Find where wheelsets run under forces.
@@ -252,7 +251,7 @@ def solve_guided(
         Of forces, over the axle load.
     near : bool
         Whether the wheelsets begin near the balance.
-    nearby : Guided, optional
+    nearby : Equilibria, optional
         Of like points, to begin with, with slopes or NaN in their place; by default the search begins with
         coarse patches.
     threads : int
@@ -388,11 +387,11 @@ def _solved_from(task: Task, chunk: ContactConditions, index: IntArray) -> Conta
     if numbers != task.sides:
         wanted = np.isin(wheels.sign < 0.0, np.array(task.sides) == 1)
         wheels, contact = patches_where(wheels, wanted), contact_where(contact, wanted)
-    nearby = nearby_of(parts[0].unknown, parts[0].slopes)
+    nearby = Equilibria(parts[0].unknown, parts[0].slopes).placed
     for problem, part in zip(problems[1:], parts[1:], strict=True):
         searched: FloatArray = problem.wanted.astype(np.float64)
-        own = nearby_of(searched, searched[:, None] * searched[:, :, None])
-        nearby = np.where(own == 1.0, nearby_of(part.unknown, part.slopes), nearby)
+        own = Equilibria(searched, searched[:, None] * searched[:, :, None]).placed
+        nearby = np.where(own == 1.0, Equilibria(part.unknown, part.slopes).placed, nearby)
     turning, roll = problems[0].speed(parts[0].unknown), problems[0].roll(parts[0].unknown)
     return _finish(task, wheels, contact, nearby, turning, roll, index)
 
@@ -417,11 +416,8 @@ def _settled(problem: Wheelsets) -> Settled:
     nearby = problem.chunk.nearby
     if nearby is None:
         return settled(problem, *begun_with_coarse_patches(problem))
-    unknown = np.zeros((problem.count, UNKNOWNS))
-    unknown[:, :PLACED] = nearby[:, :PLACED]
-    slopes = np.zeros((problem.count, UNKNOWNS, UNKNOWNS))
-    slopes[:, :PLACED, :PLACED] = nearby[:, PLACED:].reshape(-1, PLACED, PLACED)
-    return settled(problem, unknown, slopes)
+    begin = Equilibria.of_placed(nearby)
+    return settled(problem, np.nan_to_num(begin.unknown), np.nan_to_num(begin.slope))
 
 
 def _given_speed(task: Task, chunk: ContactConditions, index: IntArray) -> FloatArray | None:

@@ -32,7 +32,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearsim.contact.axle import LEAST_LOAD, UNKNOWNS
-from wearsim.contact.balance import ACCEPTED, AT_JUMP, Guided, none_guided
+from wearsim.contact.balance import ACCEPTED, AT_JUMP, Equilibria, Guided, none_guided
 from wearsim.contact.guidance import Guidance
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.problem import (
@@ -185,7 +185,7 @@ def settle_nearby(
     bodies: tuple[Wheelset, Counterface],
     models: ContactModels,
     start: Running | None,
-    nearby: Guided | None,
+    nearby: Equilibria | None,
     *,
     stage: NDArray[np.bool_] | None = None,
     threads: int = 1,
@@ -198,9 +198,8 @@ def settle_nearby(
         As in `settle`.
     bodies : (Wheelset, Counterface)
         In contact.
-    nearby : Guided, optional
-        End of the search of the same points in a state nearby, NaN where there is none: saves work and
-        changes nothing beyond the tolerance.
+    nearby : Equilibria, optional
+        Of the same points in a state nearby: saves work and changes nothing beyond the tolerance.
     stage : (n,) bool array, optional
         Points that act in a stage of a wear step: only they move, and all bogies, and to a coarser tolerance.
 
@@ -280,7 +279,7 @@ def _settled(
     ends: Guided,
     *,
     near: bool = False,
-    nearby: Guided | None = None,
+    nearby: Equilibria | None = None,
 ) -> tuple[Running, IntArray, Guided]:
     """Let points `rows` (k,) run where their forces are balanced, those alone that `nearby` knows if given.
 
@@ -289,7 +288,7 @@ def _settled(
     Running, IntArray, Guided
         Where all points run; those of `rows` that have no balance; ends of the searches of all points.
     """
-    asked = rows if nearby is None else rows[np.isfinite(nearby.missing[rows])]
+    asked = rows if nearby is None else rows[nearby.of_guided[rows]]
     if not asked.size:
         return begin, rows, ends
     guidance = given.guidance.at(asked)
@@ -309,7 +308,7 @@ def _found(
     guidance: Guidance,
     tolerance: float,
     near: bool,
-    nearby: Guided | None,
+    nearby: Equilibria | None,
 ) -> Guided:
     """Search the balance of some points; those that come to an unstable one are pushed out of it."""
     bodies = given.wheelset, given.counterface, given.models
@@ -320,7 +319,7 @@ def _found(
         return found
     own = guidance.at(doubtful)
     # slopes by differences say whether the balance is unstable
-    there = replace(found.at(doubtful), slope=np.full((doubtful.size, UNKNOWNS, UNKNOWNS), np.nan))
+    there = Equilibria(found.unknown[doubtful], np.full((doubtful.size, UNKNOWNS, UNKNOWNS), np.nan))
     judged = solve_guided(here.at(doubtful), own, *bodies, tolerance, nearby=there, threads=given.threads)
     found = found.replaced(doubtful, judged)
     unstable = np.flatnonzero(judged.stiffness <= 0.0)
