@@ -12,6 +12,7 @@ import pytest
 from wearsim.campaign.control import reached
 from wearsim.campaign.evaluate import rate, setup_of
 from wearsim.campaign.evolution import WheelsetEvolution
+from wearsim.campaign.running import begun_at
 from wearsim.campaign.state import State
 from wearsim.contact.patch import Patch, SurfaceFields
 from wearsim.contact.problem import NEARBY
@@ -177,7 +178,8 @@ def all_states():
         states, rates = [state], []
         while not reached(state.distance, of.setup.control.distance):
             state, taken = of.advance(state, of.evaluate(state, taken))
-            rates.append(rate(states[-1], of.setup.points, state.active_weight, setup_of(of.setup)))
+            points = begun_at(of.setup.points, states[-1].begin)
+            rates.append(rate(states[-1], points, state.active_weight, setup_of(of.setup)))
             states.append(state)
         return states, rates
 

@@ -29,7 +29,7 @@ class Way(NamedTuple):
     """What a stage of a wear step begins with, and what it leaves to the next one."""
 
     running: Running | None  # where the wheelset runs
-    begin: Equilibria  # where the search for it and the contact begin
+    begin: Equilibria | None  # where the search for it and the contact begin; None: anew
     failed: Failed  # points without contact solution in any stage
 
 

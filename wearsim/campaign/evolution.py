@@ -27,6 +27,7 @@ from wearsim.campaign.reprofiling import reprofile, reprofiling_due, to_next_rep
 from wearsim.campaign.row import NO_STEP, StepTaken, build_row, header_of, recorded_measures
 from wearsim.campaign.running import begun_at, equilibria_of, new_running, settled_state, with_help
 from wearsim.campaign.state import State, WearRate, spacing_of, worn_wheels
+from wearsim.contact.balance import Equilibria
 from wearsim.contact.patch import FloatArray
 from wearsim.damage.wear import WEAR_LAWS
 from wearsim.errors import ContactError, NumericalError
@@ -159,7 +160,7 @@ class WheelsetEvolution:
     ) -> Evaluation:
         """Contact of the points that act with a weight (n,), and of the monitoring points."""
         followed = (weight > 0.0) | (points.weight == 0.0)
-        points = begun_at(points, state.begin, self._contact.models)
+        points = begun_at(points, state.begin)
         return solved(state, points, weight, self._contact, among=followed, raises=raises)
 
     def row(self, state: State, evaluation: Evaluation, taken: StepTaken) -> dict[str, np.ndarray]:
@@ -269,7 +270,8 @@ class WheelsetEvolution:
         """
         weight, limit = choice.weight, choice.limit
         stages = step.begun(state, now, limit.step_length, rule, limit.stiffness * limit.step_length)
-        way = Way(state.running, equilibria_of(earlier, self.setup.points, state.begin), {})
+        begin = self._if_worn(equilibria_of(earlier, self.setup.points, state.begin))
+        way = Way(state.running, begin, {})
         while stages.left:
             ahead = stages.ahead()
             rate, way = self._stage(ahead, weight, way)
@@ -281,7 +283,7 @@ class WheelsetEvolution:
         # where the wheelset runs after the step: what the shift changed in it is part of the error
         after = replace(after, running=way.running)
         after, begin = settled_state(after, self.setup.points, self._contact, begin=way.begin)
-        tried = tried._replace(state=replace(after, begin=begin))
+        tried = tried._replace(state=replace(after, begin=self._if_worn(begin)))
         # with the history that is stored: a resumed campaign solves the same batches, to the last bit
         end = self._solved(tried.state, self._where(tried.state).points, weight)
         last = step.smoothed_at_end(state, tried.state, end.collective, rule.smoothing_wavelength)
@@ -293,11 +295,16 @@ class WheelsetEvolution:
         ahead = replace(ahead, running=way.running)
         points = self.setup.points
         ahead, begin = settled_state(ahead, points, self._contact, weight > 0.0, way.begin)
-        there = begun_at(self._where(ahead).points, begin, self._contact.models)
+        begin = self._if_worn(begin)
+        there = begun_at(self._where(ahead).points, begin)
         evaluation = solved(ahead, there, weight, self._contact)
         failed = {**way.failed, **evaluation.passage.failed}
-        begin = equilibria_of(evaluation.passage, points, begin)
+        begin = self._if_worn(equilibria_of(evaluation.passage, points, begin))
         return evaluation.collective, Way(ahead.running, begin, failed)
+
+    def _if_worn(self, begin: Equilibria | None) -> Equilibria | None:
+        """Where the next contact begins; anew under a law that wears nowhere, as all states have the same."""
+        return begin if WEAR_LAWS[self._contact.wear.law].wears else None
 
 
 def _accepted(

@@ -12,9 +12,8 @@ from wearsim.campaign.evaluate import Setup, forces_of, worn_bodies
 from wearsim.campaign.passage import Passage
 from wearsim.campaign.state import PatchWear, State
 from wearsim.contact.balance import Equilibria
-from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.patch import FloatArray
-from wearsim.contact.problem import NEARBY, ContactModels
+from wearsim.contact.problem import NEARBY
 from wearsim.errors import ContactError, NumericalError
 from wearsim.operation.points import OperatingPoints
 from wearsim.operation.refusal import bogie_of, what_helps
@@ -82,17 +81,11 @@ def equilibria_of(passage: Passage, points: OperatingPoints, before: Equilibria 
     return found if before is None else found.where(np.isfinite(nearby).all(axis=1), before)
 
 
-def begun_at(points: OperatingPoints, begin: Equilibria | None, models: ContactModels) -> OperatingPoints:
-    """Operating points whose contact begins at equilibria that are known.
-
-    With a model whose wheels have several solutions it begins anew where the place follows from forces.
-    """
+def begun_at(points: OperatingPoints, begin: Equilibria | None) -> OperatingPoints:
+    """Operating points whose contact begins at equilibria that are known."""
     if begin is None:
         return points
-    nearby = begin.placed
-    if NORMAL_MODELS[models.normal].several_solutions and points.controlled is not None:
-        nearby[points.controlled.any] = np.nan
-    return replace(points, conditions=replace(points.conditions, nearby=nearby))
+    return replace(points, conditions=replace(points.conditions, nearby=begin.placed))
 
 
 def with_help(error: ContactError, points: OperatingPoints, setup: Setup) -> ContactError:

@@ -109,7 +109,7 @@ def test_influence_is_that_of_the_integral(along, across):
     distance = np.abs(along - np.cos(angle))
     value = np.sum(weight * np.arcsinh(across / distance))
     slope = np.sum(weight * across / np.hypot(across, distance))
-    table = influence_table()
+    table = influence_table().ravel()
     column, share, beyond = column_at(along)
     octaves = 8.0 * (np.log2(across / beyond) + 12.0)
     got, rise = influence_at(table, column, share, octaves)
