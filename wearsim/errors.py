@@ -83,6 +83,11 @@ def shown(value: object) -> str:
     return brief(str(value))
 
 
+def listed(values: Iterable[object], between: str = ", ") -> str:
+    """Values one after the other, with commas, " and " or " or " between them."""
+    return between.join(map(str, values))
+
+
 class _Formatter(string.Formatter):
     def convert_field(self, value: Any, conversion: Any) -> Any:
         if conversion == "t":
