@@ -10,6 +10,7 @@ import functools
 import json
 import string
 import tomllib
+import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -118,6 +119,11 @@ def say(name: str, /, **values: Any) -> str:
 
 class WearsimWarning(UserWarning):
     """What deserves a second look in a scene that runs: file, line, key, what is doubtful, a way out."""
+
+
+def issue_warning(warning: Fault, stacklevel: int = 3) -> None:
+    """Issue a warning of Python, by default of the line that called the calling function."""
+    warnings.warn(str(warning), WearsimWarning, stacklevel=stacklevel)
 
 
 class WearsimError(Exception):
