@@ -44,8 +44,8 @@ def input_of(path: Path, side: Side, at_km: str | None) -> tuple[ProfileInput, f
         f"{side} wheel after {worn.when}",
         f"z counts from the new running circle, radius {1e3 * worn.radius:g} mm; now "
         f"the diameter is {1e3 * worn.diameter:.3f} mm there",
-        f"this diameter and the back-to-back distance {1e3 * worn.back_to_back:g} mm are "
-        "taken, if none is stated",
+        f"this diameter and the back-to-back distance {1e3 * worn.back_to_back:g} mm "
+        "are taken, if none is stated",
     )
     wheel = ProfileInput(
         profile=worn.profile, format="result", header={}, notes=notes, given=str(path),

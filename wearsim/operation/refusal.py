@@ -71,6 +71,6 @@ def what_helps(
     if helps:
         return f"it runs {', or '.join(helps)}"
     return (
-        "neither half the friction, nor balanced cant, nor a curve twice as wide helps: "
-        "change profiles or vehicle"
+        "neither half the friction, nor balanced cant, nor a curve twice as wide "
+        "helps: change profiles or vehicle"
     )

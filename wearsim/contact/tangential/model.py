@@ -131,7 +131,7 @@ class TangentialSolver(Protocol):
 
 
 def unconverged(residual: float, tolerance: float, row: int) -> NumericalError:
-    """Error of a row whose tractions of steady rolling on the half-space did not converge."""
+    """Error of a row whose steady rolling on the half-space did not converge."""
     message = (
         "steady rolling on the half-space did not converge: residual "
         f"{residual:.1e} of the tractions, allowed {tolerance:.0e}; try other numbers "
