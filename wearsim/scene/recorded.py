@@ -63,8 +63,8 @@ def read_record(
     named = {_UNITS[key][0]: key for key in columns_of}
     for key in columns_of:
         if (other := named[_UNITS[key][0]]) != key:
-            message = f"{key} and {other} are one quantity; delete one of them"
-            faults.append(scene.fault((*where, key), message))
+            text = f"{key} and {other} are one quantity; delete one of them"
+            faults.append(scene.fault((*where, key), text))
     for quantity, sign in _SIGNS.items():
         if quantity in named and getattr(section, sign) is None:
             text = (
@@ -79,17 +79,17 @@ def read_record(
     if "shift" not in named:
         missing.insert(0, "shift")
     if missing:
-        message = (
+        text = (
             f"no column for {listed(missing)}; name one in [recorded.columns], or give "
             "the constant"
         )
-        faults.append(scene.fault(where, message))
+        faults.append(scene.fault(where, text))
     if not {"time", "place"} & set(named):
-        message = (
+        text = (
             "no distance: name a column for time_s or distance_m, for what distance "
             "each sample stands"
         )
-        faults.append(scene.fault(where, message))
+        faults.append(scene.fault(where, text))
     raise_any(faults)
     columns = _columns(path)
     for key, name in columns_of.items():
