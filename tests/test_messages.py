@@ -3,7 +3,6 @@
 import argparse
 import ast
 import re
-import string
 import tomllib
 from pathlib import Path
 
@@ -11,7 +10,7 @@ import pytest
 
 import wearsim
 from wearsim.cli import build_parser
-from wearsim.errors import say
+from wearsim.errors import listed, shown
 from wearsim.profile.alignment import ALIGNMENTS
 from wearsim.quantities import QUANTITIES
 from wearsim.scene import scene_schema
@@ -44,13 +43,6 @@ ELSEWHERE = {
 """Names in messages on other things than scenes, flags, tables of operating points and result files."""
 
 TABLES_OF_NAMES = [PACKAGE / name for name in ("quantities.py", "__init__.py")]
-
-TEXTS = {
-    f"{room}.{name}": text
-    for room, texts in tomllib.loads((PACKAGE / "texts.toml").read_text(encoding="utf-8")).items()
-    for name, text in texts.items()
-}
-"""Messages by their names."""
 
 KEYS = tomllib.loads((PACKAGE / "scene" / "keys.toml").read_text(encoding="utf-8"))
 
@@ -124,7 +116,6 @@ def messages():
             for line, text in texts(ast.parse(path.read_text(encoding="utf-8")))
             if " " in text
         ]
-        + [(name, re.sub(r"\{.*?\}", "{}", text)) for name, text in TEXTS.items()]
         + [(f"scene/keys.toml {name}", text) for name, text in meanings(KEYS)]
     )
 
@@ -149,37 +140,23 @@ def test_every_command_of_a_message_exists_with_its_flags(messages):
         assert set(_FLAG.findall(rest)) <= FLAGS[command], place
 
 
-def fields_of(text):
-    return {re.split(r"[.\[]", name)[0] for _, name, _, _ in string.Formatter().parse(text) if name}
-
-
-def test_every_call_of_a_message_gives_what_stands_in_its_fields():
-    trees = [ast.parse(path.read_text(encoding="utf-8")) for path in PACKAGE.rglob("*.py")]
-    constants = {node.value for tree in trees for node in ast.walk(tree) if isinstance(node, ast.Constant)}
-    assert set(TEXTS) <= constants
-    calls = [
-        node
-        for tree in trees
-        for node in ast.walk(tree)
-        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "say"
-    ]
-    assert len(calls) > 50
-    for call in calls:
-        names = [one.value for one in ast.walk(call.args[0]) if isinstance(one, ast.Constant)]
-        given = {keyword.arg for keyword in call.keywords}
-        wanted = [fields_of(TEXTS[name]) for name in names]
-        assert not names or given - {None} <= set().union(*wanted), names
-        assert None in given or all(fields <= given for fields in wanted), names
-
-
 @pytest.mark.parametrize(
-    ("text", "output"),
+    ("value", "text"),
     [
-        ("{gap:.3g mm}", "1.23 mm"),
-        ("{gap:.2g %}", "0.12 %"),
-        ("{key!t} {names!c}; {names!o}; {names!a}", '"a" x, y; x or y; x and y'),
+        ("a", '"a"'),
+        ("x" * 50, '"' + 35 * "x" + '..."'),
+        (True, "true"),
+        (1.5, "1.5"),
+        (["a", 2], '["a", 2]'),
+        ([1, 2, 3, 4, 5], "(a list)"),
+        ({"a": 1}, "(a table)"),
     ],
 )
-def test_fields_of_messages(monkeypatch, text, output):
-    monkeypatch.setattr("wearsim.errors._messages", lambda: {"room": {"name": text}})
-    assert say("room.name", gap=1.234e-3, key="a", names=("x", "y")) == output
+def test_a_value_is_shown_as_toml_writes_it_and_shortened(value, text):
+    assert shown(value) == text
+
+
+def test_values_are_listed_with_the_word_between_them():
+    assert listed(["x", 2]) == "x, 2"
+    assert listed(iter(["x", "y"]), " or ") == "x or y"
+    assert listed([]) == ""

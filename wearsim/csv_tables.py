@@ -6,7 +6,7 @@ import csv
 import io
 from typing import NamedTuple
 
-from wearsim.errors import Fault, say
+from wearsim.errors import Fault, shown
 
 
 class CsvTable(NamedTuple):
@@ -43,18 +43,29 @@ def csv_table(
                 records.append((line, stripped))
             line = reader.line_num + 1
     except csv.Error as error:
-        faults.append(Fault(say("table.malformed", error=error), file, line))
+        message = (
+            f"is not well-formed CSV ({error}); quotes within a quoted cell are "
+            "doubled, and a comma or the end of the line follows the last one"
+        )
+        faults.append(Fault(message, file, line))
     (top, names), *rest = records or [(1, [])]
     header = list(names)
     while header and not header[-1]:
         header.pop()
     alike = [" ".join(name.split()) for name in header]
     twice = sorted({name for name in alike if name and alike.count(name) > 1})
-    faults += [Fault(say("table.twice", name=name), file, top) for name in twice]
+    faults += [
+        Fault(f"column {shown(name)} stands twice; delete one of them", file, top)
+        for name in twice
+    ]
     wide, rows = len(header), list[tuple[int, list[str]]]()
     for at, cells in rest:
         if any(cells[wide:]) or (len(cells) < wide and not short):
-            faults.append(Fault(say("table.cells", count=len(cells), wide=wide), file, at))
+            message = (
+                f"{len(cells)} cells, the header has {wide}; separate cells by commas, "
+                "write decimals with a point, put texts with commas in quotes"
+            )
+            faults.append(Fault(message, file, at))
         else:
             rows.append((at, cells[:wide]))
     return CsvTable(top, header, rows, faults)

@@ -1,19 +1,16 @@
 """Errors that reach the user: one line each, naming the input, the value, the limit and the fix.
 
-Long messages stand in `texts.toml`.
+A message is an f-string where the fault is found; `shown`, `listed` and `brief` write
+the values in it.
 """
 
 from __future__ import annotations
 
 import difflib
-import functools
 import json
-import string
-import tomllib
+import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
 
 @dataclass(frozen=True)
@@ -65,11 +62,6 @@ def brief(text: str) -> str:
     return text if len(text) <= LONGEST_ECHO else f"{text[: LONGEST_ECHO - 3]}..."
 
 
-_UNITS = {"mm": 1e3, "um": 1e6, "µm": 1e6, "km": 1e-3, "kN": 1e-3, "mrad": 1e3, "%": 100.0, "GPa": 1e-9}
-"""Units of messages, with the factor from SI."""
-_BETWEEN = {"c": ", ", "o": " or ", "a": " and "}
-
-
 def shown(value: object) -> str:
     """Value as TOML would write it, on one line, shortened."""
     if isinstance(value, Mapping):
@@ -83,36 +75,18 @@ def shown(value: object) -> str:
     return brief(str(value))
 
 
-class _Formatter(string.Formatter):
-    def convert_field(self, value: Any, conversion: Any) -> Any:
-        if conversion == "t":
-            return shown(value)
-        if conversion in _BETWEEN:
-            return _BETWEEN[conversion].join(map(str, value))
-        return super().convert_field(value, conversion)
-
-    def format_field(self, value: Any, format_spec: str) -> Any:
-        form, _, unit = format_spec.partition(" ")
-        return f"{value * _UNITS[unit]:{form}} {unit}" if unit else format(value, form)
-
-
-@functools.cache
-def _messages() -> dict[str, Any]:
-    return tomllib.loads(Path(__file__).with_name("texts.toml").read_text(encoding="utf-8"))
-
-
-def say(name: str, /, **values: Any) -> str:
-    """Message of a name in `texts.toml`, such as "rig.no_file", with values in its fields.
-
-    Fields are those of `str.format`; besides, ``{gap:.3g mm}`` shows a value in SI units in others,
-    ``{key!t}`` as TOML writes it, and ``{names!c}``, ``!o`` and ``!a`` are lists with commas, or, and.
-    """
-    room, _, key = name.partition(".")
-    return _Formatter().vformat(_messages()[room][key], (), values)
+def listed(values: Iterable[object], between: str = ", ") -> str:
+    """Values one after the other, with commas, " and " or " or " between them."""
+    return between.join(map(str, values))
 
 
 class WearsimWarning(UserWarning):
     """What deserves a second look in a scene that runs: file, line, key, what is doubtful, a way out."""
+
+
+def issue_warning(warning: Fault, stacklevel: int = 3) -> None:
+    """Issue a warning of Python, by default of the line two calls above."""
+    warnings.warn(str(warning), WearsimWarning, stacklevel=stacklevel)
 
 
 class WearsimError(Exception):

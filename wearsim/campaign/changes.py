@@ -17,7 +17,7 @@ from wearsim.campaign.directory import (
     read_manifest,
 )
 from wearsim.campaign.record import write_atomically
-from wearsim.errors import Fault, ResultError, raise_any, say
+from wearsim.errors import Fault, ResultError, raise_any
 from wearsim.scene import CampaignScene, CampaignSetup, FieldScene, Prepared, RigScene, build, load_campaign
 from wearsim.scene.overrides import Override
 
@@ -99,7 +99,10 @@ def with_changes(
             stored += [Change(campaign, step, f"campaign.{key}", *pair) for key, pair in changed.items()]
     raise_any(faults)
     if closed == standings.keys():
-        raise ResultError(say("result.finished_before", out=out))
+        raise ResultError(
+            f"{out} is finished; nothing was changed: a longer campaign.distance_km "
+            "continues it, other changes need `wearsim run` and another --out"
+        )
     raise_any(
         [
             Fault(f"{one.key} cannot change: {one.keys[0]} is finished", one.source, one.line)
@@ -114,11 +117,18 @@ def with_changes(
 
 def _distance_fault(campaign: str, distance_km: float, done: Standing) -> str:
     """Say why a campaign cannot get another distance, or ""."""
-    given = {"distance": distance_km, "campaign": campaign, "run": 1e-3 * done.distance}
     if reached(done.distance, 1e3 * distance_km):
-        return say("result.shorter_distance", **given)
+        return (
+            f"distance_km = {distance_km:g} is not above the "
+            f"{1e-3 * done.distance:.6g} km that the {campaign} campaign has run; give "
+            "more, or run the scene in another directory"
+        )
     if done.ended and not done.ended.startswith("distance"):
-        return say("result.ended_by_limit", **given, ended=done.ended)
+        return (
+            f"distance_km = {distance_km:g} does not continue the {campaign} campaign, "
+            f"which ended after {1e-3 * done.distance:.6g} km ({done.ended}); run a "
+            "scene without end = true in [campaign.limits] in another directory"
+        )
     return ""
 
 

@@ -12,7 +12,6 @@ import logging
 import math
 import signal
 import time
-import warnings
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, replace
@@ -51,8 +50,7 @@ from wearsim.errors import (
     ResultError,
     SceneError,
     WearsimError,
-    WearsimWarning,
-    say,
+    issue_warning,
 )
 from wearsim.quantities import STEP_LIMITS
 from wearsim.results import check_row, load_results
@@ -152,7 +150,7 @@ def run_scene(
         prepared = [prepare(part) for part in scene.parts]
         for warning in check_contact(scene, threads, prepared):
             placed = at_its_source(warning)
-            (warn or _warn)(placed if lines is None else by_key(placed, lines))
+            (warn or issue_warning)(placed if lines is None else by_key(placed, lines))
     except SceneError as error:
         raise error if lines is None else SceneError([by_key(one, lines) for one in error.faults]) from None
     files = scene_files(scene)
@@ -162,11 +160,6 @@ def run_scene(
         distances = _distances(scene, require_same_scene(out, manifest, files))
         known = tuple(zip(scene.parts, prepared, strict=True))
         return _continued(out, manifest, distances, observer, threads, known)
-
-
-def _warn(warning: Fault) -> None:
-    """Warn as Python does, of the line that called `run_scene`."""
-    warnings.warn(str(warning), WearsimWarning, stacklevel=3)
 
 
 def _call(scene: object, out: Path, overrides: Sequence[Override]) -> str:
@@ -283,14 +276,25 @@ def _finished_by_another_version(
     paths = [out / f"{name}.nc" for name in names]
     marks = [read_mark(mark_of(out, name)) for name in names]
     every = [*paths, out / "translation.nc"] if len(names) > 1 else paths
-    given = {"out": out, "version": manifest.version, "own": __version__}
     if None in marks or not all(path.is_file() for path in every):
-        raise ResultError(say("result.other_version" if manifest.version else "result.no_version", **given))
+        if not manifest.version:
+            raise ResultError(
+                f"{out} was begun by a wearsim before 0.2.0, this is {__version__}: "
+                "finish it with that one; nothing was changed"
+            )
+        raise ResultError(
+            f"{out} was begun by wearsim {manifest.version}, this is {__version__}: "
+            f"finish it with {manifest.version}; nothing was changed"
+        )
     in_force = {f"{one.campaign}.{one.key}": one.new for one in manifest.changes}
     for one in overrides:
         keys = [one.key] if one.keys[0] in names else [f"{name}.{one.key}" for name in names]
         if any(in_force.get(key) != one.value for key in keys):
-            raise ResultError(say("result.changed_in_other_version", **given))
+            raise ResultError(
+                f"{out} was finished by wearsim {manifest.version}, this is "
+                f"{__version__}: change it with {manifest.version}, or run the changed "
+                "scene in another directory; nothing was changed"
+            )
     for name, path, mark in zip(names, paths, marks, strict=True):
         assert mark is not None
         require_unchanged(path, mark)

@@ -6,7 +6,7 @@ import argparse
 import sys
 from collections.abc import Sequence
 
-from wearsim.errors import Fault, SceneError, raise_any, say
+from wearsim.errors import Fault, SceneError, raise_any
 from wearsim.scene import Scene, SweepScene, load_scene
 from wearsim.scene.overrides import Override
 from wearsim.scene.sweep import override_of
@@ -23,7 +23,10 @@ def overrides_of(texts: Sequence[str]) -> list[Override]:
         key, equals, value = (part.strip() for part in text.partition("="))
         removes_table = not value and key not in ("rig", "field")
         if not (equals and all(key.split(".")) and ("." in key or removes_table)):
-            faults.append(Fault(say("flags.set"), f"--set {text}"))
+            message = (
+                "write KEY=VALUE with a dotted key, such as campaign.max_step_km=10"
+            )
+            faults.append(Fault(message, f"--set {text}"))
         overrides.append(override_of(key, value, f"--set {text}"))
     raise_any(faults)
     return overrides

@@ -9,7 +9,6 @@ from pathlib import Path
 
 from wearsim.cli import print_json
 from wearsim.cli.streams import formula_warning
-from wearsim.errors import say
 from wearsim.profile.files import WRITTEN_FORMATS, is_file, is_result, write_profile
 from wearsim.profile.inspection import Inspection, inspect_profile, reprofiled_wheels, tables
 from wearsim.profile.inspection.inputs import ProfileInput
@@ -41,8 +40,13 @@ def input_of(path: Path, side: Side, at_km: str | None) -> tuple[ProfileInput, f
     """Wheel of a result file, see `worn_wheel`, and the back-to-back distance of its wheelset [m]."""
     distance = None if at_km is None else 1e3 * decimal(at_km)
     worn = worn_wheel(path, side, distance, f"--at-km = {at_km}")
-    given = {name: getattr(worn, name) for name in ("radius", "diameter", "back_to_back")}
-    notes = (f"{side} wheel after {worn.when}", *say("result.wheel", **given).splitlines())
+    notes = (
+        f"{side} wheel after {worn.when}",
+        f"z counts from the new running circle, radius {1e3 * worn.radius:g} mm; now "
+        f"the diameter is {1e3 * worn.diameter:.3f} mm there",
+        f"this diameter and the back-to-back distance {1e3 * worn.back_to_back:g} mm "
+        "are taken, if none is stated",
+    )
     wheel = ProfileInput(
         profile=worn.profile, format="result", header={}, notes=notes, given=str(path),
         title="worn wheel of a result file", source=worn.profile.source, diameter=worn.diameter,
@@ -137,7 +141,10 @@ def measure_fleet(arguments: Namespace) -> int:
     at, limits = request.common(kind)
     files, skipped = request.take(lambda: profile_files(folder, "format" in request.statements)) or ([], [])
     if not files and not request.faults:
-        request.faults.append(say("profile.empty_fleet", folder=folder))
+        request.faults.append(
+            f"--fleet = {folder} holds no profile files (.whl, .ban, .prw, .csv, ...); "
+            "give another folder, or the format of all its files with --format"
+        )
     request.raise_any()
     rows = []
     for row in fleet_rows(files, at, limits, kind=request.kind, against=against):

@@ -22,7 +22,7 @@ from wearsim.contact.registry import Registry
 from wearsim.contact.solve import solve_each
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.contact.wheels import joined
-from wearsim.errors import ContactError, ProfileError, brief, say
+from wearsim.errors import ContactError, ProfileError, brief
 from wearsim.profile.files import load_profile
 from wearsim.profile.placement import GAUGE, INCLINATION
 from wearsim.profile.shape import Profile
@@ -323,7 +323,7 @@ def check_kind(name: str, value: object, kind: type, maker: str) -> None:
     """Refuse an argument of another kind than a function returns."""
     if not isinstance(value, kind):
         given = repr(value) if isinstance(value, str | int | float) else f"a {type(value).__name__}"
-        raise ContactError(say("contact.kind", name=name, given=brief(given), maker=maker))
+        raise ContactError(f"{name} is {brief(given)}; give what {maker} returns")
 
 
 def _check_number(name: str, value: object) -> None:
@@ -349,7 +349,10 @@ def check_models(models: ContactModels) -> None:
     try:
         parameters = [(name, value) for name, value in models.parameters]
     except (TypeError, ValueError):
-        raise ContactError(say("contact.parameters", given=brief(str(models.parameters)))) from None
+        raise ContactError(
+            f"parameters = {brief(str(models.parameters))} must be pairs of a name and "
+            'a number, such as (("virtual_penetration_factor", 0.55),)'
+        ) from None
     for name, value in parameters:
         _check_name("name of a parameter", name, known)
         _check_number(name, value)
@@ -434,7 +437,10 @@ def _rail(profile: str | Path | Profile, placed: dict[str, float | None]) -> Pro
         where: dict[str, Any] = {"inclination": INCLINATION, "gauge": GAUGE, "back_to_back": 1.360} | given
         return load_profile(profile, "rail", half_span=half_span(where.pop("back_to_back")), **where)
     if given:
-        raise ProfileError(say("contact.placed_already", profile=profile, key=next(iter(given))))
+        raise ProfileError(
+            f"profile {profile.name!r} is placed in the track already; give "
+            f"{next(iter(given))} to wearsim.standard_profile or wearsim.read_profile"
+        )
     return _of_kind(profile, "rail")
 
 

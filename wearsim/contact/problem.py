@@ -13,7 +13,7 @@ from wearsim.contact.equilibrium import RULES
 from wearsim.contact.geometry import CounterfaceProfile, WheelSurface, counterface_profile, wheel_surface
 from wearsim.contact.patch import FloatArray, IntArray, Patch, Resolution, SurfaceFields
 from wearsim.contact.registry import unknown
-from wearsim.errors import ContactError, Fault, SceneError, brief, say, suggestion
+from wearsim.errors import ContactError, Fault, SceneError, brief, listed, suggestion
 from wearsim.profile.shape import Profile
 from wearsim.quantities import QUANTITIES
 
@@ -23,6 +23,16 @@ PAIRS: Mapping[str, tuple[str, str]] = {
     "accurate": ("half_space", "half_space"),
 }
 """Normal and tangential model of each name of a pair, as [contact] and commands take it."""
+
+# messages on settings that were removed, which scenes give, too
+AUTO_REMOVED = (
+    'contact.model = "auto" was removed in 0.3.0: write "standard" or "accurate"; '
+    "depths change by up to 5 % in the shipped scenes"
+)
+TOLERANCE_REMOVED = (
+    "contact.tolerance was removed in 0.3.0: contact models are no longer corrected; "
+    "delete it"
+)
 
 PLACED = 4
 """Unknowns of the equilibrium of a wheelset in a given place: rotation speed, loads of both wheels, roll."""
@@ -204,7 +214,10 @@ class ContactConditions:
         wide = all(arrays[name].shape[-1:] == (size,) for name, size in columns.items() if name in arrays)
         if len(shape) != 1 or 0 in shape or not wide:
             shapes = (f"{name} {array.shape}" for name, array in arrays.items() if array.ndim)
-            raise ContactError(say("contact.shapes", nearby=NEARBY, shapes=shapes))
+            raise ContactError(
+                "contact conditions must be numbers or arrays (n,) of points, creepage "
+                f"(n, 3), nearby (n, {NEARBY}): {listed(shapes)}"
+            )
         others = {"rotation": "rotation_speed", "torque": "axle_torque"}
         for name, array in arrays.items():
             if name in ("creepage", "nearby", "box_moment"):
@@ -288,14 +301,17 @@ class ContactModels:
         'half_space'
         """
         if str(model) not in PAIRS:
-            removed = Fault(say("removed.auto")) if model == "auto" else None
+            removed = Fault(AUTO_REMOVED) if model == "auto" else None
             raise SceneError([removed or unknown("pair of contact models", model, PAIRS)])
         names = [field.name for field in fields(cls)]
         for name in others:
             if name in ("normal", "tangential"):
-                raise ContactError(say("contact.pair", name=name, model=model))
+                raise ContactError(
+                    f'the pair "{model}" has a {name} model; leave {name} out, or '
+                    "write ContactModels(normal=..., tangential=...) for other models"
+                )
             if name == "tolerance":
-                raise ContactError(say("removed.tolerance"))
+                raise ContactError(TOLERANCE_REMOVED)
             if name not in names:
                 known = ", ".join(names[2:])
                 raise ContactError(f"{name} is unknown; there is {known}{suggestion(name, names[2:])}")

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wearsim.contact.wheels import joined
-from wearsim.errors import NumericalError, say
+from wearsim.errors import NumericalError
 
 _PATCHES = 16
 
@@ -23,5 +23,8 @@ def batches(arrays: Any, count: int) -> Iterator[Any]:
 def require_usable(law: str, bad: NDArray[np.bool_], fault: str) -> None:
     """Raise if some patches (m,) of the contact cannot be used by a law; `fault` says what they may be."""
     if bad.any():
-        values = {"law": law, "fault": fault, "count": bad.sum(), "all": bad.size, "first": np.argmax(bad)}
-        raise NumericalError(say("damage.unusable_fields", **values))
+        raise NumericalError(
+            f"{law} got contact fields that are {fault} in {bad.sum()} of {bad.size} "
+            f"patches (first: {np.argmax(bad)}); look at this operating point with the "
+            "contact command"
+        )

@@ -21,7 +21,7 @@ from wearsim.contact.problem import ContactConditions, ContactModels, Counterfac
 from wearsim.contact.solve import ContactSolution, solve_each
 from wearsim.contact.wheels import TREAD_ANGLE
 from wearsim.damage.wear import WearSettings, passage_depth
-from wearsim.errors import ContactError, say
+from wearsim.errors import ContactError
 
 MOST_SAMPLES = 16384
 """Samples of longer records that stand for all of them, evenly spread."""
@@ -98,7 +98,10 @@ def samples_of(values: Mapping[str, FloatArray]) -> Samples:
                 along_run = np.where(at_gap, 0.0, np.gradient(others[name], rising))
                 others[rate] = others.get(rate, np.zeros(run.size)) + along_run
     else:
-        notes.append(say("scene.sampled_apart", spacing=spacing))
+        notes.append(
+            f"samples are {spacing:.3g} m apart: lateral and yaw velocities are not "
+            "known, the wheelset is taken as one at rest"
+        )
     kept = {name: value[~still] for name, value in others.items()}
     return Samples(kept, distance[~still], tuple(notes))
 

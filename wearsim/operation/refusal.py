@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from wearsim.contact.problem import ContactConditions, ContactModels, Counterface, Wheelset
-from wearsim.errors import say
 from wearsim.operation.bogie import Bogies
 from wearsim.operation.controlled import Controlled
 from wearsim.operation.states import StateError, settle
@@ -57,13 +56,21 @@ def what_helps(
     upright = replace(here, box_moment=np.zeros(2))
     wider = replace(here, track_curvature=0.5 * here.track_curvature)
     tried = {
-        "state.helps_friction": (slippery, own),
-        "state.helps_cant": (upright, balanced),
-        "state.helps_radius": (wider, own),
+        "with half the friction (friction, friction_flange)": (slippery, own),
+        "without unbalanced acceleration (speed_km_h, cant_mm, cant_deficiency_mm)": (
+            upright,
+            balanced,
+        ),
+        "in a curve twice as wide (curve_radius_m)": (wider, own),
     }
     helps = []
-    for name, (there, forces) in tried.items():
+    for change, (there, forces) in tried.items():
         with suppress(StateError):
             settle(there, forces, *bodies, models)
-            helps.append(say(name))
-    return f"it runs {', or '.join(helps)}" if helps else say("state.helps_nothing")
+            helps.append(change)
+    if helps:
+        return f"it runs {', or '.join(helps)}"
+    return (
+        "neither half the friction, nor balanced cant, nor a curve twice as wide "
+        "helps: change profiles or vehicle"
+    )

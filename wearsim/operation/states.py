@@ -43,7 +43,7 @@ from wearsim.contact.problem import (
 )
 from wearsim.contact.solve import ContactSolution, solve_each, solve_guided
 from wearsim.contact.wheels import joined
-from wearsim.errors import ContactError, say
+from wearsim.errors import ContactError
 from wearsim.operation.controlled import Controlled
 from wearsim.operation.resultants import Resultants, resultants
 
@@ -53,6 +53,7 @@ _PUSH = 0.1e-3  # of a wheelset out of an unstable balance [m]
 _FURTHEST_AHEAD = 0.5e-3  # that a wheelset is expected to have moved [m]
 _STRIDE, _STRIDES = 0.25e-3, 64  # of shifts at which the largest force of a flange is looked for [m]
 _LEAST_SHARE = 1e-3  # of the distance on one side of a jump: with less an axle runs on the other one alone
+_UNSETTLED = "shift and wheel loads do not settle; smooth measured profiles"
 
 
 @dataclass(frozen=True)
@@ -378,9 +379,12 @@ def _reasons(given: _Given, running: Running, rows: IntArray) -> dict[int, str]:
         if forced[row]:
             messages[row] = _why_no_shift(given, running, row)
         elif bogies is None or row not in bogies.points:
-            messages[row] = say("state.unsettled")
+            messages[row] = _UNSETTLED
         elif row in bogies.leading:
-            messages[row] = say("state.no_curving", radius=1.0 / given.conditions.track_curvature[row])
+            messages[row] = (
+                "no equilibrium of the bogie in the curve of "
+                f"{1.0 / given.conditions.track_curvature[row]:.4g} m was found"
+            )
     return messages
 
 
@@ -406,15 +410,21 @@ def _why_no_shift(given: _Given, running: Running, row: int) -> str:
     )
     end = min(failed, default=_STRIDES)
     if end == 0:
-        return say("state.unsettled")
+        return _UNSETTLED
     forces = resultants(joined(patches), _STRIDES)
     largest = float((-direction * forces.force[:end]).max())
     unloaded = _unloaded_by(forces, given.guidance.at(np.array([row])))
     if unloaded is not None and not largest < abs(wanted) < abs(unloaded[1]):
-        return say("state.unloaded", side=unloaded[0], largest=unloaded[1])
+        return (
+            "the moment of the lateral force about the rails unloads the "
+            f"{unloaded[0]} wheel: the axle carries at most {1e-3 * unloaded[1]:.4g} kN"
+        )
     if largest < abs(wanted):
-        return say("state.flange", most=largest)
-    return say("state.unsettled")
+        return (
+            f"the flange carries a lateral force of at most {1e-3 * largest:.4g} kN: "
+            "the wheel would climb over its crest"
+        )
+    return _UNSETTLED
 
 
 def _unloaded_by(forces: Resultants, guidance: Guidance) -> tuple[str, float] | None:

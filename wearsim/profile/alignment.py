@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.errors import ProfileError, say
+from wearsim.errors import ProfileError
 from wearsim.profile.shape import FloatArray, Profile, extremum, resample, vertex_lengths
 
 _STEEPEST = math.radians(80.0)  # slope from which a piece of the reference is flange back
@@ -257,8 +257,10 @@ def align(profile: Profile, reference: Profile, rule: str, *, rotation: bool = F
     try:
         fit = _best_fit(profile, reference, rotation=rotation)
     except ProfileError as error:
-        values = {"profile": profile, "error": error, "reference": reference}
-        raise ProfileError(say("profile.no_fit", **values)) from error
+        raise ProfileError(
+            f"{profile.name}: best fit: {error}; state --align none if it lies on "
+            f"{reference.name} as measured"
+        ) from error
     y, z = fit.moved(profile.y, profile.z)
     source = f"{profile.source}; aligned by {rule}" if profile.source else f"aligned by {rule}"
     return replace(fit, profile=replace(profile, y=y, z=z, source=source))

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.errors import say
 from wearsim.profile.shape import FloatArray, Kind
 
 PointFault = tuple[str, int | None]
@@ -51,7 +50,11 @@ def shape_faults(
         return [(f"y and z must be two lists of equal length, not of shapes {y.shape} and {z.shape}", None)]
     faults: list[PointFault] = []
     if len(y) < MIN_POINTS:
-        faults.append((say("profile.few_points", count=len(y), fewest=MIN_POINTS), None))
+        text = (
+            f"number of points = {len(y)} is too few for a profile; give at least "
+            f"{MIN_POINTS}"
+        )
+        faults.append((text, None))
     for j in np.flatnonzero(~(np.isfinite(y) & np.isfinite(z))):
         faults.append((f"point {j + 1} is not finite; delete or repeat the measurement of it", int(j)))
     return faults or list(_wild_points(y, z)) or _size(kind, y, z, units) or list(_order(y, z))
@@ -63,7 +66,11 @@ def _wild_points(y: FloatArray, z: FloatArray) -> Iterator[PointFault]:
     both = np.minimum(step[1:], step[:-1])
     wild = (both > np.maximum(3.0 * np.median(step), 2e-3)) & (across < 0.5 * both)
     for j in np.flatnonzero(wild) + 1:
-        yield say("profile.wild_point", point=j + 1, off=both[j - 1]), int(j)
+        text = (
+            f"point {j + 1} lies {1e3 * both[j - 1]:.3g} mm off both neighbours; "
+            "correct or delete it, or give all points in one unit"
+        )
+        yield text, int(j)
 
 
 def _size(kind: Kind, y: FloatArray, z: FloatArray, units: str) -> list[PointFault]:
@@ -74,8 +81,11 @@ def _size(kind: Kind, y: FloatArray, z: FloatArray, units: str) -> list[PointFau
         if not (low <= size or (flat and word == "high")) or size > high:
             fits = " or ".join(words for factor, words in _SCALES.items() if low <= size * factor <= high)
             hint = f"it would fit if the numbers were {fits}: {units}" if fits else "check units and columns"
-            said = {"kind": kind, "size": size, "word": word, "low": 1e3 * low, "high": high, "hint": hint}
-            return [(say("profile.size", **said), None)]
+            text = (
+                f"the {kind} profile is {1e3 * size:.4g} mm {word}, which is not "
+                f"within {1e3 * low:g} .. {1e3 * high:g} mm; {hint}"
+            )
+            return [(text, None)]
     return []
 
 
@@ -90,7 +100,11 @@ def _order(y: FloatArray, z: FloatArray) -> Iterator[PointFault]:
     """Points that do not follow each other along the profile, and gaps between them."""
     if len(back := turns(y, z)):
         more = f" (and at {len(back) - 1} more)" if len(back) > 1 else ""
-        yield say("profile.turns_back", point=back[0] + 1, more=more), int(back[0])
+        text = (
+            f"the points turn back at point {back[0] + 1}{more}; list them in their "
+            "order along the profile, once"
+        )
+        yield text, int(back[0])
         return
     step, count = np.hypot(np.diff(y), np.diff(z)), len(y)
     gaps = np.flatnonzero((step > 5e-3) & (step > 10.0 * np.median(step))) + 1
@@ -98,7 +112,11 @@ def _order(y: FloatArray, z: FloatArray) -> Iterator[PointFault]:
     # side of a head or roller: there is no contact
     end = max(_END_POINTS, count // 50)
     for j in gaps[(step[gaps - 1] > _END_PIECE) | ((gaps > end) & (gaps < count - end))]:
-        yield say("profile.wide_gap", gap=step[j - 1], point=j + 1), int(j)
+        text = (
+            f"{1e3 * step[j - 1]:.4g} mm without a point before point {j + 1}; add the "
+            "missing points, or give one profile in one unit"
+        )
+        yield text, int(j)
 
 
 def _wheel_faults(y: FloatArray, z: FloatArray) -> list[PointFault]:
@@ -108,17 +126,38 @@ def _wheel_faults(y: FloatArray, z: FloatArray) -> list[PointFault]:
     tip, at_circle = float(y[highest]), float(z[int(np.argmin(np.abs(y)))])
     low, high = _TIP_RANGE
     if tread - z[lowest] > z[highest] - tread and edge <= lowest < len(y) - edge:
-        return [(say("profile.flange_inward"), lowest)]
+        text = (
+            "the flange points to negative z: change the sign of z (positive radially "
+            "outward)"
+        )
+        return [(text, lowest)]
     if tip > 0.5 * float(y.min() + y.max()):
-        return [(say("profile.flange_outside", tip=tip), highest)]
+        text = (
+            f"the flange is at the end of larger y (tip at y = {1e3 * tip:.4g} mm); "
+            "mirror the file: change the sign of y"
+        )
+        return [(text, highest)]
     if not low <= tip <= high:
         fits = "; it would fit with y counted from the running circle: subtract 70 mm from y"
         hint = fits if low <= tip - 0.070 <= high else ": y counts from the running circle"
-        return [(say("profile.tip_place", tip=tip, low=1e3 * low, high=high, hint=hint), highest)]
+        text = (
+            f"the flange tip is at y = {1e3 * tip:.4g} mm, which is not within "
+            f"{1e3 * low:g} .. {1e3 * high:g} mm{hint}"
+        )
+        return [(text, highest)]
     if y.max() < 0.020:
-        return [(say("profile.narrow_tread", end=y.max()), None)]
+        text = (
+            f"the profile ends at y = {1e3 * y.max():.4g} mm; the tread is needed up "
+            "to 20 mm at least"
+        )
+        return [(text, None)]
     if abs(at_circle) > _CIRCLE_LIMIT:
-        return [(say("profile.off_circle", z=at_circle, most=_CIRCLE_LIMIT), None)]
+        text = (
+            f"z = {1e3 * at_circle:.4g} mm at the running circle (y = 0), which is not "
+            f"within +-{1e3 * _CIRCLE_LIMIT:g} mm: z counts from the running circle of "
+            "the new wheel"
+        )
+        return [(text, None)]
     return []
 
 

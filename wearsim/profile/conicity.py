@@ -12,7 +12,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from wearsim.errors import ProfileError, say
+from wearsim.errors import ProfileError
 from wearsim.profile.measures import flange_height
 from wearsim.profile.shape import FloatArray, Profile, extremum, spline_through
 from wearsim.quantities import QUANTITIES
@@ -249,7 +249,11 @@ def equivalent_conicity(
     first = int(np.max(np.flatnonzero(lost[:reach]), initial=-1)) + 1
     last = reach + int(np.min(np.flatnonzero(lost[reach:]), initial=reach + 1)) - 1
     if last <= reach or shift[last] - shift[first] < 2.0 * amplitude:
-        raise ProfileError(say("profile.no_contact", wheel=wheel_right, rail=rail, amplitude=amplitude))
+        raise ProfileError(
+            f"{wheel_right.name} on {rail.name}: no contact within the profiles over "
+            f"an amplitude of {1e3 * amplitude:g} mm; check gauge, back-to-back "
+            "distance and the ends of the profiles"
+        )
     shift, difference = _with_jumps(shift[first : last + 1], difference[first : last + 1], difference_at)
     step = np.diff(shift)
     potential = np.concatenate(([0.0], np.cumsum(0.5 * step * (difference[1:] + difference[:-1]))))

@@ -16,7 +16,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from wearsim.errors import ProfileError, say, suggestion
+from wearsim.errors import ProfileError, listed, suggestion
 from wearsim.profile.measures import Measures
 from wearsim.profile.standard import shipped_path
 from wearsim.quantities import QUANTITIES
@@ -97,7 +97,11 @@ class Limit(Table):
         unit = self._unit
         for key in ("min", "max", "min_mm", "max_mm"):
             if getattr(self, key) is not None and not key.endswith(unit or ("min", "max")):
-                raise cross_check(say("profile.limit_key", key=key, of=self, unit=unit), key)
+                text = (
+                    f"{key} is no key of a limit of {self.measure}; give min{unit}, "
+                    f"max{unit}"
+                )
+                raise cross_check(text, key)
         least, most = (getattr(self, f"{bound}{unit}") for bound in _BOUNDS)
         if least is None and most is None:
             raise cross_check(f"gives no min{unit} and no max{unit} of {self.measure}")
@@ -132,7 +136,11 @@ class _LimitsFile(Table):
     def _have_sources(self) -> Self:
         own = [one.measure for one in self.limit if not all(self.about(one).values())]
         if own:
-            raise cross_check(say("profile.no_source", names=own), "limit")
+            text = (
+                f"the limits of {listed(own)} have no source or certainty; give it for "
+                "each limit or for the file"
+            )
+            raise cross_check(text, "limit")
         return self
 
     def about(self, limit: Limit) -> dict[str, str]:
@@ -161,7 +169,10 @@ def load_limits(name_or_path: str | Path = "TSI") -> LimitSet:
         names = sorted(each.stem for each in folder.glob("*.toml"))
         if path.name not in names:
             near = suggestion(path.name, names)
-            raise ProfileError(say("profile.no_limits", name=str(name_or_path), names=names, near=near))
+            raise ProfileError(
+                f"{str(name_or_path)!r} is neither a file nor a shipped set of limits "
+                f"({listed(names)}){near}"
+            )
         path = folder / f"{path.name}.toml"
     if not path.is_file():
         raise ProfileError(f"{path}: no such file of limits")

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wearsim.errors import ProfileError, say
+from wearsim.errors import ProfileError
 from wearsim.profile.placement import RUNNING_CIRCLE
 from wearsim.profile.shape import FloatArray, Profile, crossing, extremum
 from wearsim.quantities import QUANTITIES
@@ -32,7 +32,11 @@ def _tread_side(y: FloatArray, z: FloatArray) -> int:
     """Vertex of the flange tip, checked to lie before the running circle."""
     tip = int(np.argmax(z))
     if not (y[tip] < 0.0 < y[-1]):
-        raise ProfileError(say("profile.no_flange", y=y[tip]))
+        raise ProfileError(
+            f"the wheel profile has its largest z at y = {1e3 * y[tip]:.4g} mm; a "
+            "flange at negative y and a tread beyond the running circle (y = 0) are "
+            "needed"
+        )
     return tip
 
 
@@ -202,7 +206,10 @@ def _check_flange(y: FloatArray, z: FloatArray, *, tip: bool) -> None:
 def _whole_hollowing(y: FloatArray, z: FloatArray) -> float:
     """Hollowing of a tread that is measured far enough."""
     if y.max() < HOLLOWING_REACH:
-        raise ProfileError(say("profile.short_tread", end=y.max(), reach=HOLLOWING_REACH))
+        raise ProfileError(
+            f"the profile ends at y = {1e3 * y.max():.4g} mm; hollowing needs the "
+            f"tread up to {1e3 * HOLLOWING_REACH:g} mm"
+        )
     return hollowing(y, z)
 
 
@@ -211,5 +218,8 @@ def _rim_width(y: FloatArray, z: FloatArray) -> float:
     end = int(np.argmax(y))
     before = int(np.flatnonzero(y[: end + 1] <= y[end] - 1e-3)[-1])
     if z[before] - z[end] < math.tan(_FACE_SLOPE) * (y[end] - y[before]):
-        raise ProfileError(say("profile.no_rim", end=y[end]))
+        raise ProfileError(
+            f"the profile ends on the tread at y = {1e3 * y[end]:.4g} mm; the width "
+            "needs the rim chamfer or the outer face"
+        )
     return RUNNING_CIRCLE + float(y[end])

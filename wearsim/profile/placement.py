@@ -9,7 +9,7 @@ from typing import SupportsFloat
 
 import numpy as np
 
-from wearsim.errors import ProfileError, say
+from wearsim.errors import ProfileError
 from wearsim.profile.checks import PARTIAL
 from wearsim.profile.shape import FloatArray, Profile, crossing, extremum
 from wearsim.quantities import QUANTITIES
@@ -118,7 +118,11 @@ def _innermost(y: FloatArray, z: FloatArray, gauge_height: float) -> float:
     """Smallest y in the gauge band of the part from the gauge side to the top (z = 0 there)."""
     below = np.flatnonzero(z >= gauge_height)
     if len(below) == 0:
-        raise ProfileError(say("profile.gauge_side", depth=z.max(), gauge_height=gauge_height))
+        raise ProfileError(
+            f"the gauge side of the rail head reaches {1e3 * z.max():.2f} mm below its "
+            f"highest point; the gauge is measured down to {1e3 * gauge_height:g} mm: "
+            "measure further down"
+        )
     last = int(below[-1])
     return min(crossing(y, z, last, gauge_height), float(y[last + 1 :].min()))
 

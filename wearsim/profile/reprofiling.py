@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from wearsim.errors import ProfileError, say
+from wearsim.errors import ProfileError
 from wearsim.profile.measures import running_circle_level
 from wearsim.profile.shape import FloatArray, Profile
 
@@ -59,8 +59,12 @@ def reprofile(worn: Profile, template: Profile) -> Reprofiling:
     start = float(template.y[int(np.argmax(template.z))])
     end = min(float(worn.y.max()), float(template.y.max()))
     if float(worn.y.min()) > start or end <= 0.0:
-        ends = {"low": 1e3 * worn.y.min(), "high": worn.y.max(), "start": start}
-        raise ProfileError(say("profile.unknown_flank", worn=worn, template=template, **ends))
+        raise ProfileError(
+            f"{worn.name} reaches from y = {1e3 * worn.y.min():.4g} to "
+            f"{1e3 * worn.y.max():.4g} mm; to be reprofiled to {template.name} it must "
+            f"be known from its flange tip ({1e3 * start:.4g} mm) past the running "
+            "circle"
+        )
     inner = np.concatenate((worn.y, template.y))
     at = np.unique(np.concatenate(((start, end), inner[(inner > start) & (inner < end)])))
     missing = _heights(template, at, 1.0) - _heights(worn, at, -1.0)

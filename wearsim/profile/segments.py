@@ -11,7 +11,7 @@ from typing import Self
 import numpy as np
 from numpy.polynomial.polynomial import polyder, polyval
 
-from wearsim.errors import ProfileError, say
+from wearsim.errors import ProfileError
 from wearsim.profile.shape import FloatArray
 
 
@@ -187,7 +187,10 @@ def tangent_arc(zone: str, before: Arc, after: Polynomial, radius: float, branch
         if (centre[1] - cz) / to_centre > 0.0 and before.start <= first < last <= after.end:
             arcs.append(Arc(zone, first, last, centre, radius, branch))
     if len(arcs) != 1:
-        raise ProfileError(say("profile.tangent_arcs", zone=zone, count=len(arcs), radius=radius))
+        raise ProfileError(
+            f"zone {zone!r}: {len(arcs)} arcs of radius {radius:g} mm are tangent to "
+            "its neighbours"
+        )
     return arcs[0]
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.errors import NumericalError, ProfileError, say
+from wearsim.errors import NumericalError, ProfileError, shown
 
 if TYPE_CHECKING:
     from scipy.interpolate import PPoly
@@ -57,20 +57,34 @@ class Profile:
             try:
                 values = np.asarray(given, dtype=np.float64)
             except (TypeError, ValueError):
-                raise ProfileError(say("profile.no_numbers", profile=self, key=key)) from None
+                raise ProfileError(
+                    f"profile {shown(self.name)}: {key} is no array of numbers; give "
+                    "the coordinates of the points in metres"
+                ) from None
             if values.ndim != 1 or values.size < 2:
-                raise ProfileError(say("profile.no_points", profile=self, key=key, shape=values.shape))
+                raise ProfileError(
+                    f"profile {shown(self.name)}: {key} has the shape {values.shape}; "
+                    "give a list of at least 2 coordinates in metres"
+                )
             if not np.isfinite(values).all():
                 place = int(np.flatnonzero(~np.isfinite(values))[0])
                 raise ProfileError(
-                    say("profile.not_finite", profile=self, key=key, place=place, value=values[place])
+                    f"profile {shown(self.name)}: {key}[{place}] = {values[place]} "
+                    "must be a finite number; delete the point from y and z"
                 )
             if (span := float(values.max() - values.min())) > _WIDEST:
-                raise ProfileError(say("profile.no_metres", profile=self, key=key, span=span))
+                raise ProfileError(
+                    f"profile {shown(self.name)}: {key} spans {span:.4g} m, at most 1 "
+                    "m is allowed: coordinates are in metres, and these look like "
+                    "millimetres; divide y and z by 1000"
+                )
             if values is not given:
                 object.__setattr__(self, key, values)
         if self.y.size != self.z.size:
-            raise ProfileError(say("profile.unlike_points", profile=self, y=self.y.size, z=self.z.size))
+            raise ProfileError(
+                f"profile {shown(self.name)}: y has {self.y.size} points and z has "
+                f"{self.z.size}; give both coordinates of each point"
+            )
 
 
 def arc_length(y: FloatArray, z: FloatArray) -> FloatArray:
@@ -145,7 +159,10 @@ def resample(profile: Profile, spacing: float) -> Profile:
         raise ProfileError(f"{profile.name}: point spacing = {spacing * 1e3:g} mm must be above 0 mm")
     s = arc_length(profile.y, profile.z)
     if spacing > 0.1 * s[-1]:
-        raise ProfileError(say("profile.wide_spacing", profile=profile, spacing=spacing, length=s[-1]))
+        raise ProfileError(
+            f"{profile.name}: point spacing = {1e3 * spacing:g} mm must be below a "
+            f"tenth of the profile's length of {1e3 * s[-1]:.4g} mm"
+        )
     points = np.column_stack((profile.y, profile.z))
     pieces = []
     ends = [0, *corners(profile.y, profile.z), len(s) - 1]
@@ -302,7 +319,10 @@ def offset_distance(y: FloatArray, z: FloatArray, depth: FloatArray) -> FloatArr
         distance = new
         if change <= 1e-15 * np.max(np.abs(new)):
             return distance
-    raise NumericalError(say("profile.deep_step", depth=np.max(np.abs(depth))))
+    raise NumericalError(
+        f"wear depth of {1e3 * np.max(np.abs(depth)):.3g} mm in one step is too large "
+        "for the curvature of the profile; shorten the step"
+    )
 
 
 def extremum(y: FloatArray, z: FloatArray, index: int) -> tuple[float, float]:

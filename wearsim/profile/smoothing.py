@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.errors import ProfileError, say
+from wearsim.errors import ProfileError
 from wearsim.profile.shape import FloatArray, Profile, arc_length, corners, vertex_lengths, vertex_normals
 
 ROUGH_BELOW = 2e-3
@@ -132,7 +132,10 @@ def smoothed(profile: Profile, wavelength: float) -> Profile:
         return profile
     s = arc_length(profile.y, profile.z)
     if wavelength > longest_wavelength(profile):
-        raise ProfileError(say("profile.long_wave", profile=profile, wave=wavelength, length=s[-1]))
+        raise ProfileError(
+            f"{profile.name}: noise wavelength = {1e3 * wavelength:g} mm must be below "
+            f"a fifth of the profile's length of {1e3 * s[-1]:.4g} mm"
+        )
     points = np.vstack((profile.y, profile.z))
     result = points.copy()
     ends = [0, *_corners(points, s), len(s) - 1]

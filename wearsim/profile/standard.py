@@ -26,7 +26,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from wearsim.errors import ProfileError, say, suggestion
+from wearsim.errors import ProfileError, suggestion
 from wearsim.profile.placement import GAUGE_DEPTH, placement
 from wearsim.profile.segments import (
     Arc,
@@ -145,7 +145,10 @@ def sample(definition: Definition, spacing: float) -> tuple[FloatArray, FloatArr
     Raises `ProfileError` for a spacing [m] that is not within 0.001 .. 2 mm.
     """
     if not 1e-6 <= spacing <= 2e-3:
-        raise ProfileError(say("profile.spacing", of=definition, spacing=spacing))
+        raise ProfileError(
+            f"{definition.name}: point spacing = {1e3 * spacing:g} mm must be in 0.001 "
+            ".. 2 mm"
+        )
     y = [definition.segments[0].abscissae(spacing * 1e3)]
     y.extend(piece.abscissae(spacing * 1e3)[1:] for piece in definition.segments[1:])
     y_m = np.concatenate(y) * 1e-3

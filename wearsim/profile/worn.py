@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.errors import ProfileError, brief, say
+from wearsim.errors import ProfileError, brief
 from wearsim.profile.alignment import ALIGNMENTS
 from wearsim.profile.alignment import align as aligned
 from wearsim.profile.shape import FloatArray, Profile, arc_length, resample, vertex_normals
@@ -102,8 +102,11 @@ def wear_between(before: Profile, after: Profile, align: str = "none") -> WearBe
     first, last = int(hit[0]), int(hit[-1])
     if len(hit) <= last - first:
         lost = first + int(np.flatnonzero(~np.isfinite(depth[first : last + 1]))[0])
-        near = {"reach": LARGEST_DEPTH, "y": old.y[lost]}
-        raise ProfileError(say("profile.far_apart", before=before, after=after, **near))
+        raise ProfileError(
+            f"{after.name} is nowhere within {1e3 * LARGEST_DEPTH:g} mm of "
+            f"{before.name} along its normal at y = {1e3 * old.y[lost]:.4g} mm; align "
+            "the profiles, or check that they are of one wheel"
+        )
     part = slice(first, last + 1)
     swept = outward * _areas(old, new, part, depth, place, normal)
     zones = WHEEL_ZONES if before.kind == "wheel" else _rail_zones(before)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from wearsim.errors import ResultError, say
+from wearsim.errors import ResultError
 from wearsim.quantities import QUANTITIES
 from wearsim.report import tables_damage
 from wearsim.report.html import Campaigns, all_figures
@@ -148,7 +148,10 @@ def write_figures(path: str | Path, directory: str | Path) -> list[Path]:
     try:
         directory.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise ResultError(say("result.no_figures", directory=directory, error=error)) from error
+        raise ResultError(
+            f"{directory}: figures cannot be written: {error.strerror}; choose another "
+            "folder"
+        ) from error
     return [
         save_svg(plate.figure, directory / f"{Path(path).stem}_{plate.name}.svg")
         for plate in all_figures(Campaigns([dataset]))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from wearsim.damage.coefficients import COEFFICIENT_SETS
 from wearsim.damage.fatigue.shakedown import shakedown_limit
 from wearsim.damage.wear import WEAR_LAWS
-from wearsim.errors import ResultError, say
+from wearsim.errors import ResultError, listed
 from wearsim.quantities import STEP_LIMITS
 
 if TYPE_CHECKING:
@@ -202,7 +202,11 @@ def tread_wear_warning(dataset: xr.Dataset) -> str | None:
     if wear is None or low <= wear <= high:
         return None
     side = "below" if wear < low else "above"
-    return say("result.tread_wear", wear=wear, side=side, low=1e3 * low, high=high)
+    return (
+        f"tread wear of {1e3 * wear:.3g} mm per 100 000 km is {side} the {1e3 * low:g} "
+        f"to {1e3 * high:g} mm seen in service (an uncertain band): look at "
+        "environment factors, friction, shares and the spread of the shifts"
+    )
 
 
 class LoadScaling(NamedTuple):
@@ -244,8 +248,12 @@ def left_out_warning(dataset: xr.Dataset) -> str | None:
     more = f" and {names.size - 3} more" if names.size > 3 else ""
     most = percent(float(dataset["left_out_share"].values.max()))
     few = ", ".join(map(str, names[:3])) + more
-    values = {"count": names.size, "all": out.shape[1], "names": few, "acted": percent(acted), "most": most}
-    return say("result.left_out", **values)
+    return (
+        f"{names.size} of {out.shape[1]} operating points had no contact solution and "
+        f"were left out ({few}), over {percent(acted)} of the distance: their weight "
+        "goes to the rest of their class; a class with no other points causes no wear; "
+        f"they carry at most {most} of the wear"
+    )
 
 
 def load_scale_warning(dataset: xr.Dataset) -> str | None:
@@ -254,7 +262,12 @@ def load_scale_warning(dataset: xr.Dataset) -> str | None:
     if scaling is None:
         return None
     share = percent(scaling.distance_share)
-    return say("result.scaled", scaling=scaling, most=f"{LOAD_TOLERANCE:.0%}", share=share)
+    return (
+        "contact patches merge or the load of the model jumps: forces are scaled to "
+        f"the wheel load by more than {LOAD_TOLERANCE:.0%} (at most by the factor "
+        f"{scaling.largest:.3g}) at {scaling.points} operating points that wear, over "
+        f"{share} of the distance: pressures and wear there are less certain"
+    )
 
 
 def stood_in_share(dataset: xr.Dataset) -> float:
@@ -276,7 +289,12 @@ def stood_in_warning(dataset: xr.Dataset) -> str | None:
         return None
     here = (dataset["stood_in"].values == 1).any(axis=(0, 2))
     most = percent(STOOD_IN_SHARE)
-    return say("result.stood_in", share=percent(share), most=most, count=here.sum(), all=here.size)
+    return (
+        f"{percent(share)} of the wear, more than {most}, is of wheels for which the "
+        f"contact model had no solution, at {here.sum()} of {here.size} operating "
+        "points: half_space stood in for it there; smooth measured profiles, or write "
+        'model = "accurate" in [contact]'
+    )
 
 
 def onto_flange_warning(dataset: xr.Dataset) -> str | None:
@@ -292,7 +310,13 @@ def onto_flange_warning(dataset: xr.Dataset) -> str | None:
         f"{names[point]} from {distance[steep[:, point].argmax()] / 1e3:.6g} km on"
         for point in np.flatnonzero(without & ~steep[0] & steep.any(axis=0))
     ]
-    return say("result.onto_flange", parts=parts) if parts else None
+    if not parts:
+        return None
+    return (
+        "without a lateral force the wheelset has moved onto a flange as its wheels "
+        f"wore: {listed(parts)}; give these blocks shift_mm, or a lateral_force_kN as "
+        "in service"
+    )
 
 
 def regime_shares(dataset: xr.Dataset, sought: str) -> dict[str, float]:
@@ -321,7 +345,10 @@ def seizure_warning(dataset: xr.Dataset) -> str | None:
     parts = [f"{percent(part)} of the wear by {law}" for law, part in shares.items() if part > SEIZURE_SHARE]
     if not parts:
         return None
-    return say("result.seizure", parts=parts)
+    return (
+        f"{listed(parts)} is seizure, at pressures that elastic contact models exceed "
+        "where steel would yield: seizure_cap in [wear] keeps it out"
+    )
 
 
 def worn_by_patch(dataset: xr.Dataset) -> NDArray[np.float64]:
@@ -368,7 +395,11 @@ def low_friction_warning(dataset: xr.Dataset) -> str | None:
     twice = acts & (dataset["friction"].values < LOW_FRICTION) & (dataset["environment"].values < 1.0)
     if not twice.any():
         return None
-    return say("result.lubricated_twice", count=twice.sum(), all=acts.sum(), low=LOW_FRICTION)
+    return (
+        f"{twice.sum()} of {acts.sum()} operating points combine friction below "
+        f"{LOW_FRICTION:g} with an environment factor below 1: lubrication may be "
+        "counted twice"
+    )
 
 
 def outside_warning(dataset: xr.Dataset) -> str | None:
@@ -379,7 +410,10 @@ def outside_warning(dataset: xr.Dataset) -> str | None:
             f"{percent(share)} of it is {text}" for text, share in shares.items() if share > OUTSIDE_SHARE
         ]
         if parts:
-            return say("result.outside_data", law=name, parts=parts)
+            return (
+                f"wear by the law {name} lies outside its data: {listed(parts)}, where "
+                f"it follows what the {name} assumes: give it more rows"
+            )
     return None
 
 
@@ -392,7 +426,12 @@ def cracks_warning(dataset: xr.Dataset) -> str | None:
             parts.append(f"of {law}, damage index up to {damage:.3g}: cracked, {least}")
         elif damage > 0.0:
             parts.append(f"of {law}, up to {1e3 * damage * crack:.2g} mm deep")
-    return say("result.cracks_left", parts="; ".join(parts)) if parts else None
+    if not parts:
+        return None
+    return (
+        f"the lathe left cracks {'; '.join(parts)}; damage among at_limits of "
+        "[campaign.reprofiling] has them cut out, a larger cut_mm takes more of them"
+    )
 
 
 def result_warnings(dataset: xr.Dataset) -> list[str]:

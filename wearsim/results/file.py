@@ -25,7 +25,7 @@ import netCDF4
 import numpy as np
 
 from wearsim import __version__
-from wearsim.errors import ResultError, say
+from wearsim.errors import ResultError
 from wearsim.quantities import Quantity
 from wearsim.results import schema
 from wearsim.results.schema import (
@@ -409,7 +409,10 @@ def _foreign(file: netCDF4.Dataset, path: Path, part: bool) -> ResultError | Non
     another = "run its scene again in another directory"
     if number is None or number == SCHEMA:
         without = f" of this version (without {missing[0]})" if missing else ""
-        return ResultError(say("result.foreign", path=path, without=without))
+        return ResultError(
+            f"{path} is not a result file of a wearsim campaign{without}; give a .nc "
+            "that `wearsim run` wrote, or run its scene again in another directory"
+        )
     if number > SCHEMA:
         return ResultError(f"{path} has schema {number}, this wearsim reads {SCHEMA}; update wearsim")
     older = f"was written by an older wearsim (schema {number}, this one reads {SCHEMA})"
@@ -426,11 +429,18 @@ def _needed(file: netCDF4.Dataset) -> Iterable[str]:
 
 
 def _unreadable(path: Path, what: str, error: Exception) -> ResultError:
-    return ResultError(say("result.unreadable", path=path, what=what, reason=_reason(error)))
+    return ResultError(
+        f"{path} {what}: {_reason(error)}; a damaged file is rebuilt by `wearsim "
+        f"resume {path.parent}` from the records of its steps while its campaign is "
+        "unfinished"
+    )
 
 
 def _damaged(path: Path, fault: str) -> ResultError:
-    return ResultError(say("result.damaged", path=path, fault=fault))
+    return ResultError(
+        f"{path}: {fault}: the file is damaged or was changed; give it as `wearsim "
+        "run` wrote it, or run its scene again in another directory"
+    )
 
 
 def _define(file: netCDF4.Dataset, header: Header) -> None:

@@ -9,7 +9,6 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, Strict
 
-from wearsim.errors import say
 from wearsim.quantities import QUANTITIES
 from wearsim.scene.section import Section, Text, range_of
 
@@ -86,7 +85,11 @@ times on waves stay that it should damp."""
 class CampaignSection(Section):
     """[campaign]: how far, and in which steps."""
 
-    removed: ClassVar[dict[str, str]] = {'integrator = "heun"': say("removed.heun")}
+    removed: ClassVar[dict[str, str]] = {
+        'integrator = "heun"': (
+            'campaign.integrator = "heun" was removed in 0.3.0: write "rkc"'
+        )
+    }
     distance_km: float
     max_step_depth_um: float = 50.0
     first_step_depth_um: float = 2.0

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
-from wearsim.errors import SceneError, raise_any, say, shown
+from wearsim.errors import SceneError, listed, raise_any, shown
 from wearsim.scene.models import CompareScene, FieldScene, RigScene
 from wearsim.scene.overrides import Override, paths_of
 from wearsim.scene.section import Section
@@ -101,7 +101,11 @@ def dimensions_of(scene: RigScene | FieldScene | CompareScene) -> tuple[Dimensio
     """
     section = scene.uncertainty
     if section is None or not section.input:
-        raise SceneError([scene.fault(("uncertainty",), say("uncertainty.nothing"))])
+        text = (
+            "bands need uncertain inputs; write [[uncertainty.input]] with key and "
+            "distribution"
+        )
+        raise SceneError([scene.fault(("uncertainty",), text)])
     parts = {
         prefix: (type(part), part.scene.kind, part.model_dump(mode="json", by_alias=True))
         for prefix, part in scene.prefixed.items()
@@ -114,18 +118,33 @@ def dimensions_of(scene: RigScene | FieldScene | CompareScene) -> tuple[Dimensio
         keys = {kind: pairs for kind, pairs in keys.items() if pairs}
         own = list(_faults(one))
         if one.acts != "value" and lacking:
-            own.append(("acts", say("uncertainty.no_numbers", one=one, keys=lacking[:3])))
+            text = (
+                f"acts = {shown(one.acts)} needs numbers in the scene; write "
+                f"{listed(lacking[:3])} there"
+            )
+            own.append(("acts", text))
         if not keys:
-            removed = removed_key(one.key.split("."), type(scene.parts[0]))
-            own.append(("key", removed or say("uncertainty.no_key", one=one)))
+            text = removed_key(one.key.split("."), type(scene.parts[0])) or (
+                f"key = {shown(one.key)} is none of this scene; give one such as "
+                "operation.friction"
+            )
+            own.append(("key", text))
         elif one.shared and len(keys) < len(parts):
-            own.append(("shared", say("uncertainty.not_shared", one=one, kind=next(iter(keys)))))
+            text = (
+                f"shared = true, but only the {next(iter(keys))} has {one.key}; delete "
+                "shared"
+            )
+            own.append(("shared", text))
         elif one.shared or len(keys) == 1:
             found.append(Dimension(one.label, one, tuple(chain(*keys.values()))))
         else:
             found += [Dimension(f"{one.label}, {kind}", one, tuple(pairs)) for kind, pairs in keys.items()]
         if one.label in [other.label for other in section.input[:index]]:
-            own.append(("key", say("uncertainty.alike", one=one)))
+            text = (
+                f"two inputs are called {shown(one.label)}; give one of them another "
+                "name"
+            )
+            own.append(("key", text))
         messages += [(("uncertainty", "input", index, key), text) for key, text in own]
     model = type(scene.parts[0])
     for index, steel in enumerate(section.material):
@@ -137,9 +156,11 @@ def dimensions_of(scene: RigScene | FieldScene | CompareScene) -> tuple[Dimensio
         count = getattr(section, key)
         if count is not None and count & (count - 1):
             low = 2 ** int(math.log2(count))
-            messages.append(
-                (("uncertainty", key), say("uncertainty.no_power", key=key, count=count, both=[low, 2 * low]))
+            text = (
+                f"{key} = {count} must be a power of two; write "
+                f"{listed([low, 2 * low], ' or ')}"
             )
+            messages.append((("uncertainty", key), text))
     raise_any([scene.fault(*message) for message in messages])
     return tuple(found)
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import PurePath
 from typing import Any, NamedTuple
 
-from wearsim.errors import Fault, say, shown
+from wearsim.errors import Fault, shown
 from wearsim.scene.models import FieldScene, RigScene
 from wearsim.toml_faults import KeyPath
 
@@ -67,7 +67,11 @@ def implausible(scene: RigScene | FieldScene) -> Iterator[tuple[KeyPath, str]]:
     names = Counter(run.name for run in runs.values())
     for path, run in runs.items():
         if names.pop(run.name, 1) > 1:
-            yield (*path, "name"), say("scene.same_name", run=run, what=path[1])
+            text = (
+                f"name = {shown(run.name)} is that of another {path[1]}, too: tables "
+                "and figures cannot tell them apart"
+            )
+            yield (*path, "name"), text
 
 
 _SIDES = {"l": "left", "r": "right"}
@@ -92,6 +96,9 @@ def side_warnings(
         name, header = headers.get(key, ("", {}))
         side, where = side_of(name, header)
         if side not in ("", wheel):
-            values = {"key": key, "name": name, "wheel": wheel, "where": where, "side": side}
-            warnings.append(scene.fault(("wheelset", key), say("scene.exchanged", **values)))
+            text = (
+                f"{key} = {shown(name)} acts on the {wheel} wheel, and its {where} "
+                f"says {side}: exchange profile and profile_left"
+            )
+            warnings.append(scene.fault(("wheelset", key), text))
     return warnings

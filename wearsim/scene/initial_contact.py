@@ -12,7 +12,7 @@ import numpy as np
 from wearsim.contact.patch import FloatArray, IntArray
 from wearsim.contact.solve import ContactSolution, available_cores, solve_each
 from wearsim.damage.wear import passage_depth
-from wearsim.errors import ContactError, Fault, NumericalError, SceneError, say
+from wearsim.errors import ContactError, Fault, NumericalError, SceneError, shown
 from wearsim.operation.points import LARGEST_SHARE, carried_share, mask_of
 from wearsim.profile.shape import Profile, arc_length
 from wearsim.profile.smoothing import ROUGH_BELOW, change, longest_wavelength, roughness, smoothed
@@ -123,12 +123,13 @@ def _faults(
         who = "wheelset" if error.side is None else "left wheel" if error.side else "right wheel"
         reach = f"check the shift, gauge_mm = {scene.counterface.gauge_mm:g} and how far both profiles reach"
         text = str(error).rpartition(" mrad: ")[2].replace("check shift, gauge and profiles", reach)
-        values = {
-            "key": key_of(place),
-            "shift": conditions.axle_shift()[row],
-            "yaw": conditions.yaw[row],
-        }
-        faults[place] = scene.fault(place, say("scene.no_contact", **values, who=who, text=text))
+        message = (
+            f"{key_of(place)}: at a shift of "
+            f"{1e3 * conditions.axle_shift()[row]:.4g} mm and a yaw of "
+            f"{1e3 * conditions.yaw[row]:.4g} mrad the {who} cannot carry its load: "
+            f"{text}"
+        )
+        faults[place] = scene.fault(place, message)
     return by_line(list(faults.values()))
 
 
@@ -162,8 +163,13 @@ def _roll_warnings(
             worst.setdefault(places[row], row)
     warnings = []
     for place, row in worst.items():
-        values = {"roll": 1e3 * conditions.roll[row], "shift": shift[row], "resting": resting[row]}
-        warnings.append(scene.fault((*place[:3], "roll_mrad"), say("scene.resting", **values)))
+        text = (
+            f"roll_mrad = {1e3 * conditions.roll[row]:.4g}: at a shift of "
+            f"{1e3 * shift[row]:.3g} mm the wheelset rests on both wheels at a roll of "
+            f'{1e3 * resting[row]:.2g} mrad; give that roll, or roll = "free" in '
+            "[contact], or smaller shifts"
+        )
+        warnings.append(scene.fault((*place[:3], "roll_mrad"), text))
     return warnings
 
 
@@ -294,8 +300,12 @@ def _noise_text(scene: RigScene | FieldScene, setup: CampaignSetup, one: _Noise,
     (table, key), profile = one.path, one.profile
     conditions = setup.points.conditions
     given, shift = getattr(scene, table).smooth_mm, conditions.axle_shift()[one.row]
-    values = {"below": ROUGH_BELOW, "shift": shift, "decides": DECIDES}
-    noise = say("scene.noise", key=key, one=one, **values)
+    noise = (
+        f"{key} = {shown(one.name)}: noise of {1e6 * one.height:.2g} um rms in "
+        f"wavelengths below {1e3 * ROUGH_BELOW:g} mm decides the contact: at a shift "
+        f"of {1e3 * shift:.4g} mm it changes pressures by {100.0 * one.share:.0f} % of "
+        f"the largest (rms, {100.0 * DECIDES:.0f} % allowed)"
+    )
     wavelength = max(wavelength, _STEP + 1e-3 * (given or 0.0))
     longest = min(_LONGEST, longest_wavelength(profile))
     if wavelength > longest:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from wearsim.damage.wear.table import WearTable
-from wearsim.errors import Fault, ProfileError, SceneError, say
+from wearsim.errors import Fault, ProfileError, SceneError, shown
 from wearsim.operation.recorded import Samples
 from wearsim.profile import placement, standard
 from wearsim.profile.files import ProfileReading, read_profile, text_of_profile
@@ -128,7 +128,11 @@ class Files:
         """File that a key names, or `path` in place of it; a SceneError asks for `what`."""
         path = self.place(".".join(key), name) or path
         if path is None:
-            raise SceneError([self.scene.fault(key, say("scene.no_file", key=key[-1], name=name, what=what))])
+            text = (
+                f"{key[-1]} = {shown(name)} does not exist as given or next to the "
+                f"scene file; give {what}"
+            )
+            raise SceneError([self.scene.fault(key, text)])
         return path
 
     def note(
@@ -187,7 +191,10 @@ def read_profile_of(
     if path is None or path.suffix == ".toml":
         looks_like_file = any(mark in name for mark in "/\\") or Path(name).suffix not in ("", ".toml")
         if looks_like_file and not standard.is_designation(name):
-            raise ProfileError(say("scene.no_profile"))
+            raise ProfileError(
+                "there is no such file as given, next to the scene file or among the "
+                "shipped profiles"
+            )
         short, reading = name.removesuffix(".toml"), None
         shape = (
             standard.rail(short, slope, *placing, gauge_height=depth) if is_rail else standard.wheel(short)
@@ -216,7 +223,9 @@ def _written(profile: Profile, kind: Kind, name: str) -> tuple[Path, str]:
 def _worn(path: Path, key: KeyPath, at_km: float | None) -> tuple[Path, str]:
     """Name and text of the file that stands for a worn wheel of a result, which a run keeps instead."""
     if key[0] != "wheelset":
-        raise ProfileError(say("scene.result_of_wheels"))
+        raise ProfileError(
+            "a result file has worn wheels; name it as profile in [wheelset]"
+        )
     from wearsim.translation.worn_wheel import Side, worn_wheel  # needs xarray, a second to import
 
     side: Side = "left" if key[-1] == "profile_left" else "right"
@@ -231,5 +240,8 @@ def kept_files(path: Path) -> dict[str, Path]:
         roles = json.loads((path.parent / INPUTS).read_text(encoding="utf-8"))
         return {str(role): path.parent / str(name) for role, name in roles.items()}
     except (OSError, ValueError, AttributeError) as error:
-        text = say("scene.unreadable_copy", error=error)
+        text = (
+            f"cannot be read ({error}); start the scene again with `wearsim run` and "
+            "another --out"
+        )
         raise SceneError([Fault(text, str(path.parent / INPUTS))]) from error

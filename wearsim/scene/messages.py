@@ -11,7 +11,7 @@ from wearsim.contact.normal import NORMAL_MODELS
 from wearsim.contact.tangential import TANGENTIAL_MODELS
 from wearsim.damage.fatigue import FATIGUE_LAWS, counts_cycles
 from wearsim.damage.wear import WEAR_LAWS
-from wearsim.errors import Fault, ProfileError, say, shown
+from wearsim.errors import Fault, ProfileError, listed, shown
 from wearsim.operation.points import REACH, OperatingPoints
 from wearsim.profile import measures
 from wearsim.profile.conicity import equivalent_conicity
@@ -64,13 +64,21 @@ def cross_faults(scene: Campaign) -> list[Fault]:
     messages += damage_faults(scene.wear, scene.fatigue)
     law = scene.wear.law
     if scene.counterface.wear is not None and not WEAR_LAWS[law].wears:
-        messages.append((("counterface", "wear"), say("scene.wears_nowhere", law=law)))
+        text = (
+            f'[counterface.wear] wears where the law of [wear] does, and law = "{law}" '
+            "wears nowhere; write another law, or delete the table"
+        )
+        messages.append((("counterface", "wear"), text))
     places = [*rails_of(scene)[0].values()]
     of_sides = ("profile_left", "roller_radius_left_mm")
     own = [key for key in of_sides if getattr(scene.counterface, key, None) is not None]
     if scene.counterface.wear is not None and (own or places[1:]):
         path = places[1] if places[1:] else ("counterface", own[0])
-        messages.append((path, say("scene.one_pair_wears", keys=own or ["profile_left"])))
+        text = (
+            "[counterface.wear] wears one pair of alike rails or rollers; delete it, "
+            f"or rails and {listed(own or ['profile_left'], ' and ')}"
+        )
+        messages.append((path, text))
     return [scene.fault(*message) for message in messages]
 
 
@@ -96,10 +104,17 @@ def header_warnings(scene: Campaign, diameters: Mapping[str, float]) -> list[Fau
     if "radius_mm" not in scene.wheelset.model_fields_set:
         if np.ptp([*diameters.values()] or [0.0]) <= _SAME_DIAMETER_MM:
             return []
-        return [scene.fault(path, say("scene.header_diameters", stated=stated))]
+        text = (
+            "radius_mm is not given, and the headers of the wheels differ in diameter, "
+            f"{stated}: half the mean acts on both; write the radius"
+        )
+        return [scene.fault(path, text)]
     if all(abs(each - 2.0 * radius) <= _SAME_DIAMETER_MM for each in diameters.values()):
         return []
-    text = say("scene.header_diameter", radius=radius, diameter=2.0 * radius, stated=stated)
+    text = (
+        f"radius_mm = {radius:g} is a diameter of {2.0 * radius:g} mm, the header says "
+        f"{stated}; what the scene says acts"
+    )
     return [scene.fault(path, text)]
 
 
@@ -109,24 +124,44 @@ def _warnings(scene: Campaign) -> _Messages:
     if runs and all(run.friction == 0 for run in runs.values()) and WEAR_LAWS[scene.wear.law].needs_friction:
         yield (*next(iter(runs)), "friction"), "friction = 0 everywhere: nothing will wear"
     if contact.torque_Nm != 0 and contact.rotation != "free":
-        yield ("contact", "torque_Nm"), say("scene.torque_without_effect", contact=contact)
+        text = (
+            f"torque_Nm = {contact.torque_Nm:g} is without effect where rotation = "
+            f'{shown(contact.rotation)} gives the speed; write rotation = "free", or '
+            "delete it"
+        )
+        yield ("contact", "torque_Nm"), text
     classes = {path: run for path, run in runs.items() if isinstance(run, ClassSection)}
     total = sum(run.share for run in classes.values())
     if classes and abs(total - 1.0) > 1e-6:
-        yield ("operation", "class", 0, "share"), say("scene.shares_normalised", total=total)
+        text = (
+            f"share: the shares of all classes sum to {total:.7g}; they are normalised "
+            "to 1"
+        )
+        yield ("operation", "class", 0, "share"), text
     for path, run in classes.items():
         step = 2.0 * REACH * run.shift_std_mm / (run.positions - 1)
         if step > WIDEST_POSITION_SPACING_MM:
-            values = {"run": run, "step": step, "half": WIDEST_POSITION_SPACING_MM}
-            yield (*path, "positions"), say("scene.positions_apart", **values)
+            text = (
+                f"positions = {run.positions} lie {step:.2g} mm apart in class "
+                f"{shown(run.name)}; more than half a patch width (about "
+                f"{WIDEST_POSITION_SPACING_MM:g} mm) leaves ridges between them"
+            )
+            yield (*path, "positions"), text
     wear, rules, distance = scene.counterface.wear, campaign.reprofiling, campaign.distance_km
     every = wear.redress_every_km if isinstance(wear, RollerWearSection) else None
     if every is not None and every >= distance:
-        text = say("scene.never_redressed", every=every, distance=distance)
+        text = (
+            f"redress_every_km = {every:g} is not reached in distance_km = "
+            f"{distance:g}: the rollers are not redressed at it"
+        )
         yield ("counterface", "wear", "redress_every_km"), text
     beyond = [f"{place:g}" for place in (rules.at_km if rules else ()) if place >= distance]
     if beyond:
-        yield (*_REPROFILING, "at_km"), say("scene.not_reprofiled", places=beyond, distance=distance)
+        text = (
+            f"at_km = {listed(beyond)} is not below the distance of the campaign, "
+            f"{distance:g} km: the wheels are not reprofiled there"
+        )
+        yield (*_REPROFILING, "at_km"), text
     if campaign.smoothing_wavelength_mm == 0:
         path = ("campaign", "smoothing_wavelength_mm")
         yield path, "smoothing_wavelength_mm = 0: wear increments are not smoothed"
@@ -141,8 +176,11 @@ def _sum(shares: Sequence[float]) -> str:
 def _share_faults(scene: Campaign) -> _Messages:
     shares = [run.share for run in scene.operation.runs.values() if isinstance(run, ClassSection)]
     if shares and abs(sum(shares) - 1.0) > SHARES_ROUNDED:
-        values = {"shares": _sum(shares), "within": SHARES_ROUNDED, "total": sum(shares)}
-        yield ("operation", "class", 0, "share"), say("scene.share_sum", **values)
+        text = (
+            f"share: the shares of all classes, {_sum(shares)}, must sum to 1 within "
+            f"{100.0 * SHARES_ROUNDED:g} %, not {sum(shares):.7g}; change them"
+        )
+        yield ("operation", "class", 0, "share"), text
 
 
 def _contact_faults(scene: Campaign) -> _Messages:
@@ -150,7 +188,11 @@ def _contact_faults(scene: Campaign) -> _Messages:
     model, tangential = NORMAL_MODELS[contact.pair[0]], TANGENTIAL_MODELS[contact.pair[1]]
     if "model" in contact.model_fields_set:
         for key in sorted(contact.model_fields_set & {"normal", "tangential"}):
-            yield ("contact", key), say("scene.model_given", key=key, contact=contact)
+            text = (
+                f'{key} and model = "{contact.model}" exclude each other; delete one '
+                "of them"
+            )
+            yield ("contact", key), text
     forced = {path: shown(run.name) for path, run in runs.items() if run.balanced}
     if scene.vehicle is not None:
         forced[("vehicle",)] = "the vehicle"
@@ -158,15 +200,32 @@ def _contact_faults(scene: Campaign) -> _Messages:
     name = model.name if fewest == model.fewest else tangential.name
     for key in ("strips", "cells"):
         if (count := getattr(contact, key)) < fewest:
-            yield ("contact", key), say("scene.too_coarse", key=key, count=count, fewest=fewest, name=name)
+            text = (
+                f"{key} = {count} must be at least {fewest} with {name}; write more, "
+                "or choose another model"
+            )
+            yield ("contact", key), text
     if not model.can_update_profile:
         fit = [f"normal = {shown(name)}" for name, one in NORMAL_MODELS.items() if one.can_update_profile]
-        yield ("contact", "normal"), say("scene.no_update", contact=contact, model=model, fit=fit)
+        text = (
+            f"normal = {shown(contact.normal)} cannot update the profile in a "
+            f"campaign: {model.reason}; write {listed(fit, ' or ')}"
+        )
+        yield ("contact", "normal"), text
     if forced and "roll" in contact.model_fields_set and contact.roll != "free":
-        yield ("contact", "roll"), say("scene.roll_given", who=next(iter(forced.values())))
+        text = (
+            f'roll = "given" lets no forces of {next(iter(forced.values()))} be '
+            'balanced; write roll = "free", or delete it'
+        )
+        yield ("contact", "roll"), text
     for path, run in runs.items() if contact.roll == "free" or forced else ():
         if "roll_mrad" in run.model_fields_set:
-            yield (*path, "roll_mrad"), say("scene.roll_free", run=run)
+            text = (
+                f'roll_mrad = {run.roll_mrad:g} and roll = "free" of [contact] exclude '
+                "each other: a wheelset free to roll rests on both wheels; delete one "
+                "of them"
+            )
+            yield (*path, "roll_mrad"), text
 
 
 def _torque_faults(scene: Campaign) -> _Messages:
@@ -187,7 +246,11 @@ def _torque_faults(scene: Campaign) -> _Messages:
         weakest = 2.0 * force * scene.wheelset.radius_mm  # kN mm = N m
         if abs(torque) > weakest:
             given = f"{path[-1]} = {torque / (1.0 if path == common else 1e3):g}"
-            yield path, say("scene.torque", given=given, place=place, weakest=weakest)
+            text = (
+                f"{given} is more than friction can carry in {place}: 2 x friction x "
+                f"wheel load x radius_mm = {weakest:.4g} N m; lower the torque"
+            )
+            yield path, text
 
 
 _LOADS = (
@@ -215,7 +278,11 @@ def _load_faults(scene: Campaign) -> _Messages:
             scene.wheelset.mass_kg,
             scene.wheelset.axle_box_distance_mm,
         ):
-            yield (*path, given[0]), f"{named}: {say('scene.box_forces')}"
+            text = (
+                f"{named}: forces on axle boxes need mass_kg and axle_box_distance_mm "
+                "in [wheelset]; add them"
+            )
+            yield (*path, given[0]), text
 
 
 _WHERE = ("shift_mm", "lateral_force_kN")
@@ -232,20 +299,38 @@ def _block_faults(scene: Campaign) -> _Messages:
                 what = f"{' and '.join(given)} exclude each other" if given else f"needs {' or '.join(keys)}"
                 yield (*path, *given[-1:]), f"block {shown(run.name)}: {what}; give exactly one of them"
         if run.speed_difference_percent and getattr(scene.counterface, "drive", None) != "independent":
-            yield (*path, "speed_difference_percent"), say("scene.coupled_rollers", run=run)
+            text = (
+                f"block {shown(run.name)}: speed_difference_percent needs rollers that "
+                'turn apart; write drive = "independent", or delete it'
+            )
+            yield (*path, "speed_difference_percent"), text
         following = runs[(number + 1) % len(runs)][1]
         have, need = ({k for k in every if getattr(one, k) is not None} for one in (run, following))
         if run.positions is not None and have != need:
-            text = say("scene.ramp", run=run, following=following, keys=sorted(have ^ need))
+            text = (
+                f"block {shown(run.name)}: a ramp goes to {shown(following.name)}, "
+                "which does not give the same set-points "
+                f"({listed(sorted(have ^ need))}); give them in both"
+            )
             yield (*path, "positions"), text
 
 
 def _step_faults(scene: Campaign) -> _Messages:
     campaign, largest = scene.campaign, STABILITY[scene.campaign.integrator][1]
     if 0 < campaign.smoothing_wavelength_mm < 2.0 * campaign.point_spacing_mm:
-        yield ("campaign", "smoothing_wavelength_mm"), say("scene.smoothing_unresolved", campaign=campaign)
+        text = (
+            f"smoothing_wavelength_mm = {campaign.smoothing_wavelength_mm:g} must be 0 "
+            "(no smoothing) or at least twice point_spacing_mm = "
+            f"{campaign.point_spacing_mm:g}; shorter waves are not resolved"
+        )
+        yield ("campaign", "smoothing_wavelength_mm"), text
     if campaign.stability is not None and campaign.stability > largest:
-        yield ("campaign", "stability"), say("scene.unstable", campaign=campaign, largest=largest)
+        text = (
+            f"stability = {campaign.stability:g} must be at most {largest:g} with "
+            f"integrator = {shown(campaign.integrator)}: longer steps make every wave "
+            "grow; lower it or delete it"
+        )
+        yield ("campaign", "stability"), text
 
 
 def _limit_faults(scene: Campaign) -> _Messages:
@@ -253,11 +338,20 @@ def _limit_faults(scene: Campaign) -> _Messages:
     if limits is None:
         return
     if not limits.values:
-        yield ("campaign", "limits"), say("scene.no_limit")
+        text = (
+            "[campaign.limits] has no limit; write one, such as flange_thickness_mm = "
+            "22, or delete it"
+        )
+        yield ("campaign", "limits"), text
     if limits.damage is not None and not any(map(counts_cycles, laws)):
         given = f"; {', '.join(laws)} orders passages and counts none" if laws else ""
-        values = {"limits": limits, "given": given, "counting": filter(counts_cycles, FATIGUE_LAWS)}
-        yield ("campaign", "limits", "damage"), say("scene.damage_limit", **values)
+        counting = [law for law in FATIGUE_LAWS if counts_cycles(law)]
+        text = (
+            f"damage = {limits.damage:g} needs a fatigue law that counts "
+            f"cycles{given}; write {listed(counting, ' or ')} among the laws of "
+            "[fatigue], or delete it"
+        )
+        yield ("campaign", "limits", "damage"), text
 
 
 def _reprofiling_faults(scene: Campaign) -> _Messages:
@@ -266,12 +360,24 @@ def _reprofiling_faults(scene: Campaign) -> _Messages:
     of_diameter: KeyPath = ("campaign", "limits", "diameter_mm")
     if rules is None:
         if least is not None:
-            yield of_diameter, say("scene.diameter_limit_alone", least=least)
+            text = (
+                f"diameter_mm = {least:g} is for wheels that are reprofiled; add "
+                "[campaign.reprofiling], or delete it"
+            )
+            yield of_diameter, text
         return
     if least is not None and least >= new:
-        yield of_diameter, say("scene.diameter_limit", least=least, new=new)
+        text = (
+            f"diameter_mm = {least:g} must be below the diameter of the new wheels, "
+            f"{new:g} mm"
+        )
+        yield of_diameter, text
     if not rules.at_limits and not rules.at_km:
-        yield _REPROFILING, say("scene.reprofiled_when")
+        text = (
+            "[campaign.reprofiling] does not say when; write at_limits, such as "
+            '["flange_thickness_mm"], or at_km'
+        )
+        yield _REPROFILING, text
     keys = [key for name, key in LIMIT_KEYS.items() if name != "wheel_diameter"]
     for key in rules.at_limits:
         path, start = (*_REPROFILING, "at_limits"), f"at_limits: {shown(key)}"
@@ -280,11 +386,21 @@ def _reprofiling_faults(scene: Campaign) -> _Messages:
         elif limits is None or getattr(limits, key) is None:
             yield path, f"{start} has no value; give it in [campaign.limits]"
     if any(b <= a for a, b in zip((0.0, *rules.at_km), rules.at_km, strict=False)):
-        yield (*_REPROFILING, "at_km"), say("scene.not_rising", places=list(rules.at_km))
+        text = f"at_km = {shown(list(rules.at_km))} must rise from one to the next"
+        yield (*_REPROFILING, "at_km"), text
     if scene.contact.rotation == "nominal":
-        yield ("contact", "rotation"), say("scene.reprofiled_nominal")
+        text = (
+            'rotation = "nominal" is the rotation speed of new wheels: reprofiled '
+            'wheels would slide; write rotation = "free" or "centred", or delete '
+            "[campaign.reprofiling]"
+        )
+        yield ("contact", "rotation"), text
     if scene.origin.role != "scene":
-        yield _REPROFILING, say("scene.reprofiled_compared")
+        text = (
+            "[campaign.reprofiling] cannot be compared: factors from rig to field are "
+            "of the wear since new; delete it, or run this scene by itself"
+        )
+        yield _REPROFILING, text
 
 
 def shift_ranges(
@@ -338,7 +454,12 @@ def fit_faults(
         return [scene.fault(("wheelset", "profile"), f"no flange can be measured: {error}")]
     narrowest, over = min(gauges), scene.wheelset.back_to_back_mm + right + left
     if over >= narrowest:
-        text = say("scene.gauge", gauge=narrowest, over=over, right=right, left=left, scene=scene)
+        text = (
+            f"gauge_mm = {narrowest:g} must be above {over:.4g} mm, the width over "
+            f"both flanges (back_to_back_mm = {scene.wheelset.back_to_back_mm:g} + "
+            f"{right:.4g} + {left:.4g}); give the gauge of the track or the "
+            "back-to-back distance of the wheelset"
+        )
         return [scene.fault(gauges[narrowest], text)]
     top = float(counterface.y[np.argmin(counterface.z)])
     for path, low, high, _ in shift_ranges(scene):
@@ -346,7 +467,12 @@ def fit_faults(
             for sign, wheel in zip((1.0, -1.0), wheels, strict=True):
                 missing = top - (float(wheel.y[-1]) + sign * 1e-3 * shift)
                 if missing > 0.0:
-                    text = say("scene.tread_ends", missing=missing, scene=scene)
+                    text = (
+                        f"the tread ends {1e3 * missing:.3g} mm short of the "
+                        "counterface's top: the wheel has no contact; check gauge_mm = "
+                        f"{scene.counterface.gauge_mm:g} and back_to_back_mm = "
+                        f"{scene.wheelset.back_to_back_mm:g}"
+                    )
                     return [scene.fault(path, f"{key_of(path)}: at a shift of {shift:g} mm {text}")]
     return []
 
@@ -371,14 +497,36 @@ def beyond_clearance(scene: Campaign, clearance: Clearance) -> tuple[list[Fault]
             start = f"shift_mean_mm = {run.shift_mean_mm:g} is"
             if high > low:
                 path = (*path[:-1], "shift_std_mm")
-                start = say("scene.spread", run=run, reach=REACH, shift=shift)
-        values = {"start": start, "free": free, "wheel": wheel, "scene": scene, "furthest": FURTHEST_CLIMB_MM}
+                start = (
+                    f"shift_std_mm = {run.shift_std_mm:g}: {REACH:g} standard "
+                    f"deviations about shift_mean_mm = {run.shift_mean_mm:g} reach "
+                    f"{shift:.4g} mm,"
+                )
         far = beyond > FURTHEST_CLIMB_MM
-        text = say("scene.climbed" if far else "scene.climbs", **values)
+        if far:
+            what = (
+                f"{start} more than {FURTHEST_CLIMB_MM:g} mm beyond the flange "
+                f"clearance of {free:.4g} mm: the {wheel} wheel has climbed off its "
+                "flank, on the way to derailment"
+            )
+        else:
+            what = (
+                f"{start} beyond the flange clearance of {free:.4g} mm: the {wheel} "
+                "wheel climbs its flange"
+            )
+        text = (
+            f"{what}; give smaller shifts, or check gauge_mm = "
+            f"{scene.counterface.gauge_mm:g} and back_to_back_mm = "
+            f"{scene.wheelset.back_to_back_mm:g}"
+        )
         found[not far].append(scene.fault(path, text))
     for key, value in zip(("profile", "profile_left"), clearance, strict=True):
         if value is None and (key == "profile" or scene.wheelset.profile_left is not None):
-            found[1].append(scene.fault(("wheelset", key), say("scene.no_flank", key=key)))
+            text = (
+                f"{key}: no part of the flange is as steep as 60 degrees: shifts are "
+                "not checked for climbing"
+            )
+            found[1].append(scene.fault(("wheelset", key), text))
     return found
 
 
@@ -392,7 +540,13 @@ def limit_faults(scene: Campaign, wheels: Wheels, counterface: Profile, *, end: 
         return []
     spared = rules.at_limits if end and rules is not None else ()
     keys = [key for key in LIMIT_KEYS.values() if key not in spared]
-    return _met(scene, keys, wheels, counterface, "new", "scene.met_at_end" if end else "scene.met")
+    consequence = " already"
+    if end:
+        consequence += (
+            ", and the campaign would end before it begins; change the limit, or "
+            "delete end = true"
+        )
+    return _met(scene, keys, wheels, counterface, "new", consequence)
 
 
 def template_faults(scene: Campaign, templates: Wheels, counterface: Profile) -> list[Fault]:
@@ -400,7 +554,11 @@ def template_faults(scene: Campaign, templates: Wheels, counterface: Profile) ->
     if scene.campaign.limits is None or scene.campaign.reprofiling is None:
         return []
     keys = scene.campaign.reprofiling.at_limits
-    return _met(scene, keys, templates, counterface, "reprofiled", "scene.met_reprofiled")
+    consequence = (
+        ", too: wheels would be reprofiled for ever; change the limit, or give another "
+        "profile in [campaign.reprofiling]"
+    )
+    return _met(scene, keys, templates, counterface, "reprofiled", consequence)
 
 
 def _met(
@@ -409,9 +567,9 @@ def _met(
     wheels: Wheels,
     counterface: Profile,
     state: str,
-    phrase: str,
+    consequence: str,
 ) -> list[Fault]:
-    """Limits among `keys` that unworn wheels meet."""
+    """Limits among `keys` that unworn wheels meet, with the consequence in messages."""
     limits, faults = scene.campaign.limits, []
     for name, limit in ({} if limits is None else limits.values).items():
         have: dict[str, float | None] = {}
@@ -431,6 +589,6 @@ def _met(
             if value is not None and LIMITED[name] * (value - limit) >= 0.0
         ]
         if met and key in keys:
-            text = say(phrase, key=key, limit=getattr(limits, key), who=met[0])
+            text = f"{key} = {getattr(limits, key):g} is met by {met[0]}{consequence}"
             faults.append(scene.fault(("campaign", "limits", key), text))
     return faults

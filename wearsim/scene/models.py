@@ -10,9 +10,9 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import ConfigDict, Field, PrivateAttr, model_validator
 
 from wearsim.contact.normal import NORMAL_MODELS
-from wearsim.contact.problem import PAIRS
+from wearsim.contact.problem import AUTO_REMOVED, PAIRS, TOLERANCE_REMOVED
 from wearsim.contact.tangential import TANGENTIAL_MODELS
-from wearsim.errors import Fault, say, shown
+from wearsim.errors import Fault, shown
 from wearsim.profile.files import is_result
 from wearsim.profile.standard import shipped_path
 from wearsim.scene.campaign import CampaignSection, RailWearSection, RollerWearSection
@@ -81,7 +81,11 @@ class WheelsetSection(Section):
     @model_validator(mode="after")
     def _of_a_result(self) -> Self:
         if self.at_km is not None and not any(map(is_result, (self.profile, self.profile_left))):
-            raise cross_check(say("scene.at_km_alone"), "at_km")
+            text = (
+                "at_km picks a state of a result file (.nc), but profile names none; "
+                "delete it"
+            )
+            raise cross_check(text, "at_km")
         return self
 
     @property
@@ -136,8 +140,8 @@ class ContactSection(Section):
     """[contact]: the models of the contact and how finely they are solved."""
 
     removed: ClassVar[dict[str, str]] = {
-        "tolerance": say("removed.tolerance"),
-        'model = "auto"': say("removed.auto"),
+        "tolerance": TOLERANCE_REMOVED,
+        'model = "auto"': AUTO_REMOVED,
         **{
             f"normal = {shown(name)}": f"contact.normal = {shown(name)} {message}"
             for name, message in NORMAL_MODELS.unusable.items()

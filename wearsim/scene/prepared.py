@@ -13,7 +13,7 @@ import numpy as np
 from wearsim.contact.problem import PAIRS
 from wearsim.contact.solve import ContactModels, Counterface, Wheelset, available_cores
 from wearsim.damage.wear import WearSettings
-from wearsim.errors import ProfileError, SceneError, say
+from wearsim.errors import ProfileError, SceneError
 from wearsim.operation.bogie import GRAVITY
 from wearsim.operation.points import (
     OperatingPoints,
@@ -302,6 +302,6 @@ def _without_balance(
                 abs(abs(row[1].acceleration) - acceleration),
             ),
         )
-        like = say("state.segment", line=line + 2, name=segment.name)
+        like = f" (like line {line + 2} of the route, {segment.name})"
     fix = what_helps(points.conditions, points.controlled, bogie, bodies, models)
     return f"{points.label[row]}{like}: {error.messages[row]}; {fix}"

@@ -13,7 +13,15 @@ import numpy as np
 from pydantic import ValidationError
 
 from wearsim.damage.wear.table import WearTable
-from wearsim.errors import Fault, ProfileError, SceneError, raise_any, say, shown, suggestion
+from wearsim.errors import (
+    Fault,
+    ProfileError,
+    SceneError,
+    listed,
+    raise_any,
+    shown,
+    suggestion,
+)
 from wearsim.operation.recorded import Samples
 from wearsim.profile import placement, standard
 from wearsim.profile.conicity import flange_clearance
@@ -180,7 +188,8 @@ def load_campaign(
     """
     scene = load_scene(path, copied=copied, overrides=overrides)
     if isinstance(scene, SweepScene):
-        raise SceneError([scene.fault(("scene", "kind"), say("scene.no_campaign", scene=scene))])
+        text = f"kind = {scene.scene.kind!r} is no campaign; run it with `wearsim run`"
+        raise SceneError([scene.fault(("scene", "kind"), text)])
     return scene
 
 
@@ -243,14 +252,18 @@ def _read_compared(
         places = (scene.origin.path.parent,)
         path = kept.get(role) or find_file(getattr(scene.compare, role), places, "workflows")
         if path is None:
-            faults.append(scene.fault(("compare", role), say("scene.no_compared", given=given)))
+            text = (
+                f"{given} does not exist as given, next to the scene file or among the "
+                "shipped workflows"
+            )
+            faults.append(scene.fault(("compare", role), text))
             continue
         with _gathered(faults):
             part = _read(path, role, overrides)
             if isinstance(part, RigScene | FieldScene) and part.scene.kind == role:
                 setattr(scene, f"_{role}", _with_inputs(part, kept, profiles))
             else:
-                text = say("scene.other_kind", given=given, part=part, role=role)
+                text = f"{given} is a {part.scene.kind} scene; name a {role} scene"
                 faults.append(scene.fault(("compare", role), text))
     raise_any(faults)
 
@@ -309,7 +322,10 @@ def _with_inputs(
         slope, lean = placement.slope_of(inclination), None if reading is None else reading.lean
         if key in placed and placement.tilt_to_add(lean, slope) != slope:
             words = placement.lean_words(lean or 0.0)
-            text = say("scene.leans", inclination=inclination, name=name, words=words)
+            text = (
+                f"inclination = {shown(inclination)} is without effect: the head in "
+                f'{name} {words} already; write inclination = "none"'
+            )
             leaning.append(scene.fault((*key[:-1], "inclination"), text))
 
     def matched(key: KeyPath, count: int) -> Profile:
@@ -318,7 +334,10 @@ def _with_inputs(
         with suppress(ProfileError):
             return resample_to(shape, count, spacing * (len(shape.y) - 1) / (count - 1))
         spaced = scene.campaign.point_spacing_mm
-        text = say("scene.unlike_points", key=key[-1], name=names[key], count=count, spaced=spaced)
+        text = (
+            f"{key[-1]} = {shown(names[key])} cannot be given as many points as the "
+            f"right wheel ({count}); change point_spacing_mm = {spaced:g} a little"
+        )
         raise SceneError(by_line([*faults, scene.fault(key, text)]))
 
     table = None
@@ -359,13 +378,21 @@ def _with_inputs(
     raise_any(by_line(faults))
     for key in placed:
         if key in shapes and placement.is_partial(shapes[key].y):
-            text = say("scene.partial_rail", key=key[-1], name=names[key], width=np.ptp(shapes[key].y))
+            text = (
+                f"{key[-1]} = {shown(names[key])} is "
+                f"{1e3 * np.ptp(shapes[key].y):.3g} mm wide: without gauge point its y "
+                "counts from the running circle, and gauge_mm is without effect"
+            )
             noted.append(scene.fault(key, text))
     of_rails = ("counterface.", "vehicle.class.", "vehicle.each.")
     for body, roles in (("wheelset", ("wheelset.",)), ("counterface", of_rails)):
         shipped = all(file.shipped for file in files.read if file.role.startswith(roles))
         if getattr(scene, body).smooth_mm is not None and shipped:
-            noted.append(scene.fault((body, "smooth_mm"), say("scene.nothing_smoothed", body=body)))
+            text = (
+                f"smooth_mm is without effect: no profile of [{body}] was read from a "
+                "file of points; delete it"
+            )
+            noted.append(scene.fault((body, "smooth_mm"), text))
     scene._inputs = Inputs(
         *wheels, tuple(rails), half_span, tuple(clearances), tuple(files.read), table, templates, samples,
         track, tuple(noted),
@@ -378,9 +405,13 @@ def _route_of(scene: FieldScene, files: Files) -> Route | None:
     given = {name: f"[{name}]" for name in ("vehicle", "recorded") if getattr(scene, name) is not None}
     given |= {"operation": "[[operation.class]]"} if scene.operation.classes else {}
     if not given:
-        raise SceneError([scene.fault(("operation",), say("scene.no_operation"))])
+        text = (
+            "no operation: write [[operation.class]], [vehicle] with its track, or "
+            "[recorded]"
+        )
+        raise SceneError([scene.fault(("operation",), text)])
     if len(given) > 1:
-        text = say("scene.two_operations", given=given.values())
+        text = f"{listed(given.values(), ' and ')} exclude each other; keep one of them"
         raise SceneError([scene.fault((next(iter(given)),), text)])
     if scene.vehicle is None:
         return None

@@ -8,7 +8,7 @@ import numpy as np
 
 from wearsim.contact.patch import FloatArray
 from wearsim.csv_tables import csv_table
-from wearsim.errors import Fault, SceneError, raise_any, say, shown
+from wearsim.errors import Fault, SceneError, listed, raise_any, shown
 from wearsim.operation.recorded import Samples, samples_of
 from wearsim.quantities import QUANTITIES
 from wearsim.results.file import UNREADABLE
@@ -63,10 +63,14 @@ def read_record(
     named = {_UNITS[key][0]: key for key in columns_of}
     for key in columns_of:
         if (other := named[_UNITS[key][0]]) != key:
-            faults.append(scene.fault((*where, key), say("recorded.twice", key=key, other=other)))
+            text = f"{key} and {other} are one quantity; delete one of them"
+            faults.append(scene.fault((*where, key), text))
     for quantity, sign in _SIGNS.items():
         if quantity in named and getattr(section, sign) is None:
-            text = say("recorded.sign", key=named[quantity], sign=sign)
+            text = (
+                f'{named[quantity]} needs {sign} = "right" or "left" in [recorded]: '
+                "signs are not guessed"
+            )
             faults.append(scene.fault((*where, named[quantity]), text))
     constants = {"speed": section.speed_km_h, "friction": section.friction}
     for side in ("right", "left"):
@@ -75,9 +79,17 @@ def read_record(
     if "shift" not in named:
         missing.insert(0, "shift")
     if missing:
-        faults.append(scene.fault(where, say("recorded.missing", names=missing)))
+        text = (
+            f"no column for {listed(missing)}; name one in [recorded.columns], or give "
+            "the constant"
+        )
+        faults.append(scene.fault(where, text))
     if not {"time", "place"} & set(named):
-        faults.append(scene.fault(where, say("recorded.no_distance")))
+        text = (
+            "no distance: name a column for time_s or distance_m, for what distance "
+            "each sample stands"
+        )
+        faults.append(scene.fault(where, text))
     raise_any(faults)
     columns = _columns(path)
     for key, name in columns_of.items():
@@ -120,7 +132,10 @@ def read_record(
     raise_any(faults)
     notes = list(samples.notes)
     if beyond.any():
-        notes.append(say("recorded.beyond", share=beyond.mean()))
+        notes.append(
+            f"{100.0 * beyond.mean():.3g} % of the samples lie beyond the flange "
+            "clearance; moved to it"
+        )
     file = ("recorded", "file")
     return samples, [scene.fault(file, f"file = {shown(section.file)}: {note}") for note in notes]
 

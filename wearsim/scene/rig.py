@@ -9,7 +9,7 @@ from typing import Literal
 from pydantic import Field
 
 from wearsim.csv_tables import CsvTable, csv_text
-from wearsim.errors import Fault, SceneError, raise_any, say
+from wearsim.errors import Fault, SceneError, listed, raise_any, shown
 from wearsim.scene.models import BlockSection, RigScene
 from wearsim.scene.overrides import OverriddenLine, Override, toml_value
 from wearsim.scene.section import Section, Text, csv_rows, validated_rows
@@ -46,11 +46,16 @@ def with_rig(scene: RigScene, place: Place) -> tuple[RigScene, Path | None]:
     section, key = scene.counterface, ("counterface", "rig")
     if section.rig is None:
         if section.roller_radius_mm is None:
-            raise SceneError([scene.fault(("counterface",), say("rig.no_rollers"))])
+            message = (
+                "[counterface] needs roller_radius_mm, or rig = the name of a rig; add "
+                "one of them"
+            )
+            raise SceneError([scene.fault(("counterface",), message)])
         return scene, None
     path, text = shipped_or_own("rigs", place, "counterface.rig", section.rig)
     if path is None:
-        raise SceneError([scene.fault(key, say("rig.no_rig", section=section, known=text))])
+        message = f"rig = {shown(section.rig)} is no file, nor a shipped rig; {text}"
+        raise SceneError([scene.fault(key, message)])
     rig, faults = read_toml(path, RigFile)
     if rig is None:
         raise SceneError(faults)
@@ -71,10 +76,17 @@ def _beyond(scene: RigScene, rig: RigFile, k: int) -> list[Fault]:
         value, limit = getattr(block, key), getattr(rig.limits, key)
         path = ("operation", "block", k, key)
         if value is not None and key not in rig.controlled and key != "speed_km_h":
-            faults.append(scene.fault(path, say("rig.not_controlled", block=block, key=key, rig=rig)))
+            text = (
+                f"block {shown(block.name)}: {key} is not controlled by the rig "
+                f"{shown(rig.name)}; it controls {listed(rig.controlled)}"
+            )
+            faults.append(scene.fault(path, text))
         elif value is not None and limit is not None and abs(value) > limit:
-            values = {"block": block, "key": key, "value": value, "rig": rig, "limit": limit}
-            faults.append(scene.fault(path, say("rig.beyond", **values)))
+            text = (
+                f"block {shown(block.name)}: {key} = {value:g} is beyond the rig "
+                f"{shown(rig.name)}, whose limit is {limit:g}; lower it"
+            )
+            faults.append(scene.fault(path, text))
     return faults
 
 
@@ -89,13 +101,25 @@ def with_programme(scene: RigScene, place: Place) -> tuple[RigScene, Path | None
     operation, key = scene.operation, ("operation", "programme")
     if operation.programme is None or operation.blocks:
         if not operation.blocks:
-            raise SceneError([scene.fault(("operation",), say("rig.no_blocks"))])
+            text = (
+                "[operation] needs at least one [[operation.block]], or programme = a "
+                "CSV file of blocks; add one of them"
+            )
+            raise SceneError([scene.fault(("operation",), text)])
         if operation.programme is not None:
-            raise SceneError([scene.fault(key, say("rig.programme_and_blocks"))])
+            text = (
+                "programme and [[operation.block]] exclude each other; delete one of "
+                "them"
+            )
+            raise SceneError([scene.fault(key, text)])
         return scene, None, None
     path = place("operation.programme", operation.programme)
     if path is None:
-        raise SceneError([scene.fault(key, say("rig.no_programme", operation=operation))])
+        text = (
+            f"programme = {shown(operation.programme)} does not exist as given or next "
+            "to the scene file; give a CSV file"
+        )
+        raise SceneError([scene.fault(key, text)])
     table, file, lines = csv_rows(path, "block"), str(path), list[Lines]()
     content = None
     if scene.origin.row_overrides and not table.faults:
@@ -125,7 +149,11 @@ def _overridden(table: CsvTable, file: str, overrides: Sequence[Override]) -> tu
             faults.append(Fault(text, override.source or file, override.line))
         elif not chosen:
             known = [row.get("name", "") for row in rows]
-            text = say("rig.no_row", row=".".join(selected), file=Path(file).name, known=known)
+            text = (
+                f"{Path(file).name} has no row {shown('.'.join(selected))}; rows are "
+                f"selected by their name ({listed(known)}), or by their number counted "
+                "from 1"
+            )
             faults.append(Fault(text, override.source or file, override.line))
         if key not in header:
             header.append(key)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from wearsim.errors import SceneError, raise_any, say, shown
+from wearsim.errors import SceneError, raise_any, shown
 from wearsim.operation.bogie import Vehicle
 from wearsim.operation.route import WITHIN, AxleShares, Curve, Tangent
 from wearsim.scene.models import FieldScene, RigScene
@@ -91,7 +91,10 @@ def read_vehicle(scene: FieldScene, place: Place) -> Route:
     if section.route is not None and not section.track:
         where = place("vehicle.route", section.route)
         if where is None:
-            text = say("vehicle.no_route", section=section)
+            text = (
+                f"route = {shown(section.route)} does not exist as given or next to "
+                "the scene file; give a CSV file"
+            )
             raise SceneError([*faults, *of_file, scene.fault(("vehicle", "route"), text)])
         try:
             each, practice = section.each, set(PracticeKeys.model_fields)
@@ -111,7 +114,12 @@ def read_vehicle(scene: FieldScene, place: Place) -> Route:
         if abs(largest) > most:
             name = "axle_torques" if one.axle_torque_kN_m is None else "axle_torque_kN_m"
             key = ("vehicle", "class", k, name) if segments is None else ("vehicle", "route")
-            faults.append(scene.fault(key, say("vehicle.torque", largest=largest, most=most, of=one)))
+            message = (
+                f"axle_torque_kN_m = {largest:g} is more than friction can carry in "
+                f"{shown(one.name)}: friction x axle load x radius_mm = {most:.3g} kN "
+                "m; lower it"
+            )
+            faults.append(scene.fault(key, message))
     raise_any(faults)
     about = f"{file.name} ({file.source})"
     kinds = list(zip(practice_of(section).values(), rails_of(scene)[1], strict=True))
@@ -124,13 +132,23 @@ def _faults(section: VehicleSection) -> list[tuple[KeyPath, str]]:
     """Keys of the classes of track that do not fit together, with messages."""
     total = sum(one.share for one in section.track)
     if section.route is not None and section.track:
-        return [(("vehicle", "route"), say("vehicle.route_and_classes"))]
+        text = "route and [[vehicle.class]] exclude each other; delete one of them"
+        return [(("vehicle", "route"), text)]
     if section.route is None and section.each is not None:
-        return [(("vehicle", "each"), say("vehicle.each_alone"))]
+        text = "[vehicle.each] is for segments of a route; give route, or delete it"
+        return [(("vehicle", "each"), text)]
     if section.route is None and not section.track:
-        return [(("vehicle",), say("vehicle.no_track"))]
+        text = (
+            "[vehicle] has no track; write [[vehicle.class]], or route = a CSV file of "
+            "segments"
+        )
+        return [(("vehicle",), text)]
     if section.track and abs(total - 1.0) > SHARES_ROUNDED:
-        return [(("vehicle", "class", 0, "share"), say("vehicle.share_sum", total=total))]
+        text = (
+            "share: the shares of all classes must sum to 1 within 1 %, not "
+            f"{total:.7g}; change them"
+        )
+        return [(("vehicle", "class", 0, "share"), text)]
     return []
 
 
@@ -144,8 +162,12 @@ def cut_motion(section: VehicleSection, clearance: float) -> list[tuple[KeyPath,
     for path, spread in spreads.items():
         cut = math.exp(-0.5 * (1e3 * WITHIN * clearance / spread) ** 2) if spread > 0.0 else 0.0
         if cut > CUT_UNNOTED:
-            values = {"spread": spread, "cut": cut, "clearance": clearance, "within": WITHIN}
-            found.append((path, say("vehicle.motion_cut", **values)))
+            text = (
+                f"shift_std_mm = {spread:g}: {100.0 * cut:.2g} % of the motion would "
+                f"go beyond the flange clearance of {1e3 * clearance:.3g} mm; it turns "
+                f"{WITHIN:g} of the way there"
+            )
+            found.append((path, text))
     return found
 
 

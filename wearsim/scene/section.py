@@ -16,7 +16,7 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from wearsim.contact.registry import Registry
 from wearsim.csv_tables import CsvTable, csv_table
-from wearsim.errors import Fault, raise_any, say, shown
+from wearsim.errors import Fault, raise_any, shown
 from wearsim.quantities import QUANTITIES
 from wearsim.toml_faults import (
     Lines,
@@ -205,7 +205,10 @@ def validated_rows(
         except ValidationError as error:
             faults += validation_faults(error, model, at, file)
     if not faults and not found:
-        faults.append(Fault(say("table.empty", what=what), file))
+        message = (
+            f"holds no {what}s; give a header with keys of {what}s and one row for each"
+        )
+        faults.append(Fault(message, file))
     raise_any(faults)
     return tuple(found)
 

@@ -10,7 +10,7 @@ import numpy as np
 from wearsim.contact.solve import ContactModels, Counterface, Wheelset
 from wearsim.damage.fatigue import FatigueSettings
 from wearsim.damage.wear import WearSettings
-from wearsim.errors import Fault, say, shown
+from wearsim.errors import Fault, shown
 from wearsim.operation.points import OperatingPoints
 from wearsim.operation.recorded import Reduction
 from wearsim.operation.states import Running
@@ -117,7 +117,10 @@ def warnings_of(scene: RigScene | FieldScene, prepared: Prepared | None = None) 
         reduced_to.append(("vehicle", scene.vehicle, f"{len(prepared.track)} classes", prepared.error))
     for table, section, count, error in reduced_to:
         if error > section.binning_tolerance:
-            text = say("scene.binning", section=section, count=count, error=error)
+            text = (
+                f"binning_tolerance = {section.binning_tolerance:g}: {count} leave an "
+                f"error of {error:.2g}"
+            )
             own.append(scene.fault((table, "binning_tolerance"), text))
     normal, tangential = scene.contact.pair
     own += [scene.fault(*one) for one in slip_warnings(scene.wear, inputs.wear_table, tangential)]
@@ -140,7 +143,11 @@ def _cut_loop(scene: RigScene) -> str:
         for block, own, length in zip(blocks, acting, lengths, strict=True)
     ]
     more = f" and {len(rows) - 4} more" if len(rows) > 4 else ""
-    return say("scene.cut_loop", distance=1e-3 * distance, loop=loop, rows=", ".join(rows[:4]) + more)
+    return (
+        f"distance_km = {1e-3 * distance:g} is less than one loop of the programme, "
+        f"{1e-3 * loop:g} km; of the distance act {', '.join(rows[:4])}{more}: give a "
+        "longer distance, shorter blocks, or together = true in [operation]"
+    )
 
 
 def _control_settings(campaign: CampaignSection) -> ControlSettings:

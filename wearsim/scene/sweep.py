@@ -13,7 +13,7 @@ from typing import Any, Literal
 from pydantic import Field
 
 from wearsim.csv_tables import csv_table
-from wearsim.errors import Fault, SceneError, brief, say, shown
+from wearsim.errors import Fault, SceneError, brief, shown
 from wearsim.quantities import QUANTITIES
 from wearsim.scene.models import CompareScene, FieldScene, Header, RigScene, SceneModel, find_file
 from wearsim.scene.overrides import Override, value_of
@@ -146,9 +146,14 @@ def sweep_of_flags(scene: str, vary: Sequence[str], table: str | None) -> Sweep:
             texts = next(csv.reader([values]))
             varied.append([override_of(key, text, f"--vary {flag}") for text in texts])
         else:
-            faults.append(Fault(say("sweep.vary"), f"--vary {flag}"))
+            message = "must be KEY=VALUE,VALUE,... such as wear.form=local,patch_mean"
+            faults.append(Fault(message, f"--vary {flag}"))
     if bool(vary) == (table is not None):
-        faults.append(Fault(say("sweep.nothing_varied"), scene))
+        message = (
+            "say what to vary, by --vary KEY=VALUE,VALUE or by --table CSV, or give a "
+            "sweep file"
+        )
+        faults.append(Fault(message, scene))
     else:
         rows = _every_row(varied, faults) if table is None else _table_rows(Path(table), faults)
     if faults or base is None:
@@ -165,7 +170,7 @@ def _every_row(varied: Sequence[Sequence[Override]], faults: list[Fault]) -> lis
     before = len(faults)
     for index, item in enumerate(varied):
         if keys[index] in keys[index + 1 :]:
-            text = say("sweep.varied_twice", key=keys[index])
+            text = f"{keys[index]} is varied twice; give all its values in one place"
             faults.append(Fault(text, item[0].source, item[0].line))
     if math.prod(map(len, varied)) > MOST_CASES:
         text = f"more than {MOST_CASES} cases; give fewer values"
@@ -188,9 +193,18 @@ def _table_rows(path: Path, faults: list[Fault]) -> list[Row]:
     table = csv_table(text, file, comments=True, empty=True)
     faults += table.faults
     if not table.rows and not table.faults:
-        faults.append(Fault(say("sweep.no_cases"), file))
-    unlike = [key for key in table.header if "." not in key]
-    faults += [Fault(say("sweep.column", key=key), file, table.line) for key in unlike]
+        message = (
+            "no cases; give a line of keys such as wheelset.radius_mm, and a line per "
+            "case"
+        )
+        faults.append(Fault(message, file))
+    for key in table.header:
+        if "." not in key:
+            message = (
+                f"column {shown(key)} must be named section.key, such as "
+                "wheelset.radius_mm"
+            )
+            faults.append(Fault(message, file, table.line))
     rows = [(line, zip(table.header, cells, strict=True)) for line, cells in table.rows]
     return [tuple(override_of(key, cell, file, line) for key, cell in pairs if cell) for line, pairs in rows]
 

@@ -9,7 +9,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import AfterValidator, WithJsonSchema, model_validator
 from pydantic_core import PydanticCustomError
 
-from wearsim.errors import say, shown
+from wearsim.errors import shown
 from wearsim.operation.bogie import Vehicle
 from wearsim.profile.placement import slope_of
 from wearsim.profile.standard import shipped_path
@@ -110,13 +110,22 @@ class TrackKeys(SetPoints):
         tilted = [key for key in cants if getattr(self, key) != 0.0]  # tables of track have 0 on straight
         key = text = ""
         if self.curve_radius_m is None and tilted:
-            key, text = tilted[0], say("vehicle.cant_on_straight", key=tilted[0])
+            key = tilted[0]
+            text = f"cant is for curves; give curve_radius_m, or set {key} to 0"
         elif self.curve_radius_m is None and self.shift_std_mm is None:
-            key, text = "name", say("vehicle.straight_without_motion")
+            key = "name"
+            text = "straight track needs shift_std_mm, that of the lateral motion"
         elif self.curve_radius_m is not None and len(cants) != 1:
-            key, text = "curve_radius_m", say("vehicle.one_cant")
+            key = "curve_radius_m"
+            text = (
+                "a curve needs either cant_mm or cant_deficiency_mm; give one of them"
+            )
         elif self.curve_radius_m is not None and self.shift_std_mm is not None and not self.by_file:
-            key, text = "shift_std_mm", say("vehicle.motion_in_curve")
+            key = "shift_std_mm"
+            text = (
+                "shift_std_mm is for straight track: the balance of the bogie gives "
+                "the shift; delete it"
+            )
         if text:
             raise cross_check(f"{shown(self.name)}: {text}", key)
         return self
@@ -162,9 +171,17 @@ class TrackSection(PracticeKeys, TrackKeys):
     @model_validator(mode="after")
     def _practice_fits(self) -> Self:
         if self.axle_torques and self.axle_torque_kN_m is not None:
-            raise cross_check(say("vehicle.torques", of=self), "axle_torques")
+            text = (
+                f"{shown(self.name)}: axle_torques and axle_torque_kN_m exclude each "
+                "other; delete one of them"
+            )
+            raise cross_check(text, "axle_torques")
         if self.lubricated_share < 1.0 and self.friction_flange is None:
-            raise cross_check(say("vehicle.lubricated", of=self), "lubricated_share")
+            text = (
+                f"{shown(self.name)}: lubricated_share = {self.lubricated_share:g} "
+                "needs friction_flange, that of the lubricated flange; give it"
+            )
+            raise cross_check(text, "lubricated_share")
         return self
 
 

@@ -16,7 +16,7 @@ from pydantic import AfterValidator, Field, Strict, ValidationError
 from wearsim.contact.patch import FloatArray
 from wearsim.csv_tables import csv_table
 from wearsim.damage.wear.table import INDEX_COLUMNS, RATE_COLUMNS, WearTable
-from wearsim.errors import Fault, SceneError, raise_any, say
+from wearsim.errors import Fault, SceneError, listed, raise_any
 from wearsim.scene.section import Section, Text
 from wearsim.toml_faults import (
     KeyPath,
@@ -90,7 +90,10 @@ def wear_table(section: WearTableSection, name: str) -> tuple[WearTable | None, 
     if faults:
         return None, faults
     below = f", below the first {section.below}" if section.below else ""
-    rows = say("table.rows", count=columns[rate].size, section=section, below=below)
+    rows = (
+        f"{columns[rate].size} rows, between them {section.interpolation}, beyond the "
+        f"last {section.beyond}{below}"
+    )
     return WearTable(
         name=name,
         laws=("table",),
@@ -115,15 +118,32 @@ def _key_faults(
     section: WearTableSection, index: tuple[str, ...], rates: tuple[str, ...]
 ) -> Iterator[tuple[KeyPath, str]]:
     if len(index) != 1 and index != ("slip_speed_m_s", "pressure_MPa"):
-        yield (), say("table.index" if index else "table.no_index", given=index, known=INDEX_COLUMNS)
+        what = f"is {listed(index, ' and ')}" if index else "is missing"
+        text = (
+            f"the index {what}; give one of {listed(INDEX_COLUMNS)}, or slip_speed_m_s "
+            "and pressure_MPa for a map"
+        )
+        yield (), text
     if len(rates) != 1:
-        yield (), say("table.rate" if rates else "table.no_rate", given=rates, known=RATE_COLUMNS)
+        what = f"is {listed(rates, ' and ')}" if rates else "is missing"
+        yield (), f"the wear rate {what}; give one of {listed(RATE_COLUMNS)}"
     elif rates == ("wear_coefficient",) and section.hardness_GPa is None:
-        yield (), say("table.no_hardness")
+        text = (
+            "hardness_GPa is missing; wear_coefficient needs the hardness of the "
+            "wheel, about 3"
+        )
+        yield (), text
     elif rates != ("wear_coefficient",) and section.hardness_GPa is not None:
-        yield ("hardness_GPa",), say("table.hardness", rate=rates[0])
+        text = (
+            f"hardness_GPa acts with wear_coefficient only, not with {rates[0]}; "
+            "delete it"
+        )
+        yield ("hardness_GPa",), text
     if section.beyond == "slope" and (len(index) > 1 or section.interpolation == "step"):
-        yield ("beyond",), say("table.slope")
+        text = (
+            'beyond = "slope" is for one index with linear interpolation; write "hold"'
+        )
+        yield ("beyond",), text
 
 
 def _below_faults(
@@ -135,7 +155,12 @@ def _below_faults(
         yield ("below",), "below acts where the first row is above 0 only; delete it"
     if first is not None and section.below is None:
         row = int(columns[first].argmin())
-        yield (first, row), say("table.below", key=first, value=columns[first][row])
+        text = (
+            f"{first} = {columns[first][row]:g} is the first row, and nothing says "
+            'what holds below it; write below = "proportional" (a straight line from '
+            '0), "hold" (its rate down to no slip) or "zero", or add a row at 0'
+        )
+        yield (first, row), text
 
 
 def _line_faults(key: str, axis: FloatArray) -> PathFaults:

@@ -21,7 +21,7 @@ import xarray as xr
 from wearsim.campaign.changes import distances_in
 from wearsim.campaign.directory import SCENE_FOLDER, is_locked, locked, read_manifest, read_status
 from wearsim.campaign.record import write_atomically
-from wearsim.errors import ResultError, say
+from wearsim.errors import ResultError
 from wearsim.results import load_results
 from wearsim.scene import CampaignScene, load_campaign
 from wearsim.scene.draws import Dimension, dimensions_of, draws_of, material_overrides, overrides_of
@@ -256,7 +256,10 @@ def text_of(made: xr.Dataset, ranked: pd.DataFrame) -> str:
     ]
     sure = float(made.attrs["largest_error_over_width"])
     if sure > bands.SURE:
-        lines.append(say("result.unsure_bands", error=f"{sure:.0%}", most=f"{bands.SURE:.0%}"))
+        lines.append(
+            f"warning: the standard error of a quantile is {sure:.0%} of its band, "
+            f"above {bands.SURE:.0%}; raise draws or most_draws in [uncertainty]"
+        )
     if len(ranked):
         lines += ["", "Worn area over that of the scene's steel:"]
         lines.append(ranked.to_string(index=False, float_format=lambda value: f"{value:.4g}"))

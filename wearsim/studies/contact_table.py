@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import pandas as pd
 
 from wearsim.csv_tables import CsvTable, csv_table
-from wearsim.errors import LONGEST_ECHO, Fault, SceneError, raise_any, say
+from wearsim.errors import LONGEST_ECHO, Fault, SceneError, raise_any
 from wearsim.profile.conicity import flange_clearance
 from wearsim.profile.files import is_file
 from wearsim.profile.inspection.inputs import placement_notes, read_input
@@ -218,14 +218,30 @@ def notes(request: Request, result: Result) -> dict[str, str]:
     towards = {"right": shift, "left": -shift}
     climbing = [patch["side"] for patch in result["patches"] if towards[patch["side"]] > free]
     if climbing:
-        lines["flange clearance"] = say("contact.climbs", shift=shift, free=free, side=climbing[0])
+        lines["flange clearance"] = (
+            f"shift {1e3 * shift:.6g} mm is beyond the flange clearance of "
+            f"{1e3 * free:.3g} mm: the {climbing[0]} wheel climbs its flange, which a "
+            "wheelset in service does only while it derails"
+        )
     if past := result.get("share_beyond_jump"):
-        lines["jump"] = say("contact.jump", request=request, past=past)
+        lines["jump"] = (
+            f"the lateral force jumps past {1e-3 * request.lateral_force:.6g} kN "
+            "within a micrometre of this shift: the wheelset runs on both sides of the "
+            f"jump in turn, {100.0 * past:.3g} % of the distance past it; shown is the "
+            "side before it"
+        )
     highest = max(patch["max_pressure"] for patch in result["patches"])
     if highest > _PLASTIC:
-        lines["pressure"] = say("contact.plastic", highest=highest, plastic=_PLASTIC)
+        lines["pressure"] = (
+            f"maximum pressure {1e-9 * highest:.3g} GPa: wheel and rail steel yields "
+            f"far below {1e-9 * _PLASTIC:g} GPa, and an elastic contact does not hold; "
+            "check load and profiles"
+        )
     if request.track_curvature != 0.0 and request.counterface_curvature > 0.0:
-        lines["curve"] = say("contact.curve_on_roller")
+        lines["curve"] = (
+            "a curve radius on a roller stands for rollers of both sides that rotate "
+            "at different speeds"
+        )
     return lines
 
 

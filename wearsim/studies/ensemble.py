@@ -36,7 +36,7 @@ from wearsim.campaign.event import Event
 from wearsim.campaign.record import readable_errors
 from wearsim.campaign.run import Observer, run_scene, scene_files
 from wearsim.contact.solve import available_cores
-from wearsim.errors import Fault, ResultError, SceneError, WearsimError, say
+from wearsim.errors import Fault, ResultError, SceneError, WearsimError
 from wearsim.plugins import Registered, register_all, registered
 from wearsim.scene import load_campaign
 from wearsim.scene.initial_contact import check_contact
@@ -390,7 +390,10 @@ def cluster(address: str) -> Iterator[Executor]:
     try:
         from distributed import Client
     except ImportError as error:
-        raise ResultError(say("flags.no_dask", error=error)) from error
+        raise ResultError(
+            f"a cluster needs Dask, and {error.name} is not installed: pip install "
+            "'wearsim[cluster]'"
+        ) from error
     try:
         # not the default client, or xarray would ask it for its locks
         client = Client(**{"scheduler_file" if by_file else "address": address}, set_as_default=False)

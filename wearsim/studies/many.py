@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import logging
-import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import xarray as xr
 
-from wearsim.errors import Fault, SceneError, WearsimWarning
+from wearsim.errors import Fault, SceneError, issue_warning
 from wearsim.scene import SweepScene, load_scene
 from wearsim.scene.sweep import Sweep
 from wearsim.studies.ensemble import Outcome, check_cases
@@ -117,7 +116,7 @@ def _sweep(header: Mapping[str, Any], tables: Mapping[str, Any]) -> Sweep:
 
 def _run(cases: Sweep, out: str | Path, jobs: int | None) -> xr.Dataset:
     for warning in check_cases(cases.cases, Path(out)):
-        warnings.warn(str(warning), WearsimWarning, stacklevel=3)
+        issue_warning(warning, stacklevel=4)
 
     def report(count: int, outcome: Outcome) -> None:
         _LOG.info("case %d of %d: %s", outcome.number, count, outcome.state)

@@ -11,7 +11,6 @@ import numpy as np
 from wearsim.campaign.evaluate import forces_of
 from wearsim.campaign.passage import Passage
 from wearsim.contact.wheels import TREAD_ANGLE
-from wearsim.errors import say
 from wearsim.operation.points import OperatingPoints
 from wearsim.texts import text_table
 
@@ -74,7 +73,10 @@ def states(points: OperatingPoints, passage: Passage) -> list[dict[str, Any]]:
         marks += [f"{side} wheel unloaded" for side, unloaded in few if unloaded]
         force = 0.5 * float(np.ptp(forces.longitudinal[k]))
         if force > _HELD * load.mean() and not on_bogie:
-            marks.append(say("state.held", force=force))
+            marks.append(
+                f"held against +-{1e-3 * force:.0f} kN along the track, which no free "
+                "axle would have"
+            )
         of_wheels = {"load": load, "angle": angle, "quotient": forces.derailment_quotient[k]}
         found.append({
             "name": points.label[k],

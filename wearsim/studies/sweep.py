@@ -18,7 +18,14 @@ from wearsim.campaign.directory import acquired, campaigns_of, is_claimed, read_
 from wearsim.campaign.record import readable_errors, write_atomically
 from wearsim.campaign.run import Observer
 from wearsim.contact.solve import available_cores
-from wearsim.errors import Fault, ResultError, SceneError, WearsimError, brief, printable, say
+from wearsim.errors import (
+    Fault,
+    ResultError,
+    SceneError,
+    WearsimError,
+    brief,
+    printable,
+)
 from wearsim.quantities import QUANTITIES
 from wearsim.results import LAYOUT, open_whole
 from wearsim.results.checks import last_worn_row
@@ -134,7 +141,10 @@ def read_plan(out: Path) -> dict[str, Any]:
     except FileNotFoundError:
         return {}
     except (OSError, ValueError) as error:
-        raise ResultError(say("sweep.unreadable", path=out / SWEEP_FILE, error=error)) from error
+        raise ResultError(
+            f"{out / SWEEP_FILE} cannot be read ({error}); delete it and run the same "
+            "sweep again: its finished cases stay"
+        ) from error
     if not isinstance(content, dict) or not isinstance(content.get("cases"), list):
         raise ResultError(f"{out / SWEEP_FILE} is not that of a wearsim sweep; choose another --out")
     return content

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from wearsim.errors import ResultError, brief, say
+from wearsim.errors import ResultError, brief
 from wearsim.quantities import QUANTITIES
 from wearsim.results.file import UNREADABLE, load_derived, load_results
 from wearsim.results.index import INDEXES
@@ -77,15 +77,27 @@ def translate(
     """
     rig, field = (one if isinstance(one, xr.Dataset) else load_results(one) for one in (rig, field))
     if [data.attrs.get("scene_kind") for data in (rig, field)] == ["field", "rig"]:
-        raise ResultError(say("translation.exchanged"))
+        raise ResultError(
+            "the results are exchanged: that of the rig is of a field campaign, and "
+            "that of the field of a rig campaign; give the rig first"
+        )
     for role, data in zip(CAMPAIGN, (rig, field), strict=True):
         if missing := [name for name in _NEEDED if name not in data]:
-            raise ResultError(say("translation.incomplete", role=role, missing=missing[0]))
+            raise ResultError(
+                f"{role} result: variable {missing[0]} is missing; give a file of "
+                "`wearsim run`"
+            )
         if "last_reprofiling" in data and (data["last_reprofiling"].values > 0).any():
-            raise ResultError(say("translation.reprofiled", role=role))
+            raise ResultError(
+                f"{role} result: its wheels were reprofiled, and factors are of the "
+                "wear since new; compare a campaign without [campaign.reprofiling]"
+            )
     hashes = [content_hash(data) for data in (rig, field)]
     if hashes[0] == hashes[1]:
-        raise ResultError(say("translation.same"))
+        raise ResultError(
+            "rig and field are the same result twice; give the results of two "
+            "campaigns, the rig first"
+        )
     comparison = compare.Comparison(rig, field, count, reach)
     axes = comparison.axes
     comparison.add("basis_name", "basis", list(BASIS), "what is equal in both campaigns")
@@ -293,7 +305,10 @@ def differences(rig: xr.Dataset, field: xr.Dataset) -> list[str]:
     if names[0] == names[1]:
         if rail[0].shape != rail[1].shape:
             if "counterface_name" not in rig and "counterface_name" not in field:
-                notes.append(say("translation.sampled_differently"))
+                notes.append(
+                    "the counterface profiles are sampled differently: they may differ "
+                    "in shape or place"
+                )
         elif (offset := float(np.abs(rail[0] - rail[1]).max())) > _SAME_PLACE:
             notes.append(f"the counterface profiles differ in shape or place, by up to {1e3 * offset:.4g} mm")
     if "counterface_name" in rig or "counterface_name" in field:
@@ -335,7 +350,10 @@ def _attributes(comparison: compare.Comparison, hashes: Sequence[str]) -> dict[s
                 attrs[f"{role}_{key}"] = data.attrs[key]
     notes = [*differences(rig, field), *comparison.notes]
     if not factors.rotation_matches(rig, field):
-        notes.append(say("translation.no_equal_points"))
+        notes.append(
+            "no operating point counts as equal: the rules of rotation and roll and "
+            "the axle torque are part of it, and they differ or are unknown"
+        )
     elif not len(comparison.matched):
         notes.append("no operating point is solved in both campaigns: give both the same [operation.monitor]")
     if notes:

@@ -5,9 +5,13 @@ The contract of a model stands in `contact.normal.model`.
 
 from wearsim.contact.normal.model import NormalModel, NormalSolution
 from wearsim.contact.registry import Registry, discover
-from wearsim.errors import say
 
-_REMOVED = {"knothe_le_the": say("removed.knothe_le_the")}
+_REMOVED = {
+    "knothe_le_the": (
+        'was removed in 0.3.0: write "coupled_strips", or leave normal out: it is the '
+        "default"
+    )
+}
 
 NORMAL_MODELS: Registry[NormalModel] = discover(
     "normal model", __name__, __path__, NormalModel, _REMOVED,

@@ -42,7 +42,7 @@ from wearsim.contact.normal.model import (
     fault_of,
 )
 from wearsim.contact.patch import FloatArray, IntArray, Patch, Resolution, cells_of
-from wearsim.errors import ContactError, say
+from wearsim.errors import ContactError
 
 # Half width [m] of the window of the lateral curvature: a narrower one shows the interpolation of the gap, a
 # wider one includes the next arc of the profile; measured in reports/contact_models.md.
@@ -187,8 +187,10 @@ def solve(
     """
     window = {**DEFAULTS, **parameters}["curvature_window"]
     if not _NARROWEST <= window <= _WIDEST:
-        values = {"window": 1e3 * window, "narrowest": 1e3 * _NARROWEST, "widest": 1e3 * _WIDEST}
-        raise ContactError(say("contact.curvature_window", **values))
+        raise ContactError(
+            f"curvature_window = {1e3 * window:g} mm must be in {1e3 * _NARROWEST:g} "
+            f".. {1e3 * _WIDEST:g} mm"
+        )
     loaded = [np.zeros(0, _CONTACT)]
     for here, weight in zip(row.tolist(), load.tolist(), strict=True):
         contacts = _contacts(gap, here, weight, vertical, effective_modulus, window)
@@ -351,7 +353,11 @@ def _check_overlap(row: IntArray, left: FloatArray, right: FloatArray) -> None:
     order = np.lexsort((left, row))
     left, right, row = left[order], right[order], row[order]
     for k in np.flatnonzero((row[1:] == row[:-1]) & (left[1:] < right[:-1]))[:1]:
-        text = say("contact.ellipses_overlap", start=1e3 * left[k + 1], end=1e3 * right[k])
+        text = (
+            "no contact ellipse: the ellipses of two contacts overlap at y = "
+            f"{1e3 * left[k + 1]:.2f} .. {1e3 * right[k]:.2f} mm of the counterface's "
+            "profile; take the normal model kik_piotrowski"
+        )
         raise ContactError(text, row=int(row[k]))
 
 

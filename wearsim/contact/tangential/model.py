@@ -130,6 +130,16 @@ class TangentialSolver(Protocol):
         """
 
 
+def unconverged(residual: float, tolerance: float, row: int) -> NumericalError:
+    """Error of a row whose steady rolling on the half-space did not converge."""
+    message = (
+        "steady rolling on the half-space did not converge: residual "
+        f"{residual:.1e} of the tractions, allowed {tolerance:.0e}; try other numbers "
+        "of strips and cells, another tangential model, or smooth measured profiles"
+    )
+    return NumericalError(message, row=row)
+
+
 @dataclass(frozen=True)
 class TangentialModel:
     """Record of a tangential model; calling it validates input and solution around `solve`.

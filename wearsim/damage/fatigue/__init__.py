@@ -17,7 +17,7 @@ from wearsim.damage.coefficients import coefficient_set
 from wearsim.damage.coefficients.record import CoefficientSet
 from wearsim.damage.fatigue.law import Branch, FatigueDamage, FatigueLaw
 from wearsim.damage.fatigue.loads import WEAR_NUMBERS, PatchLoads, WearNumber, patch_loads
-from wearsim.errors import Fault, PluginError, say
+from wearsim.errors import Fault, PluginError
 from wearsim.quantities import QUANTITIES
 
 FATIGUE_LAWS: Registry[FatigueLaw] = discover(
@@ -89,14 +89,24 @@ def _removal_faults(law: FatigueLaw, settings: FatigueSettings) -> Iterator[Faul
     depth, branch = settings.crack_depth, settings.branch
     if law.contains_removal:
         if branch == "net" and depth is not None:
-            yield Fault(say("damage.removed_twice", law=law))
+            yield Fault(
+                f'law = "{law.name}" contains the removal of cracks by wear in its '
+                'falling branch; delete crack_depth or write branch = "rising": both '
+                "would count wear twice"
+            )
         if branch == "rising" and depth is None:
-            yield Fault(say("damage.not_removed", law=law))
+            yield Fault(
+                f'law = "{law.name}" with branch = "rising" needs the removal of '
+                'cracks by wear; give crack_depth, or write branch = "net"'
+            )
         return
     if branch != "net":
         yield Fault(f'branch = "{branch}" acts with law = {FATIGUE_LAWS.that_take("branch")} only; delete it')
     if depth is not None and not law.counts_cycles:
-        yield Fault(say("damage.no_crack", law=law))
+        yield Fault(
+            f'crack_depth: the damage of law = "{law.name}" orders passages and is no '
+            "share of a crack; delete it"
+        )
 
 
 def passage_damage(loads: PatchLoads, settings: FatigueSettings) -> FatigueDamage:

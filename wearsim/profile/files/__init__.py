@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple, Unpack
 
-from wearsim.errors import ProfileError, say, suggestion
+from wearsim.errors import ProfileError, suggestion
 from wearsim.profile import placement, standard
 from wearsim.profile.files import miniprof, simpack
 from wearsim.profile.files.axes import ORIGINS, UNITS, Conversion, Statements
@@ -240,7 +240,10 @@ def write_profile(
     kind = profile.kind
     stands_for = {**miniprof.SUFFIXES, **simpack.SUFFIXES}.get(path.suffix.lower(), kind)
     if stands_for != kind:
-        raise ProfileError(say("profile.other_extension", path=path, kind=stands_for, profile=profile))
+        raise ProfileError(
+            f"{path}: {path.suffix} is the extension of a {stands_for}, "
+            f"{profile.name!r} a {profile.kind}; rename it"
+        )
     if path.exists() and not overwrite:
         raise ProfileError(f"{path}: exists already; choose another name or allow overwriting")
     write_whole(path, text_of_profile(profile, path, format))

@@ -8,7 +8,7 @@ from typing import Literal, TypedDict
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.errors import say
+from wearsim.errors import listed
 from wearsim.profile import checks
 from wearsim.profile.files.points import Faults, Points
 from wearsim.profile.placement import GAUGE_DEPTH, is_partial
@@ -86,7 +86,10 @@ class Conversion:
             self.notes.append("points listed from the field side, order reversed")
             y, z = y[::-1].copy(), z[::-1].copy()
         if not self.wheel and is_partial(y):
-            self.notes.append(say("profile.partial", width=np.ptp(y)))
+            self.notes.append(
+                f"{1e3 * np.ptp(y):.3g} mm wide: part of a head without gauge point, y "
+                "counted from the running circle"
+            )
         return y, z
 
     def _check(self, found: list[checks.PointFault], lines: list[int]) -> None:
@@ -105,8 +108,10 @@ class Conversion:
         width, height = (float(max(each) - min(each)) for each in (self.points.y, self.points.z))
         fits = [name for name in _DETECTED if _plausible(self.kind, width, height, name)]
         if len(fits) > 1:
-            values = {"width": width, "height": height, "fits": fits, "fix": _STATE_UNITS}
-            self.faults.stop(say("profile.several_units", **values))
+            self.faults.stop(
+                f"the profile is {width:.4g} wide and {height:.4g} high, which fits "
+                f"{listed(fits, ' and ')}: {_STATE_UNITS}"
+            )
         if fits == ["mm"] or not fits:
             return UNITS["mm"]  # where no unit fits, the checks tell why
         self.notes.append(f"units {fits[0]} by the size")
@@ -142,9 +147,15 @@ class Conversion:
             return up
         up = _wheel_points_up(z) if self.wheel else _rail_points_up(y, z)
         if up is None and self.wheel:
-            self.faults.stop(say("profile.no_tip"))
+            self.faults.stop(
+                "a flange tip stands out on neither side, so the sign of z is not "
+                "known: state --z-up or --z-down"
+            )
         if up is None:
-            self.notes.append(say("profile.flat_head", points=self.points))
+            self.notes.append(
+                f"the head is as flat as its ends: z taken as {self.points.z_axis}, "
+                "the rule of the format"
+            )
             return self.points.z_axis == "up"
         self.notes += ["z up, sign changed"] if up else []
         return up
@@ -158,7 +169,11 @@ class Conversion:
         if self.wheel:
             place = (float(y[int(np.argmax(z))]) - float(y.min())) / float(np.ptp(y))
             if 0.4 < place < 0.6:
-                self.faults.stop(say("profile.tip_in_the_middle"))
+                self.faults.stop(
+                    "the flange tip is in the middle of the profile, so its side is "
+                    "not known: state --mirror (flange at the end of larger y) or "
+                    "--no-mirror"
+                )
             self.notes += ["flange at the end of larger y, y mirrored"] if place > 0.5 else []
             return place > 0.5
         if axis != "unknown" or checks.head_faults(y, z):  # which are raised by the checks
@@ -168,7 +183,10 @@ class Conversion:
         deep, top = z - z.min() >= GAUGE_DEPTH, y[np.argmin(z)]
         smaller, larger = bool(np.any(deep[y <= top])), bool(np.any(deep[y > top]))
         if smaller == larger:
-            self.faults.stop(say("profile.both_sides"))
+            self.faults.stop(
+                "both sides of the head could be the gauge side: state --mirror (gauge "
+                "side at the end of larger y) or --no-mirror (at the end of smaller y)"
+            )
         end = "larger" if larger else "smaller"
         self.notes.append(f"gauge side at the end of {end} y: only there the head reaches 14 mm down")
         self.notes += ["y mirrored"] if larger else []

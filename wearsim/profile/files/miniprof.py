@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 
-from wearsim.errors import say
 from wearsim.profile.files import points
 from wearsim.profile.files.points import Faults, Points, Text, value_of
 from wearsim.profile.shape import Kind
@@ -57,7 +56,11 @@ def read(text: Text, kind: Kind, faults: Faults) -> Points:
     promised, taken = value_of(header, "xypoints"), len(columns["lines"])
     if re.fullmatch(r"\d{1,9}", promised) and not faults.faults:
         if taken + off < int(promised):
-            message = say("profile.cut_off", promised=promised, count=taken + off)
+            message = (
+                f"XYPoints = {promised}, but {taken + off} points are there: the file "
+                "is cut off; copy it again, or correct XYPoints if points were taken "
+                "out on purpose"
+            )
             faults.add(message, rows[-1][0] if rows else None)
         elif taken > int(promised):
             notes.append(f"XYPoints = {promised}, but {taken} points are there: all are taken")

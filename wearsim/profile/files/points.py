@@ -17,7 +17,7 @@ from typing import Any, Literal, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from wearsim.errors import Fault, ProfileError, first_of, say
+from wearsim.errors import Fault, ProfileError, first_of
 from wearsim.profile.shape import Kind
 
 MAX_BYTES = 20_000_000
@@ -105,13 +105,19 @@ def read_text(path: Path) -> Text:
         with path.open("rb") as file:
             data = file.read(MAX_BYTES + 1)
     except OSError as error:
-        raise ProfileError(say("profile.unreadable", path=path, error=error)) from error
+        raise ProfileError(
+            f"{path}: cannot be read ({error.strerror}); check the path and its "
+            "permissions"
+        ) from error
     large = len(data) > MAX_BYTES
     if large or max(data.count(b"\n"), data.count(b"\r")) > MAX_LINES:
         most = f"larger than {MAX_BYTES // 10**6} MB" if large else f"more than {MAX_LINES} lines"
         raise ProfileError(f"{path}: {most}, hardly one profile; give one cross-section")
     if data.startswith((b"\x89HDF", b"CDF")):
-        raise ProfileError(say("profile.result_file", path=path))
+        raise ProfileError(
+            f"{path}: is a result file, not a file of points; `wearsim profile {path} "
+            "--convert miniprof` writes its worn wheel as one"
+        )
     marked = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     try:
         text = data.decode("utf-16" if marked else "utf-8-sig")
@@ -121,7 +127,10 @@ def read_text(path: Path) -> Text:
     text = text.removesuffix("\x1a").replace("\r\n", "\n").replace("\r", "\n")  # end mark of DOS files
     if (bad := _CONTROL.search(text)) is not None:
         line = text.count("\n", 0, bad.start()) + 1
-        raise ProfileError(say("profile.control_character", path=path, line=line, found=bad[0]))
+        raise ProfileError(
+            f"{path}:{line}: holds the control character {bad[0]!r}, so it is not "
+            "UTF-8 text; save it as UTF-8"
+        )
     return Text(tuple(text.split("\n")), notes)
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from wearsim.errors import ProfileError, say
+from wearsim.errors import ProfileError
 from wearsim.profile.alignment import Alignment, align
 from wearsim.profile.conicity import AMPLITUDES, JUDGED_AMPLITUDE, Running, running
 from wearsim.profile.inspection import inputs
@@ -59,10 +59,18 @@ class Comparison:
         """What speaks against the wear; a sentence each."""
         lines = []
         if self.wear.worn_area < 0.0:
-            lines.append(say("profile.negative_area", of=self))
+            lines.append(
+                "the net worn area is negative, which no wear is: they are not of one "
+                f"{self.reference.kind}, or --align {self.alignment.rule} does not fit "
+                "them"
+            )
         rms = self.alignment.rms
         if rms is not None and rms > _LARGE_REST:
-            lines.append(say("profile.large_rest", rms=rms, most=1e6 * _LARGE_REST))
+            lines.append(
+                f"{1e6 * rms:.0f} µm rms are left on parts that do not wear, more than "
+                f"{1e6 * _LARGE_REST:.0f}: wear of this size is uncertain; a profile "
+                "measured at a tilt needs --rotate"
+            )
         return tuple(lines)
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from wearsim.errors import ProfileError, say
+from wearsim.errors import ProfileError
 from wearsim.profile import measures, standard
 from wearsim.profile.files import FORMATS, ProfileReading, is_file, place_file, read_profile
 from wearsim.profile.files.points import number_fault, read_text, value_of
@@ -114,7 +114,10 @@ def _kind_of(path: Path) -> Kind:
     if not kinds and (match := _WRITTEN.match(read_text(path).lines[0])):
         kinds = {match[1]}
     if not kinds:
-        raise ProfileError(say("profile.unknown_kind", path=path))
+        raise ProfileError(
+            f"{path}: neither extension nor first line says what it is: state --kind "
+            "wheel or rail"
+        )
     return "wheel" if kinds == {"wheel"} else "rail"
 
 
@@ -162,7 +165,11 @@ def measure_notes(given: ProfileInput, values: Mapping[str, float]) -> tuple[str
         # instruments write 0 for what they did not measure
         header = 0.0 if number_fault(text) else 1e-3 * float(text)
         if header > 0.0 and name in values and abs(header - values[name]) > _HEADER_TOLERANCE:
-            notes.append(say("profile.old_header", key=key, header=header, value=values[name]))
+            notes.append(
+                f"the header says {key} = {1e3 * header:g} mm, the points give "
+                f"{1e3 * values[name]:.2f} mm: it is old, of another wheel or taken at "
+                "other distances"
+            )
     whole = values.get("hollowing", 0.0)
     try:
         profile = smoothed(
@@ -172,5 +179,9 @@ def measure_notes(given: ProfileInput, values: Mapping[str, float]) -> tuple[str
         return tuple(notes)  # points too few to see short waves
     rest = measures.hollowing(profile.y, profile.z) if "hollowing" in values else 0.0
     if whole - rest > _MOST_NOISE:
-        notes.append(say("profile.noisy_hollowing", whole=whole, rest=rest, below=1e3 * _NOISE_WAVELENGTH))
+        notes.append(
+            f"of {1e3 * whole:.3f} mm hollowing {1e3 * rest:.3f} mm are left without "
+            f"waves shorter than {1e3 * _NOISE_WAVELENGTH:g} mm: noise or dents "
+            f"(--smooth-mm {1e3 * _NOISE_WAVELENGTH:g} takes them out)"
+        )
     return tuple(notes)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from wearsim.errors import ProfileError, WearsimError, say
+from wearsim.errors import ProfileError, WearsimError
 from wearsim.profile.conicity import Running
 from wearsim.profile.files import FORMATS
 from wearsim.profile.files.points import one_line, value_of
@@ -54,7 +54,9 @@ def profile_files(folder: Path, every: bool = False) -> tuple[list[Path], list[s
     try:
         paths = sorted(path for path in folder.iterdir() if not path.name.startswith("."))
     except OSError as error:
-        raise ProfileError(say("profile.no_folder", folder=folder, error=error)) from error
+        raise ProfileError(
+            f"{folder} cannot be read ({error.strerror}); give a folder of profiles"
+        ) from error
     folders = [path for path in paths if path.is_dir()]
     taken = [path for path in paths if path not in folders and (every or path.suffix.lower() in known)]
     others = [path.name for path in paths if path not in folders and path not in taken]

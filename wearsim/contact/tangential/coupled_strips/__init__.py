@@ -47,8 +47,14 @@ from wearsim.contact.tangential.coupled_strips import rolling
 from wearsim.contact.tangential.coupled_strips.cells import cells_of_patches, fill_cells
 from wearsim.contact.tangential.coupled_strips.influence import slip_influence, strip_points
 from wearsim.contact.tangential.coupled_strips.strips import strips_of_wheels, sums_of_strips
-from wearsim.contact.tangential.model import StripMotion, TangentialModel, TangentialSolution, Wanted
-from wearsim.errors import ContactError, NumericalError, say
+from wearsim.contact.tangential.model import (
+    StripMotion,
+    TangentialModel,
+    TangentialSolution,
+    Wanted,
+    unconverged,
+)
+from wearsim.errors import ContactError
 
 STRIPS, POINTS = 12, 8
 """Across a patch (more in wide ones, not more than it has), and along each strip (a multiple of four)."""
@@ -93,8 +99,7 @@ def solve(
     for (begin, end), matrix in zip(pairwise(wheels.begin.tolist()), matrices, strict=True):
         left = _roll(matrix, begin, end, poisson_ratio, rigid, bound, traction, slip, marks)
         if left > STALLED:
-            row = int(patch.row[wheels.patch[begin]])
-            raise NumericalError(say("contact.rolling_unconverged", left=left, tolerance=STALLED), row=row)
+            raise unconverged(left, STALLED, int(patch.row[wheels.patch[begin]]))
     out = np.zeros((5, count, int(patch.cells.max(initial=1)) if fields else 0, ny))
     force, slip_area = np.zeros((count, 3)), np.zeros(count)
     fill_cells(points, wheels, cells, shear_modulus, traction, slip, marks, out, force, slip_area)

@@ -34,8 +34,14 @@ from wearsim.contact.patch import FloatArray, Patch, on_grid
 from wearsim.contact.tangential.half_space import steady_rolling
 from wearsim.contact.tangential.half_space.steady_rolling import RollingSolution, SlipOperator
 from wearsim.contact.tangential.kalker import coefficients
-from wearsim.contact.tangential.model import StripMotion, TangentialModel, TangentialSolution, Wanted
-from wearsim.errors import ContactError, NumericalError, say
+from wearsim.contact.tangential.model import (
+    StripMotion,
+    TangentialModel,
+    TangentialSolution,
+    Wanted,
+    unconverged,
+)
+from wearsim.errors import ContactError
 
 PLACE = 1.0 / 6.0  # of the rigid slip, ahead of the cell's centre, in cells
 _APPROACH = (0.1, 0.3, 0.6, 1.0)  # shares of the creepage where the direct way fails
@@ -171,8 +177,7 @@ def _rolled(
         done = share
     if rolling.residual <= tolerance:
         return rolling
-    left = min(best, rolling.residual)
-    raise NumericalError(say("contact.rolling_unconverged", left=left, tolerance=tolerance), row=row)
+    raise unconverged(min(best, rolling.residual), tolerance, row)
 
 
 @kernel
