@@ -52,8 +52,6 @@ TEXTS = {
 }
 """Messages by their names."""
 
-KEYS = tomllib.loads((PACKAGE / "scene" / "keys.toml").read_text(encoding="utf-8"))
-
 _FLAG = re.compile(r"(?<![\w./-])--[a-z][\w-]*")
 _KEY = re.compile(r"(?<![\w./{}-])[a-z][a-z0-9]*(?:_[A-Za-z0-9]+)+(?![\w(]|\.[a-z])")
 _EXPRESSION = re.compile(r"\{[{%].*?[%}]\}")  # of a template
@@ -88,15 +86,6 @@ def names_in(schema):
             yield from names_in(value)
 
 
-def meanings(keys):
-    """Key and text of every meaning and hint of the tables of scene keys."""
-    for key, value in keys.items():
-        if isinstance(value, dict):
-            yield from meanings({f"{key}.{name}": below for name, below in value.items()})
-        elif isinstance(value, str) and not key.endswith((".quantity", ".alias", ".unit")):
-            yield key, value
-
-
 def quoted(expression):
     """Sentences in an expression of a template."""
     return " ".join(text for text in re.findall(r'"([^"]*)"', expression[0]) if " " in text)
@@ -125,7 +114,6 @@ def messages():
             if " " in text
         ]
         + [(name, re.sub(r"\{.*?\}", "{}", text)) for name, text in TEXTS.items()]
-        + [(f"scene/keys.toml {name}", text) for name, text in meanings(KEYS)]
     )
 
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import (
+    Field,
     GetJsonSchemaHandler,
     SerializerFunctionWrapHandler,
     model_serializer,
@@ -24,7 +25,7 @@ from wearsim.damage.fatigue.wlrm import own_function
 from wearsim.damage.wear import WEAR_LAWS, WearSettings, energy
 from wearsim.damage.wear.table import WearTable
 from wearsim.errors import SceneError, say
-from wearsim.scene.section import Registered, Section, Text
+from wearsim.scene.section import Registered, Section, Text, quantity, text_field
 from wearsim.scene.wear_table import PathFaults, WearTableSection, wear_table
 from wearsim.toml_faults import KeyPath, cross_check
 
@@ -44,9 +45,15 @@ FatigueSetName = Annotated[str, _sets_of(FATIGUE_LAWS)]
 class ComparisonLawSection(Section):
     """Entry of also_evaluate: a wear law with its own form and set, or the law's name alone."""
 
-    law: WearLawName
-    form: Literal["local", "patch_mean"] | None = None
-    coefficients: WearSetName | None = None
+    law: WearLawName = Field(description="the wear law")
+    form: Literal["local", "patch_mean"] | None = Field(
+        None,
+        description="whether the law acts in each cell (where it can) or on the mean "
+        "of the patch",
+    )
+    coefficients: WearSetName | None = Field(
+        None, description="the set of wear coefficients"
+    )
 
     @model_validator(mode="before")
     @classmethod
@@ -73,9 +80,16 @@ class _OrName:
 class BrakeBlockSection(Section):
     """[wear.brake_block]: what brake blocks wear off the tread, counted in the first regime of each law."""
 
-    um_per_1000_km: float
-    from_mm: float
-    to_mm: float
+    um_per_1000_km: float = quantity(
+        "brake_wear", meaning="the depth worn by the blocks in 1000 km"
+    )
+    from_mm: float = quantity(
+        "block_edge",
+        meaning="the edge of the block towards the flange, from the running circle",
+    )
+    to_mm: float = quantity(
+        "block_edge", meaning="its edge towards the field side, from the running circle"
+    )
 
     @model_validator(mode="after")
     def _rises(self) -> Self:
@@ -92,22 +106,66 @@ class BrakeBlockSection(Section):
 class WearSection(Section):
     """[wear]: the law of the wear depth by frictional work."""
 
-    laws_that_take = staticmethod(WEAR_LAWS.that_take)
-
-    law: WearLawName = WearSettings.law
-    coefficients: WearSetName | None = None
-    form: Literal["local", "patch_mean"] | None = None
-    energy_coefficient_mm3_kJ: float | None = None
-    density_kg_m3: float = 7850.0
-    hardness_GPa: float | None = None
-    seizure_blend: float | None = None
-    seizure_cap: Literal["none", "pressure", "regime"] = "none"
+    not_here: ClassVar[dict[str, str]] = {
+        "beside": "the comparison laws are the key also_evaluate; rename it",
+    }
+    law: WearLawName = Field(WearSettings.law, description="the wear law")
+    coefficients: WearSetName | None = Field(
+        None,
+        description="the set of wear coefficients, named after its paper; each law "
+        "has one of its own",
+    )
+    form: Literal["local", "patch_mean"] | None = Field(
+        None,
+        description="whether the law acts in each cell (where it can) or on the mean "
+        "of the patch",
+    )
+    energy_coefficient_mm3_kJ: float | None = quantity(
+        "energy_coefficient",
+        None,
+        "the volume lost per frictional work, one constant in place of a set (law = "
+        f"{WEAR_LAWS.that_take('energy_coefficient')})",
+    )
+    density_kg_m3: float = quantity("density", 7850.0)
+    hardness_GPa: float | None = quantity(
+        "hardness",
+        None,
+        "the hardness of the wheel, in place of that of the set (law = "
+        f"{WEAR_LAWS.that_take('hardness')})",
+    )
+    seizure_blend: float | None = quantity(
+        "seizure_blend",
+        None,
+        "the width of the blend into seizure over the hardness, in place of that of "
+        f"the set, 0 for a jump (law = {WEAR_LAWS.that_take('seizure_blend')})",
+    )
+    seizure_cap: Literal["none", "pressure", "regime"] = Field(
+        "none",
+        description="what keeps elastic pressures out of the seizure regime (law = "
+        f"{WEAR_LAWS.that_take('seizure_cap')})",
+    )
     brake_block: BrakeBlockSection | None = None
     table: WearTableSection | None = None
-    table_file: Text | None = None
-    values: dict[str, float] | None = None
-    scale: float = 1.0
-    also_evaluate: tuple[Annotated[ComparisonLawSection, _OrName], ...] = ()
+    table_file: Text | None = text_field(
+        f"a CSV or TOML file with the table of law = {WEAR_LAWS.that_take('table')}",
+        None,
+    )
+    values: dict[str, float] | None = Field(
+        None,
+        description="values in place of those of the coefficient set, by their names, "
+        "in its units",
+    )
+    scale: float = quantity(
+        "wear_scale",
+        1.0,
+        "the factor on depths of the active law, such as from a calibration",
+    )
+    also_evaluate: tuple[Annotated[ComparisonLawSection, _OrName], ...] = Field(
+        (),
+        description="comparison laws: further wear laws evaluated on the same contacts",
+        max_length=20,
+        strict=False,
+    )
 
     @model_validator(mode="before")
     @classmethod
@@ -124,28 +182,45 @@ class WearSection(Section):
 class DamageFunctionSection(Section):
     """[fatigue.damage_function]: break points of one's own for a law of T-gamma."""
 
-    source: Text
-    certainty: Text
-    start_N: float
-    peak_N: float
-    end_N: float
-    peak_damage: float
-    floor: float | None = None
+    source: Text = text_field("where the break points come from")
+    certainty: Text = text_field("how sure they are, in words")
+    start_N: float = quantity("wear_number_start")
+    peak_N: float = quantity("wear_number_peak")
+    end_N: float = quantity(
+        "wear_number_end", meaning="the wear number at which damage is zero again"
+    )
+    peak_damage: float = quantity("peak_damage")
+    floor: float | None = quantity("damage_floor", None)
 
 
 class FatigueSection(Section):
     """[fatigue]: rolling contact fatigue of the wheel."""
 
-    laws_that_take = staticmethod(FATIGUE_LAWS.that_take)
-
-    laws: tuple[FatigueLawName, ...] = ("surface_fatigue_index",)
-    coefficients: tuple[FatigueSetName, ...] = ()
-    shear_yield_MPa: float | None = None
-    wear_number: Literal["without_spin", "with_spin"] = "without_spin"
-    branch: Literal["net", "rising"] = "net"
-    crack_depth_mm: float | None = None
-    crack_width_mm: float = 10.0
-    wear_limit_mm: float = 3.0
+    laws: tuple[FatigueLawName, ...] = Field(
+        ("surface_fatigue_index",),
+        description="the fatigue laws",
+        min_length=1,
+        max_length=20,
+        strict=False,
+    )
+    coefficients: tuple[FatigueSetName, ...] = Field(
+        (),
+        description="sets that replace the laws' own ones",
+        max_length=20,
+        strict=False,
+    )
+    shear_yield_MPa: float | None = quantity("fatigue_shear_yield", None)
+    wear_number: Literal["without_spin", "with_spin"] = Field(
+        "without_spin", description="the wear number that laws of T-gamma take"
+    )
+    branch: Literal["net", "rising"] = Field(
+        "net",
+        description=f"the form of law = {FATIGUE_LAWS.that_take('branch')}: with the "
+        "removal of cracks by wear in it, or without",
+    )
+    crack_depth_mm: float | None = quantity("fatigue_crack_depth", None)
+    crack_width_mm: float = quantity("fatigue_crack_width", 10.0)
+    wear_limit_mm: float = quantity("fatigue_wear_limit", 3.0)
     damage_function: DamageFunctionSection | None = None
 
 
