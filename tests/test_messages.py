@@ -94,11 +94,7 @@ def quoted(expression):
 @pytest.fixture(scope="module")
 def messages():
     """(place, text) of every text of more than one word, and of each line of tables and templates."""
-    tables = [
-        PACKAGE / "cli" / "commands.toml",
-        PACKAGE / "studies" / "contact_flags.csv",
-        *sorted(PACKAGE.rglob("*.txt.j2")),
-    ]
+    tables = sorted(PACKAGE.rglob("*.txt.j2"))
     return (
         [
             (f"{path.relative_to(PACKAGE)}:{number}", _EXPRESSION.sub(quoted, line))
