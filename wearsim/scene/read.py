@@ -4,24 +4,21 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-import numpy as np
 from pydantic import ValidationError
 
 from wearsim.damage.wear.table import WearTable
-from wearsim.errors import Fault, ProfileError, SceneError, raise_any, say, shown, suggestion
+from wearsim.errors import Fault, SceneError, raise_any, say, shown, suggestion
 from wearsim.operation.recorded import Samples
-from wearsim.profile import placement, standard
-from wearsim.profile.conicity import flange_clearance
-from wearsim.profile.shape import Profile, resample, resample_to
+from wearsim.profile import standard
+from wearsim.profile.shape import Profile
 from wearsim.scene import messages
-from wearsim.scene.implausible import side_warnings
-from wearsim.scene.inputs import Files, Inputs, kept_files, named_profiles, read_profile_of
-from wearsim.scene.messages import by_line
+from wearsim.scene.inputs import Files, Inputs, kept_files, named_profiles
+from wearsim.scene.messages import Clearance, by_line
 from wearsim.scene.models import AnyScene, CompareScene, FieldScene, Origin, RigScene, find_file
 from wearsim.scene.overrides import (
     Override,
@@ -32,15 +29,21 @@ from wearsim.scene.overrides import (
     overridden_text,
     toml_text,
 )
+from wearsim.scene.profiles import (
+    bodies_in_track,
+    header_warnings,
+    read_profiles,
+    shape_warnings,
+    with_radius,
+)
 from wearsim.scene.recorded import read_record
 from wearsim.scene.rig import with_programme, with_rig
-from wearsim.scene.route import Rails, Route, rails_of, read_vehicle
+from wearsim.scene.route import Route, read_vehicle
 from wearsim.scene.sweep import SweepScene, read_sweep
 from wearsim.scene.wear_table import read_wear_table
 from wearsim.toml_faults import (
     LARGEST_FILE,
     LARGEST_TABLE,
-    KeyPath,
     Lines,
     content_of,
     is_key,
@@ -60,8 +63,6 @@ MODELS: dict[str, type[Scene]] = {
 }  # fmt: skip
 """Model of each kind of scene."""
 _DICT = Path("scene.toml")  # name of a scene from a dict in results and run directories
-_RIGHT, _LEFT = ("wheelset", "profile"), ("wheelset", "profile_left")
-_TEMPLATE = ("campaign", "reprofiling", "profile")
 
 
 def load_scene(
@@ -264,113 +265,75 @@ def _gathered(faults: list[Fault]) -> Iterator[None]:
         faults += error.faults
 
 
+@contextmanager
+def _together_with(faults: Sequence[Fault]) -> Iterator[None]:
+    """Raise the faults of what is done inside together with those known so far."""
+    try:
+        yield
+    except SceneError as error:
+        raise SceneError(by_line([*faults, *error.faults])) from error
+
+
 def _with_inputs(
     scene: RigScene | FieldScene, kept: Mapping[str, Path], profiles: Mapping[str, Profile]
 ) -> RigScene | FieldScene:
-    """Read the files of a scene and cross-check its values; raise a SceneError with all faults.
+    """Read the files of a scene and check it with them; raise a SceneError with all faults.
 
     The scene returned has the contents of the files, and the wheel radius of their headers if it gave none.
     """
-    files, faults, leaning = Files(scene, kept, profiles), list[Fault](), list[Fault]()
+    files, faults, table = Files(scene, kept, profiles), list[Fault](), None
     if isinstance(scene, RigScene):
         scene = _with_rig(scene, files)
-    wheelset, section, rules = scene.wheelset, scene.counterface, scene.campaign.reprofiling
-    half_span = 0.5e-3 * wheelset.back_to_back_mm + placement.RUNNING_CIRCLE
-    spacing = 1e-3 * scene.campaign.point_spacing_mm
-    pairs, sides = rails_of(scene)[0], ("profile", "profile_left")
-    placed: dict[KeyPath, Rails] = {(*path, side): pair for pair, path in pairs.items() for side in sides}
-    names: dict[KeyPath, str | None] = {
-        _RIGHT: wheelset.profile,
-        _LEFT: wheelset.left,
-        **{key: getattr(pair, str(key[-1])) for key, pair in placed.items()},
-        _TEMPLATE: None if rules is None else rules.profile,
-    }
-    diameters: dict[str, float] = {}
-    headers: dict[str, tuple[str, Mapping[str, str]]] = {}
-    shapes: dict[KeyPath, Profile] = {}
-    for key, name in names.items():
-        if name is None:
-            continue
-        try:
-            shape, reading = read_profile_of(scene, key, name, half_span, files, placed.get(key))
-            if key[0] == "wheelset":
-                headers[str(key[-1])] = name, {} if reading is None else reading.header
-            if key not in placed or section.wear is not None:
-                shape = resample(shape, spacing)
-        except ProfileError as error:
-            at = key if key != _LEFT or wheelset.profile_left is not None else _RIGHT  # of one result
-            found = [scene.fault(at, f"{at[-1]} = {shown(name)}: {line}") for line in str(error).splitlines()]
-            faults += [fault for fault in found if fault not in faults]
-            continue
-        shapes[key] = shape
-        if reading is not None and reading.diameter is not None and key[0] == "wheelset":
-            diameters[name] = 1e3 * reading.diameter
-        inclination = (placed.get(key) or section).inclination
-        slope, lean = placement.slope_of(inclination), None if reading is None else reading.lean
-        if key in placed and placement.tilt_to_add(lean, slope) != slope:
-            words = placement.lean_words(lean or 0.0)
-            text = say("scene.leans", inclination=inclination, name=name, words=words)
-            leaning.append(scene.fault((*key[:-1], "inclination"), text))
-
-    def matched(key: KeyPath, count: int) -> Profile:
-        """Profile with as many points as the right wheel, by a spacing that differs by up to 3 %."""
-        shape = shapes[key]
-        with suppress(ProfileError):
-            return resample_to(shape, count, spacing * (len(shape.y) - 1) / (count - 1))
-        spaced = scene.campaign.point_spacing_mm
-        text = say("scene.unlike_points", key=key[-1], name=names[key], count=count, spaced=spaced)
-        raise SceneError(by_line([*faults, scene.fault(key, text)]))
-
-    table = None
+    found = read_profiles(scene, files)
+    faults += found.faults
     with _gathered(faults):
         table = _wear_table(scene, files)
-    noted = [*messages.header_warnings(scene, diameters), *side_warnings(scene, headers), *leaning]
-    if diameters and "radius_mm" not in wheelset.model_fields_set:
-        radius = 0.5 * sum(diameters.values()) / len(diameters)
-        scene = scene.model_copy(update={"wheelset": wheelset.model_copy(update={"radius_mm": radius})})
+    written, scene = scene, with_radius(scene, found)
     faults += messages.cross_faults(scene)
-    if any(name is not None and key not in shapes for key, name in names.items()):
+    if not found.complete:
         raise SceneError(by_line(faults))
-    rails = [(shapes[*path, "profile"], shapes.get((*path, "profile_left"))) for path in pairs.values()]
-    right, counterface = shapes[_RIGHT], rails[0][0]
-    wheels = right, matched(_LEFT, len(right.y)) if _LEFT in shapes else right
-    gauges: dict[float, KeyPath] = {one.gauge_mm: (*pairs[one], "gauge_mm") for one in reversed(pairs)}
-    if unfit := messages.fit_faults(scene, wheels, counterface, gauges):
-        raise SceneError(by_line(faults + unfit))
-    templates = None if rules is None else wheels
-    if _TEMPLATE in shapes:
-        templates = (matched(_TEMPLATE, len(right.y)),) * 2
-    if templates is not None:
-        faults += messages.template_faults(scene, templates, counterface)
-    clearances = []
-    for rail, other in rails:
-        free, unlike = flange_clearance(right, rail), other is not None or _LEFT in shapes
-        clearances.append((free, flange_clearance(wheels[1], other or rail) if unlike else free))
-    clearance = clearances[0]
-    faults += messages.limit_faults(scene, wheels, counterface, end=True)
-    samples, track = None, None
+    with _together_with(faults):
+        bodies = bodies_in_track(scene, found)
+    faults += messages.geometry_faults(scene, bodies.wheels, bodies.templates, bodies.counterface)
+    clearance, operation = bodies.clearances[0], _Operation()
     with _gathered(faults):
-        if isinstance(scene, FieldScene):
-            track = _route_of(scene, files)
-            samples, notes = _record_of(scene, clearance, files)
-            noted += notes
+        operation = _operation_of(scene, clearance, files)
     known = {fault.line for fault in faults}
     faults += [fault for fault in messages.beyond_clearance(scene, clearance)[0] if fault.line not in known]
     raise_any(by_line(faults))
-    for key in placed:
-        if key in shapes and placement.is_partial(shapes[key].y):
-            text = say("scene.partial_rail", key=key[-1], name=names[key], width=np.ptp(shapes[key].y))
-            noted.append(scene.fault(key, text))
-    of_rails = ("counterface.", "vehicle.class.", "vehicle.each.")
-    for body, roles in (("wheelset", ("wheelset.",)), ("counterface", of_rails)):
-        shipped = all(file.shipped for file in files.read if file.role.startswith(roles))
-        if getattr(scene, body).smooth_mm is not None and shipped:
-            noted.append(scene.fault((body, "smooth_mm"), say("scene.nothing_smoothed", body=body)))
     scene._inputs = Inputs(
-        *wheels, tuple(rails), half_span, tuple(clearances), tuple(files.read), table, templates, samples,
-        track, tuple(noted),
-    )  # fmt: skip
+        *bodies.wheels,
+        rails=bodies.rails,
+        half_span=found.half_span,
+        clearances=bodies.clearances,
+        files=tuple(files.read),
+        wear_table=table,
+        templates=bodies.templates,
+        samples=operation.samples,
+        route=operation.route,
+        warnings=(
+            *header_warnings(written, found),
+            *operation.warnings,
+            *shape_warnings(scene, found, files),
+        ),
+    )
     return scene
+
+
+class _Operation(NamedTuple):
+    """What the files of [vehicle] and [recorded] hold."""
+
+    route: Route | None = None
+    samples: Samples | None = None
+    warnings: Sequence[Fault] = ()
+
+
+def _operation_of(scene: RigScene | FieldScene, clearance: Clearance, files: Files) -> _Operation:
+    """Read the vehicle and the route, or the record, of a scene in the field, if it has one."""
+    if isinstance(scene, RigScene):
+        return _Operation()
+    route = _route_of(scene, files)
+    return _Operation(route, *_record_of(scene, clearance, files))
 
 
 def _route_of(scene: FieldScene, files: Files) -> Route | None:
@@ -391,7 +354,7 @@ def _route_of(scene: FieldScene, files: Files) -> Route | None:
 
 
 def _record_of(
-    scene: FieldScene, clearance: tuple[float | None, float | None], files: Files
+    scene: FieldScene, clearance: Clearance, files: Files
 ) -> tuple[Samples | None, list[Fault]]:
     """Read the record of a scene, if it has one: its samples, and warnings."""
     if scene.recorded is None:
