@@ -128,6 +128,10 @@ class Files:
             raise SceneError([self.scene.fault(key, say("scene.no_file", key=key[-1], name=name, what=what))])
         return path
 
+    def path_of(self, role: str) -> Path:
+        """File of a role that was read."""
+        return next(file.path for file in self.read if file.role == role)
+
     def note(
         self, role: str, name: str, path: Path, most: int = LARGEST_FILE, content: bytes | None = None
     ) -> None:

@@ -18,6 +18,7 @@ from wearsim.profile.standard import shipped_path
 from wearsim.scene.campaign import CampaignSection, RailWearSection, RollerWearSection
 from wearsim.scene.damage import FatigueSection, WearSection
 from wearsim.scene.overrides import Override
+from wearsim.scene.recorded import RecordedSection
 from wearsim.scene.section import (
     Registered,
     Section,
@@ -351,84 +352,6 @@ class MonitorSection(Section):
     load_kN: float = quantity("wheel_load", meaning="the vertical load of one wheel")
     speed_km_h: float = quantity("speed", meaning="the speed")
     friction: float = quantity("friction", meaning="Coulomb's coefficient of friction")
-
-
-class RecordColumns(Section):
-    """[recorded.columns]: the column of the file by quantity, with its unit; what has none is constant."""
-
-    time_s: Text | None = text_field("the time", None)
-    time_h: Text | None = text_field("the time", None)
-    distance_m: Text | None = text_field("the distance run", None)
-    distance_km: Text | None = text_field("the distance run", None)
-    speed_km_h: Text | None = text_field("the speed", None)
-    speed_m_s: Text | None = text_field("the speed", None)
-    shift_mm: Text | None = text_field("the lateral shift", None)
-    shift_m: Text | None = text_field("the lateral shift", None)
-    yaw_mrad: Text | None = text_field("the yaw", None)
-    yaw_rad: Text | None = text_field("the yaw", None)
-    curve_radius_m: Text | None = text_field(
-        "the curve radius, 0 on straight track, too", None
-    )
-    track_curvature_per_m: Text | None = text_field("the track curvature", None)
-    track_curvature_per_km: Text | None = text_field("the track curvature", None)
-    friction: Text | None = text_field("the coefficient of friction", None)
-    wheel_load_right_kN: Text | None = text_field(
-        "the vertical load of the right wheel", None
-    )
-    wheel_load_right_N: Text | None = text_field(
-        "the vertical load of the right wheel", None
-    )
-    wheel_load_left_kN: Text | None = text_field(
-        "the vertical load of the left wheel", None
-    )
-    wheel_load_left_N: Text | None = text_field(
-        "the vertical load of the left wheel", None
-    )
-    axle_torque_kN_m: Text | None = text_field("the torque on the axle", None)
-    axle_torque_N_m: Text | None = text_field("the torque on the axle", None)
-
-    @property
-    def given(self) -> dict[str, str]:
-        """Columns by key, of those that are given."""
-        return {key: name for key in type(self).model_fields if (name := getattr(self, key)) is not None}
-
-
-class RecordedSection(Section):
-    """[recorded]: samples of a simulated or measured run, in place of classes."""
-
-    file: Text = text_field("the CSV or netCDF file of the samples")
-    columns: RecordColumns
-    shift_positive: Literal["right", "left"] = Field(
-        description="to which side shifts count positive"
-    )
-    yaw_positive: Literal["right", "left"] | None = Field(
-        None, description="to which side the yaw counts positive"
-    )
-    curve_positive: Literal["right", "left"] | None = Field(
-        None, description="which curves count positive"
-    )
-    load_kN: float | None = quantity(
-        "wheel_load", None, "the vertical load of each wheel, if no column has it"
-    )
-    speed_km_h: float | None = quantity("speed", None, "the speed, if no column has it")
-    yaw_mrad: float = quantity(
-        "yaw", 0.0, "the yaw of the wheelset, if no column has it"
-    )
-    friction: float | None = quantity(
-        "friction", None, "Coulomb's coefficient, if no column has it"
-    )
-    friction_flange: float | None = quantity("friction_flange", None)
-    environment: float = quantity(
-        "environment",
-        1.0,
-        "the factor on the wear depth, 1 for dry laboratory coefficients",
-    )
-    binning_tolerance: float = quantity(
-        "binning_error",
-        0.02,
-        "the largest error of the wear of the operating points that stand for all "
-        "samples",
-    )
 
 
 class RigOperation(Section):

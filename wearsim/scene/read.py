@@ -5,20 +5,19 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from pydantic import ValidationError
 
 from wearsim.damage.wear.table import WearTable
 from wearsim.errors import Fault, SceneError, raise_any, say, shown, suggestion
-from wearsim.operation.recorded import Samples
 from wearsim.profile import standard
 from wearsim.profile.shape import Profile
 from wearsim.scene import messages
 from wearsim.scene.inputs import Files, Inputs, kept_files, named_profiles
-from wearsim.scene.messages import Clearance, by_line
+from wearsim.scene.messages import by_line
 from wearsim.scene.models import AnyScene, CompareScene, FieldScene, Origin, RigScene, find_file
 from wearsim.scene.overrides import (
     Override,
@@ -30,13 +29,14 @@ from wearsim.scene.overrides import (
     toml_text,
 )
 from wearsim.scene.profiles import (
+    ReadProfiles,
     bodies_in_track,
     header_warnings,
     read_profiles,
     shape_warnings,
     with_radius,
 )
-from wearsim.scene.recorded import read_record
+from wearsim.scene.recorded import Record, read_record, samples_of_record
 from wearsim.scene.rig import with_programme, with_rig
 from wearsim.scene.route import Route, read_vehicle
 from wearsim.scene.sweep import SweepScene, read_sweep
@@ -279,61 +279,87 @@ def _with_inputs(
 ) -> RigScene | FieldScene:
     """Read the files of a scene and check it with them; raise a SceneError with all faults.
 
-    The scene returned has the contents of the files, and the wheel radius of their headers if it gave none.
+    The scene returned has the contents of the files, and the wheel radius of their
+    headers if it gave none.
     """
-    files, faults, table = Files(scene, kept, profiles), list[Fault](), None
+    files = Files(scene, kept, profiles)
     if isinstance(scene, RigScene):
         scene = _with_rig(scene, files)
-    found = read_profiles(scene, files)
-    faults += found.faults
-    with _gathered(faults):
-        table = _wear_table(scene, files)
-    written, scene = scene, with_radius(scene, found)
-    faults += messages.cross_faults(scene)
-    if not found.complete:
-        raise SceneError(by_line(faults))
-    with _together_with(faults):
-        bodies = bodies_in_track(scene, found)
-    faults += messages.geometry_faults(scene, bodies.wheels, bodies.templates, bodies.counterface)
-    clearance, operation = bodies.clearances[0], _Operation()
-    with _gathered(faults):
-        operation = _operation_of(scene, clearance, files)
-    known = {fault.line for fault in faults}
-    faults += [fault for fault in messages.beyond_clearance(scene, clearance)[0] if fault.line not in known]
-    raise_any(by_line(faults))
-    scene._inputs = Inputs(
-        *bodies.wheels,
-        rails=bodies.rails,
-        half_span=found.half_span,
-        clearances=bodies.clearances,
-        files=tuple(files.read),
-        wear_table=table,
-        templates=bodies.templates,
-        samples=operation.samples,
-        route=operation.route,
-        warnings=(
-            *header_warnings(written, found),
-            *operation.warnings,
-            *shape_warnings(scene, found, files),
-        ),
-    )
+    scene, contents = _read_files(scene, files)
+    scene._inputs = _checked(scene, contents)
     return scene
 
 
-class _Operation(NamedTuple):
-    """What the files of [vehicle] and [recorded] hold."""
+@dataclass
+class _Contents:
+    """What the files hold that a scene names."""
 
+    files: Files
+    profiles: ReadProfiles
+    warnings: list[Fault]
+    wear_table: WearTable | None = None
     route: Route | None = None
-    samples: Samples | None = None
-    warnings: Sequence[Fault] = ()
+    record: Record | None = None
+    faults: list[Fault] = field(default_factory=list)
+    faults_of_operation: list[Fault] = field(default_factory=list)
 
 
-def _operation_of(scene: RigScene | FieldScene, clearance: Clearance, files: Files) -> _Operation:
-    """Read the vehicle and the route, or the record, of a scene in the field, if it has one."""
-    if isinstance(scene, RigScene):
-        return _Operation()
-    route = _route_of(scene, files)
-    return _Operation(route, *_record_of(scene, clearance, files))
+def _read_files(
+    scene: RigScene | FieldScene, files: Files
+) -> tuple[RigScene | FieldScene, _Contents]:
+    """Read the files of a scene, which is returned with the wheel radius they give."""
+    found = read_profiles(scene, files)
+    contents = _Contents(files, found, header_warnings(scene, found))
+    contents.faults += found.faults
+    with _gathered(contents.faults):
+        contents.wear_table = _wear_table(scene, files)
+    scene = with_radius(scene, found)
+    with _gathered(contents.faults_of_operation):
+        if isinstance(scene, FieldScene):
+            contents.route = _route_of(scene, files)
+            contents.record = _record_of(scene, files)
+    return scene, contents
+
+
+def _checked(scene: RigScene | FieldScene, contents: _Contents) -> Inputs:
+    """Return the contents of the files of a scene, or raise all faults of both."""
+    profiles, notes = contents.profiles, list[str]()
+    faults = contents.faults + messages.cross_faults(scene)
+    if not profiles.complete:
+        raise SceneError(by_line(faults))
+    with _together_with(faults):
+        bodies = bodies_in_track(scene, profiles)
+    clearance = bodies.clearances[0]
+    faults += messages.geometry_faults(scene, bodies.wheels, bodies.templates, bodies.counterface)
+    faults += contents.faults_of_operation
+    samples = None
+    with _gathered(faults):
+        if contents.record is not None:
+            path = contents.files.path_of("recorded.file")
+            samples, notes = samples_of_record(contents.record, path, clearance)
+    known = {fault.line for fault in faults}
+    faults += [fault for fault in messages.beyond_clearance(scene, clearance)[0] if fault.line not in known]
+    raise_any(by_line(faults))
+    warnings = [*contents.warnings, *_record_warnings(scene, notes)]
+    return Inputs(
+        *bodies.wheels,
+        rails=bodies.rails,
+        half_span=profiles.half_span,
+        clearances=bodies.clearances,
+        files=tuple(contents.files.read),
+        wear_table=contents.wear_table,
+        templates=bodies.templates,
+        samples=samples,
+        route=contents.route,
+        warnings=(*warnings, *shape_warnings(scene, profiles, contents.files)),
+    )
+
+
+def _record_warnings(scene: RigScene | FieldScene, notes: Sequence[str]) -> list[Fault]:
+    if scene.recorded is None:
+        return []
+    given = f"file = {shown(scene.recorded.file)}"
+    return [scene.fault(("recorded", "file"), f"{given}: {note}") for note in notes]
 
 
 def _route_of(scene: FieldScene, files: Files) -> Route | None:
@@ -353,17 +379,15 @@ def _route_of(scene: FieldScene, files: Files) -> Route | None:
     return found
 
 
-def _record_of(
-    scene: FieldScene, clearance: Clearance, files: Files
-) -> tuple[Samples | None, list[Fault]]:
-    """Read the record of a scene, if it has one: its samples, and warnings."""
+def _record_of(scene: FieldScene, files: Files) -> Record | None:
+    """Read the record of a scene, if it has one."""
     if scene.recorded is None:
-        return None, []
+        return None
     name, shipped = scene.recorded.file, find_file(scene.recorded.file, (), "workflows")
     path = files.found(("recorded", "file"), name, "a CSV or netCDF file", shipped)
-    found = read_record(scene, path, clearance)
+    record = read_record(scene.recorded, path, scene.fault)
     files.note("recorded.file", name, path, LARGEST_TABLE)
-    return found
+    return record
 
 
 def _with_rig(scene: RigScene, files: Files) -> RigScene:
