@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
@@ -339,6 +339,26 @@ _PARAMETERS = {
 """Keys of [wear] that only some laws take, with the parameter of the law."""
 
 
+def _wear_faults(section: WearSection) -> _Faults:
+    """Faults between the keys of [wear]; the active law comes first in `laws`."""
+    laws = wear_settings(section)
+    given = {key for key in _PARAMETERS if getattr(section, key) not in (None, "none")}
+    if section.table is not None:
+        for path, message in wear_table(section.table, "wear.table")[1]:
+            yield ("table", *path), message
+    yield from _comparison_faults(section, laws)
+    yield from _parameter_faults(section, laws, given)
+    yield from _table_faults(laws, given)
+    if _takes(laws[0], "table"):
+        yield from _faults_beside_table(section)
+    else:
+        yield from _coefficient_faults(section, laws[0], given)
+
+
+def _takes(law: WearSettings, parameter: str) -> bool:
+    return parameter in WEAR_LAWS[law.law].parameters
+
+
 def _messages(settings: WearSettings) -> list[str]:
     try:
         wear.coefficients_of(settings)
@@ -347,56 +367,85 @@ def _messages(settings: WearSettings) -> list[str]:
     return []
 
 
-def _wear_faults(section: WearSection) -> _Faults:
-    if section.table is not None:
-        for path, message in wear_table(section.table, "wear.table")[1]:
-            yield ("table", *path), message
-    every = wear_settings(section)
-    parameters = [WEAR_LAWS[one.law].parameters for one in every]
-    of_table = ["table" in taken for taken in parameters]
+def _comparison_faults(section: WearSection, laws: Sequence[WearSettings]) -> _Faults:
+    """Faults of the entries of also_evaluate: given twice, or without coefficients."""
     alike = [
-        (one.law, one.form, tabled or one.coefficients, one.values, one.scale)
-        for one, tabled in zip(every, of_table, strict=True)
+        (
+            law.law,
+            law.form,
+            _takes(law, "table") or law.coefficients,
+            law.values,
+            law.scale,
+        )
+        for law in laws
     ]
-    given = {key for key in _PARAMETERS if getattr(section, key) not in (None, "none")}
     for k, entry in enumerate(section.also_evaluate, start=1):
-        path, named = ("also_evaluate", k - 1), f'also_evaluate[{k - 1}] = "{entry.law}"'
+        path = ("also_evaluate", k - 1)
+        named = f'also_evaluate[{k - 1}] = "{entry.law}"'
         if alike[k] in alike[:k]:
             what = "given twice" if alike[k] in alike[1:k] else "the active law"
-            yield path, f"{named} is {what}; delete it, or give it another form or other coefficients"
-        elif not of_table[k]:
-            yield from ((path, f"{named}: {message}") for message in _messages(every[k]))
+            fix = "delete it, or give it another form or other coefficients"
+            yield path, f"{named} is {what}; {fix}"
+        elif not _takes(laws[k], "table"):
+            yield from ((path, f"{named}: {message}") for message in _messages(laws[k]))
         elif entry.coefficients is not None:
             yield path, say("wear.own_numbers", named=named, entry=entry)
+
+
+def _parameter_faults(
+    section: WearSection, laws: Sequence[WearSettings], given: Collection[str]
+) -> _Faults:
+    """Faults of keys that none of the laws takes."""
     for key, parameter in _PARAMETERS.items():
-        takers = parameters[:1] if parameter == "energy_coefficient" else parameters
-        if key in given and not any(parameter in taken for taken in takers):
+        takers = laws[:1] if parameter == "energy_coefficient" else laws
+        if key in given and not any(_takes(law, parameter) for law in takers):
             fitting = WEAR_LAWS.that_take(parameter)
             yield (key,), say("wear.not_taken", key=key, takers=fitting, section=section)
-    if {"table", "table_file"} <= given:
+
+
+def _table_faults(laws: Sequence[WearSettings], given: Collection[str]) -> _Faults:
+    """Faults of a wear table that is given twice, or missing."""
+    if "table" in given and "table_file" in given:
         yield ("table_file",), "table_file and [wear.table] are both given; delete one"
-    elif True in of_table and not {"table", "table_file"} & given:
-        k = of_table.index(True)
-        key = "also_evaluate" if k else "law"
-        yield (key,), f'{key}: "{every[k].law}" needs its table; give [wear.table] or table_file'
-    constant, named = "energy_coefficient_mm3_kJ", f'coefficients = "{section.coefficients}"'
-    if of_table[0]:
-        if section.coefficients is not None:
-            yield ("coefficients",), f'{named}: law = "{section.law}" has its own numbers; delete it'
-        if section.values:
-            yield ("values",), say("wear.table_values", section=section)
-        return
-    if constant in given and "energy_coefficient" in parameters[0] and section.coefficients is not None:
+    elif "table" not in given and "table_file" not in given:
+        for k, law in enumerate(laws):
+            if _takes(law, "table"):
+                key = "also_evaluate" if k else "law"
+                fix = "give [wear.table] or table_file"
+                yield (key,), f'{key}: "{law.law}" needs its table; {fix}'
+                return
+
+
+def _faults_beside_table(section: WearSection) -> _Faults:
+    """Faults of numbers in place of those of the table of the active law."""
+    if section.coefficients is not None:
+        named = f'coefficients = "{section.coefficients}"'
+        text = f'{named}: law = "{section.law}" has its own numbers; delete it'
+        yield ("coefficients",), text
+    if section.values:
+        yield ("values",), say("wear.table_values", section=section)
+
+
+def _coefficient_faults(
+    section: WearSection, law: WearSettings, given: Collection[str]
+) -> _Faults:
+    """Faults of the coefficients of the active law, and of values in place of them."""
+    constant, values = "energy_coefficient_mm3_kJ", section.values or {}
+    two_given = constant in given and section.coefficients is not None
+    if two_given and _takes(law, "energy_coefficient"):
+        named = f'coefficients = "{section.coefficients}"'
         yield (constant,), f"{constant} and {named} are both given; delete one"
-    if owned := [symbol for symbol in section.values or () if symbol in _OWN_KEYS]:
-        yield from ((("values", one), say("wear.own_key", symbol=one, key=_OWN_KEYS[one])) for one in owned)
-        return
-    for message in _messages(every[0]):
+    with_own_key = [symbol for symbol in values if symbol in _OWN_KEYS]
+    for symbol in with_own_key:
+        text = say("wear.own_key", symbol=symbol, key=_OWN_KEYS[symbol])
+        yield ("values", symbol), text
+    for message in () if with_own_key else _messages(law):
         word = message.split(" ", 1)[0]
-        if word in (section.values or ()):
+        if word in values:
             yield ("values", word), message
         else:
-            yield (word if word in ("coefficients", "form", "values") else "law",), message
+            key = word if word in ("coefficients", "form", "values") else "law"
+            yield (key,), message
 
 
 def _fatigue_faults(section: FatigueSection) -> _Faults:
