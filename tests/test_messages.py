@@ -3,7 +3,6 @@
 import argparse
 import ast
 import re
-import tomllib
 from pathlib import Path
 
 import pytest
@@ -44,8 +43,6 @@ ELSEWHERE = {
 
 TABLES_OF_NAMES = [PACKAGE / name for name in ("quantities.py", "__init__.py")]
 
-KEYS = tomllib.loads((PACKAGE / "scene" / "keys.toml").read_text(encoding="utf-8"))
-
 _FLAG = re.compile(r"(?<![\w./-])--[a-z][\w-]*")
 _KEY = re.compile(r"(?<![\w./{}-])[a-z][a-z0-9]*(?:_[A-Za-z0-9]+)+(?![\w(]|\.[a-z])")
 _EXPRESSION = re.compile(r"\{[{%].*?[%}]\}")  # of a template
@@ -80,15 +77,6 @@ def names_in(schema):
             yield from names_in(value)
 
 
-def meanings(keys):
-    """Key and text of every meaning and hint of the tables of scene keys."""
-    for key, value in keys.items():
-        if isinstance(value, dict):
-            yield from meanings({f"{key}.{name}": below for name, below in value.items()})
-        elif isinstance(value, str) and not key.endswith((".quantity", ".alias", ".unit")):
-            yield key, value
-
-
 def quoted(expression):
     """Sentences in an expression of a template."""
     return " ".join(text for text in re.findall(r'"([^"]*)"', expression[0]) if " " in text)
@@ -97,11 +85,7 @@ def quoted(expression):
 @pytest.fixture(scope="module")
 def messages():
     """(place, text) of every text of more than one word, and of each line of tables and templates."""
-    tables = [
-        PACKAGE / "cli" / "commands.toml",
-        PACKAGE / "studies" / "contact_flags.csv",
-        *sorted(PACKAGE.rglob("*.txt.j2")),
-    ]
+    tables = sorted(PACKAGE.rglob("*.txt.j2"))
     return (
         [
             (f"{path.relative_to(PACKAGE)}:{number}", _EXPRESSION.sub(quoted, line))
@@ -116,7 +100,6 @@ def messages():
             for line, text in texts(ast.parse(path.read_text(encoding="utf-8")))
             if " " in text
         ]
-        + [(f"scene/keys.toml {name}", text) for name, text in meanings(KEYS)]
     )
 
 

@@ -171,9 +171,9 @@ def test_the_keys_that_commands_change_are_keys_of_their_scenes(monkeypatch):
     """In the guide and in `--help`."""
     monkeypatch.chdir(ROOT)
     parser = build_parser()
-    text = GUIDE + (ROOT / "wearsim" / "cli" / "commands.toml").read_text(encoding="utf-8")
+    text = GUIDE + (ROOT / "wearsim" / "cli" / "commands.py").read_text(encoding="utf-8")
     commands = re.findall(
-        r"^(?:\$ )?wearsim ((?:run|check) workflows/\S+ .*--set [^\n\"]*)", text, flags=re.MULTILINE
+        r"^(?: +|\$ )?wearsim ((?:run|check) workflows/\S+ .*--set [^\n\"]*)", text, flags=re.MULTILINE
     )
     assert len(commands) >= 4
     for command in commands:

@@ -380,7 +380,7 @@ def test_help_shows_every_flag_with_its_default(capsys, monkeypatch):
     with pytest.raises(SystemExit):
         main(["contact", "--help"])
     output = " ".join(capsys.readouterr().out.split())
-    for flag in FLAGS:
+    for flag in FLAGS.values():
         assert f"--{flag.name} X" in output
         assert flag.default is None or f"(default {flag.default})" in output
     assert "wearsim contact --table points.csv" in output
@@ -410,7 +410,7 @@ def test_flags_of_the_architecture():
         " shift-mm yaw-mrad wheel-load-kN normal-force-kN friction speed-km-h rotation youngs-GPa poisson"
     )
     names += " side normal tangential creepage roll"
-    assert set(names.split()) <= {flag.name for flag in FLAGS}
+    assert set(names.split()) <= {flag.name for flag in FLAGS.values()}
 
 
 def test_a_measured_rail_tells_how_it_stands(tmp_path, capsys):

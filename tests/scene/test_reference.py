@@ -1,18 +1,15 @@
 """The reference of scene files: complete, and the committed file is that of the models."""
 
 import re
-import tomllib
 import typing
 from pathlib import Path
 
 import pytest
 from pydantic import BaseModel
 
-import wearsim
 from wearsim.cli import main
 from wearsim.scene import CompareScene, FieldScene, RigScene, SweepScene
 from wearsim.scene.reference import scene_reference
-from wearsim.scene.section import Section
 
 COMMITTED = Path(__file__).parents[2] / "workflows" / "reference.md"
 TEXT = scene_reference()
@@ -86,15 +83,3 @@ def test_rows_say_what_the_models_say():
 def test_the_command_prints_it(capsys):
     assert main(["schema", "--markdown"]) == 0
     assert capsys.readouterr().out == TEXT
-
-
-def test_every_table_of_the_keys_is_a_model():
-    """Their keys are looked up when the models are made: a wrong one does not import."""
-
-    def models(of):
-        yield of.__name__
-        for model in of.__subclasses__():
-            yield from models(model)
-
-    described = tomllib.loads((Path(wearsim.__file__).parent / "scene/keys.toml").read_text(encoding="utf-8"))
-    assert {*described.pop("not_here"), *described} <= {*models(Section)}

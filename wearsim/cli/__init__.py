@@ -13,7 +13,7 @@ import threading
 from collections.abc import Iterator, Sequence
 from typing import Any, NoReturn
 
-from wearsim.cli.parser import COMMANDS, build_parser
+from wearsim.cli.commands import COMMANDS, build_parser
 from wearsim.cli.streams import standard_streams
 
 __all__ = ["COMMANDS", "build_parser", "main", "print_json"]

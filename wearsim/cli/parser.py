@@ -1,23 +1,10 @@
-"""The parser of the command line, from the table of commands and their flags in `commands.toml`."""
+"""The kind of parser that the command line has: faults in one line, numbers in a range."""
 
 from __future__ import annotations
 
 import argparse
 import re
-import tomllib
-from functools import partial
-from pathlib import Path
 from typing import Any, NoReturn
-
-from wearsim import __version__
-from wearsim.studies.contact_flags import FLAGS
-
-_TABLE: dict[str, Any] = tomllib.loads(Path(__file__).with_name("commands.toml").read_text(encoding="utf-8"))
-_SHARED = _TABLE.pop("shared")
-_SHORT = {"--out": "-o", "--jobs": "-j", "--quiet": "-q"}
-
-COMMANDS = tuple(_TABLE)
-"""Modules of this package with a function `execute`, in the order of the help."""
 
 
 class Parser(argparse.ArgumentParser):
@@ -43,66 +30,12 @@ class Parser(argparse.ArgumentParser):
         self.exit(2, f"{self.prog}: {message}; see `{self.prog} --help`\n")
 
 
-class _Renamed(argparse.Action):
+class Renamed(argparse.Action):
+    """Flag of an earlier version: an error that names the new one."""
+
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
+        """Raise the error."""
         parser.error(f"{self.option_strings[0]} has a new name; write {self.metavar}")
-
-
-def build_parser() -> argparse.ArgumentParser:
-    """Parser of the whole command line."""
-    parser = Parser(
-        prog="wearsim",
-        description="Wear and rolling contact fatigue of railway wheels on a roller rig and in the field, "
-        "and the factors between them.",
-        epilog="examples:\n  wearsim check workflows/rig_vs_field.toml\n"
-        "  wearsim run workflows/rig_vs_field.toml --out out\n  wearsim COMMAND --help\n",
-    )
-    parser.add_argument("--version", action="version", version=f"wearsim {__version__}")
-    parser.add_argument("--debug", action="store_true", help="show the traceback of an internal error")
-    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
-    hidden: dict[str, Any] = {"default": argparse.SUPPRESS, "help": argparse.SUPPRESS}
-    for name, of in _TABLE.items():
-        examples = "\n".join(["example:", *(f"  {line}" for line in of["examples"].splitlines())])
-        command = commands.add_parser(
-            name,
-            help=of["summary"],
-            description=of["summary"][:1].upper() + of["summary"][1:] + ".",
-            epilog="\n".join([of["about"], examples] if "about" in of else [examples]),
-        )
-        command.add_argument("--debug", action="store_true", **hidden)
-        _add_flags(command, of.get("flags", {}))
-        groups = {title: command.add_argument_group(title) for title in of.get("groups", ())}
-        for flag in FLAGS if of.get("columns") else ():
-            default = "" if flag.default is None else f" (default {flag.default})"
-            text = flag.meaning + default
-            groups[flag.group].add_argument(f"--{flag.name}", metavar="X", dest=flag.column, help=text)
-        for title, group in groups.items():
-            _add_flags(group, of["groups"][title])
-        for old, new in of.get("renamed", {}).items():
-            command.add_argument(old, metavar=new, nargs="?", action=_Renamed, **hidden)
-    return parser
-
-
-def _add_flags(parser: argparse._ActionsContainer, flags: dict[str, dict[str, Any]]) -> None:
-    """Add flags of the table."""
-    alone: dict[str, argparse._ActionsContainer] = {}
-    for name, given in flags.items():
-        options, place, names = dict(given), parser, [name]
-        if "help" not in options:
-            options = {**_SHARED[name], "help": _SHARED[name]["help"].format(**given)}
-        if short := _SHORT.get(name):
-            names.insert(0, short)
-        if instead := options.pop("instead", None):
-            place = alone[instead] = alone.get(instead) or parser.add_mutually_exclusive_group()
-        if options.pop("switch", False):
-            options["action"] = "store_true"
-        if options.pop("repeat", False):
-            options |= {"action": "append", "default": []}
-        if options.pop("whole", False):
-            options["type"] = int
-        if "range" in options:
-            options["type"] = partial(number, *options.pop("range"))
-        place.add_argument(*names, **options)
 
 
 def number(low: float, high: float, text: str) -> float:

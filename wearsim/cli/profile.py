@@ -67,7 +67,7 @@ def measure_one(arguments: Namespace) -> int:
     given = read_wheel(request, "name", request.kind)
     kind = given.kind if given is not None else request.kind
     if kind is not None:
-        request.check_kind(kind, request.name)
+        request.check_kind(kind, arguments.name)
     left = read_wheel(request, "left", "wheel") if kind != "rail" else None
     against = read_wheel(request, "against", kind)
     template = request.read("reprofile_to", "wheel") if kind != "rail" else None
@@ -134,7 +134,7 @@ def measure_fleet(arguments: Namespace) -> int:
     """Measure a folder and print its table; the exit code is 2 if nothing could be measured."""
     request = Request(arguments)
     request.raise_any()
-    folder = Path(request.fleet)
+    folder = Path(arguments.fleet)
     against = request.read("against", request.kind)
     kind = request.kind or (against.kind if against is not None else "wheel")
     request.check_kind(kind, folder.name or str(folder))

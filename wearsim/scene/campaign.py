@@ -10,35 +10,78 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field, Strict
 
 from wearsim.quantities import QUANTITIES
-from wearsim.scene.section import Section, Text, range_of
+from wearsim.scene.section import Section, Text, quantity, range_of, text_field
+
+Distance = Annotated[float, Field(**range_of("distance"))]
 
 
 class RollerWearSection(Section):
     """[counterface.wear] on a rig: both rollers wear, each under its wheel, and are redressed together."""
 
-    factor: float
-    redress_every_km: float | None = None
-    redress_depth_um: float | None = None
+    not_here: ClassVar[dict[str, str]] = {
+        "area_mm2_per_1000km": "a roller runs under this wheel alone: its wear "
+        "follows from the wheel's law times factor; write that, or kind = \"field\" "
+        "in [scene]",
+    }
+    factor: float = quantity("counterface_wear_factor")
+    redress_every_km: float | None = quantity(
+        "redress_distance",
+        None,
+        "the distance after which both rollers are redressed to their new profile",
+    )
+    redress_depth_um: float | None = quantity(
+        "redress_depth",
+        None,
+        "the wear depth of either roller at which both are redressed to their new "
+        "profile",
+    )
 
 
 class RailWearSection(Section):
     """[counterface.wear] in the field: both rails lose a stated area where the campaign's contacts wear."""
 
-    area_mm2_per_1000km: float
+    not_here: ClassVar[dict[str, str]] = dict.fromkeys(
+        ("factor", "redress_every_km", "redress_depth_um"),
+        "a rail is passed by other wheels, too: state what it loses as "
+        'area_mm2_per_1000km, or write kind = "rig" in [scene]',
+    )
+    area_mm2_per_1000km: float = quantity(
+        "counterface_area_rate",
+        meaning="the area each rail's cross-section loses while the wheelset runs "
+        "1000 km",
+    )
 
 
 class LimitsSection(Section):
     """[campaign.limits]: what ends the life of a wheel; results hold the distance at which each is met."""
 
-    depth_mm: float | None = None
-    flange_height_mm: float | None = None
-    flange_thickness_mm: float | None = None
-    flange_gradient_mm: float | None = None
-    hollowing_mm: float | None = None
-    conicity: float | None = None
-    damage: float | None = None
-    diameter_mm: float | None = None
-    end: bool = False
+    depth_mm: float | None = quantity("max_wear_depth", None, "the largest wear depth")
+    flange_height_mm: float | None = quantity(
+        "flange_height", None, "the largest flange height Sh"
+    )
+    flange_thickness_mm: float | None = quantity(
+        "flange_thickness", None, "the least flange thickness Sd"
+    )
+    flange_gradient_mm: float | None = quantity(
+        "flange_gradient", None, "the least flange gradient qR"
+    )
+    hollowing_mm: float | None = quantity(
+        "hollowing", None, "the largest hollowing of the tread"
+    )
+    conicity: float | None = quantity(
+        "equivalent_conicity", None, "the largest equivalent conicity"
+    )
+    damage: float | None = quantity(
+        "fatigue_damage",
+        None,
+        "the largest fatigue damage by a law that counts cycles (wlrm)",
+    )
+    diameter_mm: float | None = quantity(
+        "wheel_diameter", None, "the least wheel diameter after reprofiling"
+    )
+    end: bool = Field(
+        False, description="whether the campaign ends at the first limit that is met"
+    )
 
     @property
     def values(self) -> dict[str, float]:
@@ -68,10 +111,22 @@ class ReprofilingSection(Section):
     With `damage` among `at_limits` and a crack depth, that includes the material cracks run through.
     """
 
-    at_limits: Annotated[tuple[str, ...], Strict(False)] = ()
-    at_km: Annotated[tuple[Annotated[float, Field(**range_of("distance"))], ...], Strict(False)] = ()
-    profile: Text | None = None
-    cut_mm: float = 0.0
+    at_limits: Annotated[tuple[str, ...], Strict(False)] = Field(
+        (),
+        description="the keys of [campaign.limits] at which the wheels are reprofiled "
+        "instead of worn on",
+    )
+    at_km: Annotated[tuple[Distance, ...], Strict(False)] = Field(
+        (),
+        description="the distances at which they are reprofiled",
+        json_schema_extra={"unit": "km"},
+    )
+    profile: Text | None = text_field(
+        "the profile they get, by default that of [wheelset]", None
+    )
+    cut_mm: float = quantity(
+        "least_cut", 0.0, "the least depth that the lathe takes everywhere"
+    )
 
 
 STABILITY: Mapping[str, tuple[float, float]] = {"rkc": (8.4, 32.0), "euler": (0.4, 2.0)}
@@ -90,15 +145,36 @@ class CampaignSection(Section):
             'campaign.integrator = "heun" was removed in 0.3.0: write "rkc"'
         )
     }
-    distance_km: float
-    max_step_depth_um: float = 50.0
-    first_step_depth_um: float = 2.0
-    stability: float | None = None
-    smoothing_wavelength_mm: float = 2.5
-    integrator: Literal["rkc", "euler"] = "rkc"
-    error_tolerance_um: float = 1.0
-    point_spacing_mm: float = 0.25
-    max_step_km: float | None = None
+    distance_km: float = quantity("distance", meaning="the distance of the campaign")
+    max_step_depth_um: float = quantity("depth_cap", 50.0)
+    first_step_depth_um: float = quantity(
+        "first_depth",
+        2.0,
+        "the largest wear depth of the first step of each block or collective, and of "
+        "that after a reprofiling; steps grow at most threefold from there",
+    )
+    stability: float | None = quantity(
+        "stability_number",
+        None,
+        "the limit of the stability number S, at first depth over interpenetration, "
+        "then half of it; by default that of the rule: 8.4 of rkc, 0.4 of euler",
+    )
+    smoothing_wavelength_mm: float = quantity(
+        "smoothing_wavelength", 2.5, "the wavelength that smoothing halves, 0 for none"
+    )
+    integrator: Literal["rkc", "euler"] = Field(
+        "rkc",
+        description="the rule that combines wear rates: Runge-Kutta-Chebyshev of "
+        "second order with two to eight stages, or Euler's",
+    )
+    error_tolerance_um: float = quantity(
+        "step_error",
+        1.0,
+        "the largest estimated error of the depth of one step, as RMS over the band "
+        "worn in it, of wheels and counterface",
+    )
+    point_spacing_mm: float = quantity("point_spacing", 0.25)
+    max_step_km: float | None = quantity("step_length", None, "the longest step")
     limits: LimitsSection | None = None
     reprofiling: ReprofilingSection | None = None
 

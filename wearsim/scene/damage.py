@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, Literal, Self
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import (
+    Field,
     GetJsonSchemaHandler,
     SerializerFunctionWrapHandler,
     model_serializer,
@@ -24,7 +25,7 @@ from wearsim.damage.fatigue.wlrm import own_function
 from wearsim.damage.wear import WEAR_LAWS, WearSettings, energy
 from wearsim.damage.wear.table import WearTable
 from wearsim.errors import SceneError
-from wearsim.scene.section import Registered, Section, Text
+from wearsim.scene.section import Registered, Section, Text, quantity, text_field
 from wearsim.scene.wear_table import PathFaults, WearTableSection, wear_table
 from wearsim.toml_faults import KeyPath, cross_check
 
@@ -44,9 +45,15 @@ FatigueSetName = Annotated[str, _sets_of(FATIGUE_LAWS)]
 class ComparisonLawSection(Section):
     """Entry of also_evaluate: a wear law with its own form and set, or the law's name alone."""
 
-    law: WearLawName
-    form: Literal["local", "patch_mean"] | None = None
-    coefficients: WearSetName | None = None
+    law: WearLawName = Field(description="the wear law")
+    form: Literal["local", "patch_mean"] | None = Field(
+        None,
+        description="whether the law acts in each cell (where it can) or on the mean "
+        "of the patch",
+    )
+    coefficients: WearSetName | None = Field(
+        None, description="the set of wear coefficients"
+    )
 
     @model_validator(mode="before")
     @classmethod
@@ -73,9 +80,16 @@ class _OrName:
 class BrakeBlockSection(Section):
     """[wear.brake_block]: what brake blocks wear off the tread, counted in the first regime of each law."""
 
-    um_per_1000_km: float
-    from_mm: float
-    to_mm: float
+    um_per_1000_km: float = quantity(
+        "brake_wear", meaning="the depth worn by the blocks in 1000 km"
+    )
+    from_mm: float = quantity(
+        "block_edge",
+        meaning="the edge of the block towards the flange, from the running circle",
+    )
+    to_mm: float = quantity(
+        "block_edge", meaning="its edge towards the field side, from the running circle"
+    )
 
     @model_validator(mode="after")
     def _rises(self) -> Self:
@@ -96,22 +110,66 @@ class BrakeBlockSection(Section):
 class WearSection(Section):
     """[wear]: the law of the wear depth by frictional work."""
 
-    laws_that_take = staticmethod(WEAR_LAWS.that_take)
-
-    law: WearLawName = WearSettings.law
-    coefficients: WearSetName | None = None
-    form: Literal["local", "patch_mean"] | None = None
-    energy_coefficient_mm3_kJ: float | None = None
-    density_kg_m3: float = 7850.0
-    hardness_GPa: float | None = None
-    seizure_blend: float | None = None
-    seizure_cap: Literal["none", "pressure", "regime"] = "none"
+    not_here: ClassVar[dict[str, str]] = {
+        "beside": "the comparison laws are the key also_evaluate; rename it",
+    }
+    law: WearLawName = Field(WearSettings.law, description="the wear law")
+    coefficients: WearSetName | None = Field(
+        None,
+        description="the set of wear coefficients, named after its paper; each law "
+        "has one of its own",
+    )
+    form: Literal["local", "patch_mean"] | None = Field(
+        None,
+        description="whether the law acts in each cell (where it can) or on the mean "
+        "of the patch",
+    )
+    energy_coefficient_mm3_kJ: float | None = quantity(
+        "energy_coefficient",
+        None,
+        "the volume lost per frictional work, one constant in place of a set (law = "
+        f"{WEAR_LAWS.that_take('energy_coefficient')})",
+    )
+    density_kg_m3: float = quantity("density", 7850.0)
+    hardness_GPa: float | None = quantity(
+        "hardness",
+        None,
+        "the hardness of the wheel, in place of that of the set (law = "
+        f"{WEAR_LAWS.that_take('hardness')})",
+    )
+    seizure_blend: float | None = quantity(
+        "seizure_blend",
+        None,
+        "the width of the blend into seizure over the hardness, in place of that of "
+        f"the set, 0 for a jump (law = {WEAR_LAWS.that_take('seizure_blend')})",
+    )
+    seizure_cap: Literal["none", "pressure", "regime"] = Field(
+        "none",
+        description="what keeps elastic pressures out of the seizure regime (law = "
+        f"{WEAR_LAWS.that_take('seizure_cap')})",
+    )
     brake_block: BrakeBlockSection | None = None
     table: WearTableSection | None = None
-    table_file: Text | None = None
-    values: dict[str, float] | None = None
-    scale: float = 1.0
-    also_evaluate: tuple[Annotated[ComparisonLawSection, _OrName], ...] = ()
+    table_file: Text | None = text_field(
+        f"a CSV or TOML file with the table of law = {WEAR_LAWS.that_take('table')}",
+        None,
+    )
+    values: dict[str, float] | None = Field(
+        None,
+        description="values in place of those of the coefficient set, by their names, "
+        "in its units",
+    )
+    scale: float = quantity(
+        "wear_scale",
+        1.0,
+        "the factor on depths of the active law, such as from a calibration",
+    )
+    also_evaluate: tuple[Annotated[ComparisonLawSection, _OrName], ...] = Field(
+        (),
+        description="comparison laws: further wear laws evaluated on the same contacts",
+        max_length=20,
+        strict=False,
+    )
 
     @model_validator(mode="before")
     @classmethod
@@ -128,28 +186,45 @@ class WearSection(Section):
 class DamageFunctionSection(Section):
     """[fatigue.damage_function]: break points of one's own for a law of T-gamma."""
 
-    source: Text
-    certainty: Text
-    start_N: float
-    peak_N: float
-    end_N: float
-    peak_damage: float
-    floor: float | None = None
+    source: Text = text_field("where the break points come from")
+    certainty: Text = text_field("how sure they are, in words")
+    start_N: float = quantity("wear_number_start")
+    peak_N: float = quantity("wear_number_peak")
+    end_N: float = quantity(
+        "wear_number_end", meaning="the wear number at which damage is zero again"
+    )
+    peak_damage: float = quantity("peak_damage")
+    floor: float | None = quantity("damage_floor", None)
 
 
 class FatigueSection(Section):
     """[fatigue]: rolling contact fatigue of the wheel."""
 
-    laws_that_take = staticmethod(FATIGUE_LAWS.that_take)
-
-    laws: tuple[FatigueLawName, ...] = ("surface_fatigue_index",)
-    coefficients: tuple[FatigueSetName, ...] = ()
-    shear_yield_MPa: float | None = None
-    wear_number: Literal["without_spin", "with_spin"] = "without_spin"
-    branch: Literal["net", "rising"] = "net"
-    crack_depth_mm: float | None = None
-    crack_width_mm: float = 10.0
-    wear_limit_mm: float = 3.0
+    laws: tuple[FatigueLawName, ...] = Field(
+        ("surface_fatigue_index",),
+        description="the fatigue laws",
+        min_length=1,
+        max_length=20,
+        strict=False,
+    )
+    coefficients: tuple[FatigueSetName, ...] = Field(
+        (),
+        description="sets that replace the laws' own ones",
+        max_length=20,
+        strict=False,
+    )
+    shear_yield_MPa: float | None = quantity("fatigue_shear_yield", None)
+    wear_number: Literal["without_spin", "with_spin"] = Field(
+        "without_spin", description="the wear number that laws of T-gamma take"
+    )
+    branch: Literal["net", "rising"] = Field(
+        "net",
+        description=f"the form of law = {FATIGUE_LAWS.that_take('branch')}: with the "
+        "removal of cracks by wear in it, or without",
+    )
+    crack_depth_mm: float | None = quantity("fatigue_crack_depth", None)
+    crack_width_mm: float = quantity("fatigue_crack_width", 10.0)
+    wear_limit_mm: float = quantity("fatigue_wear_limit", 3.0)
     damage_function: DamageFunctionSection | None = None
 
 
@@ -280,6 +355,26 @@ _PARAMETERS = {
 """Keys of [wear] that only some laws take, with the parameter of the law."""
 
 
+def _wear_faults(section: WearSection) -> _Faults:
+    """Faults between the keys of [wear]; the active law comes first in `laws`."""
+    laws = wear_settings(section)
+    given = {key for key in _PARAMETERS if getattr(section, key) not in (None, "none")}
+    if section.table is not None:
+        for path, message in wear_table(section.table, "wear.table")[1]:
+            yield ("table", *path), message
+    yield from _comparison_faults(section, laws)
+    yield from _parameter_faults(section, laws, given)
+    yield from _table_faults(laws, given)
+    if _takes(laws[0], "table"):
+        yield from _faults_beside_table(section)
+    else:
+        yield from _coefficient_faults(section, laws[0], given)
+
+
+def _takes(law: WearSettings, parameter: str) -> bool:
+    return parameter in WEAR_LAWS[law.law].parameters
+
+
 def _messages(settings: WearSettings) -> list[str]:
     try:
         wear.coefficients_of(settings)
@@ -288,70 +383,97 @@ def _messages(settings: WearSettings) -> list[str]:
     return []
 
 
-def _wear_faults(section: WearSection) -> _Faults:
-    if section.table is not None:
-        for path, message in wear_table(section.table, "wear.table")[1]:
-            yield ("table", *path), message
-    every = wear_settings(section)
-    parameters = [WEAR_LAWS[one.law].parameters for one in every]
-    of_table = ["table" in taken for taken in parameters]
+def _comparison_faults(section: WearSection, laws: Sequence[WearSettings]) -> _Faults:
+    """Faults of the entries of also_evaluate: given twice, or without coefficients."""
     alike = [
-        (one.law, one.form, tabled or one.coefficients, one.values, one.scale)
-        for one, tabled in zip(every, of_table, strict=True)
+        (
+            law.law,
+            law.form,
+            _takes(law, "table") or law.coefficients,
+            law.values,
+            law.scale,
+        )
+        for law in laws
     ]
-    given = {key for key in _PARAMETERS if getattr(section, key) not in (None, "none")}
     for k, entry in enumerate(section.also_evaluate, start=1):
-        path, named = ("also_evaluate", k - 1), f'also_evaluate[{k - 1}] = "{entry.law}"'
+        path = ("also_evaluate", k - 1)
+        named = f'also_evaluate[{k - 1}] = "{entry.law}"'
         if alike[k] in alike[:k]:
             what = "given twice" if alike[k] in alike[1:k] else "the active law"
-            yield path, f"{named} is {what}; delete it, or give it another form or other coefficients"
-        elif not of_table[k]:
-            yield from ((path, f"{named}: {message}") for message in _messages(every[k]))
+            fix = "delete it, or give it another form or other coefficients"
+            yield path, f"{named} is {what}; {fix}"
+        elif not _takes(laws[k], "table"):
+            yield from ((path, f"{named}: {message}") for message in _messages(laws[k]))
         elif entry.coefficients is not None:
             text = (
                 f'{named} with coefficients = "{entry.coefficients}": a table has its '
                 "own numbers; delete coefficients"
             )
             yield path, text
+
+
+def _parameter_faults(
+    section: WearSection, laws: Sequence[WearSettings], given: Collection[str]
+) -> _Faults:
+    """Faults of keys that none of the laws takes."""
     for key, parameter in _PARAMETERS.items():
-        takers = parameters[:1] if parameter == "energy_coefficient" else parameters
-        if key in given and not any(parameter in taken for taken in takers):
+        takers = laws[:1] if parameter == "energy_coefficient" else laws
+        if key in given and not any(_takes(law, parameter) for law in takers):
             fitting = WEAR_LAWS.that_take(parameter)
             text = (
                 f'{key} acts with law = {fitting} only, not with "{section.law}"; '
                 "delete it, or change the law"
             )
             yield (key,), text
-    if {"table", "table_file"} <= given:
+
+
+def _table_faults(laws: Sequence[WearSettings], given: Collection[str]) -> _Faults:
+    """Faults of a wear table that is given twice, or missing."""
+    if "table" in given and "table_file" in given:
         yield ("table_file",), "table_file and [wear.table] are both given; delete one"
-    elif True in of_table and not {"table", "table_file"} & given:
-        k = of_table.index(True)
-        key = "also_evaluate" if k else "law"
-        yield (key,), f'{key}: "{every[k].law}" needs its table; give [wear.table] or table_file'
-    constant, named = "energy_coefficient_mm3_kJ", f'coefficients = "{section.coefficients}"'
-    if of_table[0]:
-        if section.coefficients is not None:
-            yield ("coefficients",), f'{named}: law = "{section.law}" has its own numbers; delete it'
-        if section.values:
-            text = (
-                f'values: law = "{section.law}" has the numbers of its table; delete '
-                "[wear.values], change the table"
-            )
-            yield ("values",), text
-        return
-    if constant in given and "energy_coefficient" in parameters[0] and section.coefficients is not None:
+    elif "table" not in given and "table_file" not in given:
+        for k, law in enumerate(laws):
+            if _takes(law, "table"):
+                key = "also_evaluate" if k else "law"
+                fix = "give [wear.table] or table_file"
+                yield (key,), f'{key}: "{law.law}" needs its table; {fix}'
+                return
+
+
+def _faults_beside_table(section: WearSection) -> _Faults:
+    """Faults of numbers in place of those of the table of the active law."""
+    if section.coefficients is not None:
+        named = f'coefficients = "{section.coefficients}"'
+        text = f'{named}: law = "{section.law}" has its own numbers; delete it'
+        yield ("coefficients",), text
+    if section.values:
+        text = (
+            f'values: law = "{section.law}" has the numbers of its table; delete '
+            "[wear.values], change the table"
+        )
+        yield ("values",), text
+
+
+def _coefficient_faults(
+    section: WearSection, law: WearSettings, given: Collection[str]
+) -> _Faults:
+    """Faults of the coefficients of the active law, and of values in place of them."""
+    constant, values = "energy_coefficient_mm3_kJ", section.values or {}
+    two_given = constant in given and section.coefficients is not None
+    if two_given and _takes(law, "energy_coefficient"):
+        named = f'coefficients = "{section.coefficients}"'
         yield (constant,), f"{constant} and {named} are both given; delete one"
-    if owned := [symbol for symbol in section.values or () if symbol in _OWN_KEYS]:
-        for symbol in owned:
-            text = f"{symbol} has a key of its own; write {_OWN_KEYS[symbol]} in [wear]"
-            yield ("values", symbol), text
-        return
-    for message in _messages(every[0]):
+    with_own_key = [symbol for symbol in values if symbol in _OWN_KEYS]
+    for symbol in with_own_key:
+        text = f"{symbol} has a key of its own; write {_OWN_KEYS[symbol]} in [wear]"
+        yield ("values", symbol), text
+    for message in () if with_own_key else _messages(law):
         word = message.split(" ", 1)[0]
-        if word in (section.values or ()):
+        if word in values:
             yield ("values", word), message
         else:
-            yield (word if word in ("coefficients", "form", "values") else "law",), message
+            key = word if word in ("coefficients", "form", "values") else "law"
+            yield (key,), message
 
 
 def _fatigue_faults(section: FatigueSection) -> _Faults:

@@ -11,16 +11,13 @@ from pathlib import Path
 from typing import Any
 
 from wearsim.damage.wear.table import WearTable
-from wearsim.errors import Fault, ProfileError, SceneError, shown
+from wearsim.errors import Fault, SceneError, shown
 from wearsim.operation.recorded import Samples
-from wearsim.profile import placement, standard
-from wearsim.profile.files import ProfileReading, read_profile, text_of_profile
-from wearsim.profile.shape import Kind, Profile
-from wearsim.profile.smoothing import smoothed
+from wearsim.profile.shape import Profile
 from wearsim.profile.standard import shipped_path
 from wearsim.scene.models import CompareScene, FieldScene, Origin, RigScene, find_file
-from wearsim.scene.route import Rails, Route
-from wearsim.toml_faults import LARGEST_FILE, LARGEST_TABLE, KeyPath, content_of
+from wearsim.scene.route import Route
+from wearsim.toml_faults import LARGEST_FILE, content_of
 
 INPUTS = "inputs.json"
 """File of a run directory that names its copies of the files of a scene by their roles."""
@@ -135,6 +132,10 @@ class Files:
             raise SceneError([self.scene.fault(key, text)])
         return path
 
+    def path_of(self, role: str) -> Path:
+        """File of a role that was read."""
+        return next(file.path for file in self.read if file.role == role)
+
     def note(
         self, role: str, name: str, path: Path, most: int = LARGEST_FILE, content: bytes | None = None
     ) -> None:
@@ -168,70 +169,6 @@ def named_profiles(tables: Mapping[str, Any], profiles: dict[str, Profile]) -> d
         return name_of(value) if isinstance(value, Profile) and key in _PROFILE_KEYS else value
 
     return {name: named(value, str(name).rpartition(".")[2]) for name, value in tables.items()}
-
-
-def read_profile_of(
-    scene: RigScene | FieldScene,
-    key: KeyPath,
-    name: str,
-    half_span: float,
-    files: Files,
-    pair: Rails | None,
-) -> tuple[Profile, ProfileReading | None]:
-    """Profile of a key, smoothed and, of a pair of rails, placed, and what its file says besides."""
-    section, role, is_rail = scene.counterface, ".".join(map(str, key)), pair is not None
-    track = pair or section
-    slope, depth = placement.slope_of(track.inclination), 1e-3 * section.gauge_height_mm
-    placing, path = (1e-3 * track.gauge_mm, half_span), files.place(role, name)
-    content = None
-    if name in files.profiles:
-        path, content = _written(files.profiles[name], "rail" if is_rail else "wheel", name)
-    elif path is not None and path.suffix == ".nc":
-        path, content = _worn(path, key, scene.wheelset.at_km)
-    if path is None or path.suffix == ".toml":
-        looks_like_file = any(mark in name for mark in "/\\") or Path(name).suffix not in ("", ".toml")
-        if looks_like_file and not standard.is_designation(name):
-            raise ProfileError(
-                "there is no such file as given, next to the scene file or among the "
-                "shipped profiles"
-            )
-        short, reading = name.removesuffix(".toml"), None
-        shape = (
-            standard.rail(short, slope, *placing, gauge_height=depth) if is_rail else standard.wheel(short)
-        )
-        path = standard.find_shipped(short)
-    else:
-        reading = read_profile(path, "rail" if is_rail else "wheel", content=content)
-        smooth = {"wheelset": scene.wheelset.smooth_mm, "campaign": None}.get(str(key[0]), section.smooth_mm)
-        shape = smoothed(reading.profile, 1e-3 * (smooth or 0.0))
-        shape = (
-            placement.place_rail(shape, placement.tilt_to_add(reading.lean, slope), *placing, depth)
-            if is_rail
-            else shape
-        )
-    files.note(role, name, path, LARGEST_TABLE, None if content is None else content.encode())
-    return shape, reading
-
-
-def _written(profile: Profile, kind: Kind, name: str) -> tuple[Path, str]:
-    """Name and text of the file that stands for a profile of Python."""
-    if profile.kind != kind:
-        raise ProfileError(f"it is a {profile.kind} profile, a {kind} profile is needed")
-    return Path(name), text_of_profile(profile, Path(name), "two-column")
-
-
-def _worn(path: Path, key: KeyPath, at_km: float | None) -> tuple[Path, str]:
-    """Name and text of the file that stands for a worn wheel of a result, which a run keeps instead."""
-    if key[0] != "wheelset":
-        raise ProfileError(
-            "a result file has worn wheels; name it as profile in [wheelset]"
-        )
-    from wearsim.translation.worn_wheel import Side, worn_wheel  # needs xarray, a second to import
-
-    side: Side = "left" if key[-1] == "profile_left" else "right"
-    worn = worn_wheel(path, side, None if at_km is None else 1e3 * at_km, f"at_km = {at_km or 0.0:g}")
-    file = Path(f"{worn.profile.name}.whl")
-    return file, text_of_profile(worn.profile, file, "miniprof", 2.0 * worn.radius)
 
 
 def kept_files(path: Path) -> dict[str, Path]:

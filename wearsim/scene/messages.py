@@ -530,6 +530,14 @@ def beyond_clearance(scene: Campaign, clearance: Clearance) -> tuple[list[Fault]
     return found
 
 
+def geometry_faults(
+    scene: Campaign, wheels: Wheels, templates: Wheels | None, counterface: Profile
+) -> list[Fault]:
+    """Limits that templates, or new wheels of a campaign that ends at them, meet already."""
+    faults = [] if templates is None else template_faults(scene, templates, counterface)
+    return faults + limit_faults(scene, wheels, counterface, end=True)
+
+
 def limit_faults(scene: Campaign, wheels: Wheels, counterface: Profile, *, end: bool) -> list[Fault]:
     """Limits that the new wheels meet already: faults of a campaign that ends at them, else warnings.
 

@@ -4,31 +4,19 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
-from dataclasses import replace
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from pydantic import ValidationError
 
 from wearsim.damage.wear.table import WearTable
-from wearsim.errors import (
-    Fault,
-    ProfileError,
-    SceneError,
-    listed,
-    raise_any,
-    shown,
-    suggestion,
-)
-from wearsim.operation.recorded import Samples
-from wearsim.profile import placement, standard
-from wearsim.profile.conicity import flange_clearance
-from wearsim.profile.shape import Profile, resample, resample_to
+from wearsim.errors import Fault, SceneError, listed, raise_any, shown, suggestion
+from wearsim.profile import standard
+from wearsim.profile.shape import Profile
 from wearsim.scene import messages
-from wearsim.scene.implausible import side_warnings
-from wearsim.scene.inputs import Files, Inputs, kept_files, named_profiles, read_profile_of
+from wearsim.scene.inputs import Files, Inputs, kept_files, named_profiles
 from wearsim.scene.messages import by_line
 from wearsim.scene.models import AnyScene, CompareScene, FieldScene, Origin, RigScene, find_file
 from wearsim.scene.overrides import (
@@ -40,15 +28,22 @@ from wearsim.scene.overrides import (
     overridden_text,
     toml_text,
 )
-from wearsim.scene.recorded import read_record
+from wearsim.scene.profiles import (
+    ReadProfiles,
+    bodies_in_track,
+    header_warnings,
+    read_profiles,
+    shape_warnings,
+    with_radius,
+)
+from wearsim.scene.recorded import Record, read_record, samples_of_record
 from wearsim.scene.rig import with_programme, with_rig
-from wearsim.scene.route import Rails, Route, rails_of, read_vehicle
+from wearsim.scene.route import Route, read_vehicle
 from wearsim.scene.sweep import SweepScene, read_sweep
 from wearsim.scene.wear_table import read_wear_table
 from wearsim.toml_faults import (
     LARGEST_FILE,
     LARGEST_TABLE,
-    KeyPath,
     Lines,
     content_of,
     is_key,
@@ -68,8 +63,6 @@ MODELS: dict[str, type[Scene]] = {
 }  # fmt: skip
 """Model of each kind of scene."""
 _DICT = Path("scene.toml")  # name of a scene from a dict in results and run directories
-_RIGHT, _LEFT = ("wheelset", "profile"), ("wheelset", "profile_left")
-_TEMPLATE = ("campaign", "reprofiling", "profile")
 
 
 def load_scene(
@@ -277,127 +270,101 @@ def _gathered(faults: list[Fault]) -> Iterator[None]:
         faults += error.faults
 
 
+@contextmanager
+def _together_with(faults: Sequence[Fault]) -> Iterator[None]:
+    """Raise the faults of what is done inside together with those known so far."""
+    try:
+        yield
+    except SceneError as error:
+        raise SceneError(by_line([*faults, *error.faults])) from error
+
+
 def _with_inputs(
     scene: RigScene | FieldScene, kept: Mapping[str, Path], profiles: Mapping[str, Profile]
 ) -> RigScene | FieldScene:
-    """Read the files of a scene and cross-check its values; raise a SceneError with all faults.
+    """Read the files of a scene and check it with them; raise a SceneError with all faults.
 
-    The scene returned has the contents of the files, and the wheel radius of their headers if it gave none.
+    The scene returned has the contents of the files, and the wheel radius of their
+    headers if it gave none.
     """
-    files, faults, leaning = Files(scene, kept, profiles), list[Fault](), list[Fault]()
+    files = Files(scene, kept, profiles)
     if isinstance(scene, RigScene):
         scene = _with_rig(scene, files)
-    wheelset, section, rules = scene.wheelset, scene.counterface, scene.campaign.reprofiling
-    half_span = 0.5e-3 * wheelset.back_to_back_mm + placement.RUNNING_CIRCLE
-    spacing = 1e-3 * scene.campaign.point_spacing_mm
-    pairs, sides = rails_of(scene)[0], ("profile", "profile_left")
-    placed: dict[KeyPath, Rails] = {(*path, side): pair for pair, path in pairs.items() for side in sides}
-    names: dict[KeyPath, str | None] = {
-        _RIGHT: wheelset.profile,
-        _LEFT: wheelset.left,
-        **{key: getattr(pair, str(key[-1])) for key, pair in placed.items()},
-        _TEMPLATE: None if rules is None else rules.profile,
-    }
-    diameters: dict[str, float] = {}
-    headers: dict[str, tuple[str, Mapping[str, str]]] = {}
-    shapes: dict[KeyPath, Profile] = {}
-    for key, name in names.items():
-        if name is None:
-            continue
-        try:
-            shape, reading = read_profile_of(scene, key, name, half_span, files, placed.get(key))
-            if key[0] == "wheelset":
-                headers[str(key[-1])] = name, {} if reading is None else reading.header
-            if key not in placed or section.wear is not None:
-                shape = resample(shape, spacing)
-        except ProfileError as error:
-            at = key if key != _LEFT or wheelset.profile_left is not None else _RIGHT  # of one result
-            found = [scene.fault(at, f"{at[-1]} = {shown(name)}: {line}") for line in str(error).splitlines()]
-            faults += [fault for fault in found if fault not in faults]
-            continue
-        shapes[key] = shape
-        if reading is not None and reading.diameter is not None and key[0] == "wheelset":
-            diameters[name] = 1e3 * reading.diameter
-        inclination = (placed.get(key) or section).inclination
-        slope, lean = placement.slope_of(inclination), None if reading is None else reading.lean
-        if key in placed and placement.tilt_to_add(lean, slope) != slope:
-            words = placement.lean_words(lean or 0.0)
-            text = (
-                f"inclination = {shown(inclination)} is without effect: the head in "
-                f'{name} {words} already; write inclination = "none"'
-            )
-            leaning.append(scene.fault((*key[:-1], "inclination"), text))
+    scene, contents = _read_files(scene, files)
+    scene._inputs = _checked(scene, contents)
+    return scene
 
-    def matched(key: KeyPath, count: int) -> Profile:
-        """Profile with as many points as the right wheel, by a spacing that differs by up to 3 %."""
-        shape = shapes[key]
-        with suppress(ProfileError):
-            return resample_to(shape, count, spacing * (len(shape.y) - 1) / (count - 1))
-        spaced = scene.campaign.point_spacing_mm
-        text = (
-            f"{key[-1]} = {shown(names[key])} cannot be given as many points as the "
-            f"right wheel ({count}); change point_spacing_mm = {spaced:g} a little"
-        )
-        raise SceneError(by_line([*faults, scene.fault(key, text)]))
 
-    table = None
-    with _gathered(faults):
-        table = _wear_table(scene, files)
-    noted = [*messages.header_warnings(scene, diameters), *side_warnings(scene, headers), *leaning]
-    if diameters and "radius_mm" not in wheelset.model_fields_set:
-        radius = 0.5 * sum(diameters.values()) / len(diameters)
-        scene = scene.model_copy(update={"wheelset": wheelset.model_copy(update={"radius_mm": radius})})
-    faults += messages.cross_faults(scene)
-    if any(name is not None and key not in shapes for key, name in names.items()):
-        raise SceneError(by_line(faults))
-    rails = [(shapes[*path, "profile"], shapes.get((*path, "profile_left"))) for path in pairs.values()]
-    right, counterface = shapes[_RIGHT], rails[0][0]
-    wheels = right, matched(_LEFT, len(right.y)) if _LEFT in shapes else right
-    gauges: dict[float, KeyPath] = {one.gauge_mm: (*pairs[one], "gauge_mm") for one in reversed(pairs)}
-    if unfit := messages.fit_faults(scene, wheels, counterface, gauges):
-        raise SceneError(by_line(faults + unfit))
-    templates = None if rules is None else wheels
-    if _TEMPLATE in shapes:
-        templates = (matched(_TEMPLATE, len(right.y)),) * 2
-    if templates is not None:
-        faults += messages.template_faults(scene, templates, counterface)
-    clearances = []
-    for rail, other in rails:
-        free, unlike = flange_clearance(right, rail), other is not None or _LEFT in shapes
-        clearances.append((free, flange_clearance(wheels[1], other or rail) if unlike else free))
-    clearance = clearances[0]
-    faults += messages.limit_faults(scene, wheels, counterface, end=True)
-    samples, track = None, None
-    with _gathered(faults):
+@dataclass
+class _Contents:
+    """What the files hold that a scene names."""
+
+    files: Files
+    profiles: ReadProfiles
+    warnings: list[Fault]
+    wear_table: WearTable | None = None
+    route: Route | None = None
+    record: Record | None = None
+    faults: list[Fault] = field(default_factory=list)
+    faults_of_operation: list[Fault] = field(default_factory=list)
+
+
+def _read_files(
+    scene: RigScene | FieldScene, files: Files
+) -> tuple[RigScene | FieldScene, _Contents]:
+    """Read the files of a scene, which is returned with the wheel radius they give."""
+    found = read_profiles(scene, files)
+    contents = _Contents(files, found, header_warnings(scene, found))
+    contents.faults += found.faults
+    with _gathered(contents.faults):
+        contents.wear_table = _wear_table(scene, files)
+    scene = with_radius(scene, found)
+    with _gathered(contents.faults_of_operation):
         if isinstance(scene, FieldScene):
-            track = _route_of(scene, files)
-            samples, notes = _record_of(scene, clearance, files)
-            noted += notes
+            contents.route = _route_of(scene, files)
+            contents.record = _record_of(scene, files)
+    return scene, contents
+
+
+def _checked(scene: RigScene | FieldScene, contents: _Contents) -> Inputs:
+    """Return the contents of the files of a scene, or raise all faults of both."""
+    profiles, notes = contents.profiles, list[str]()
+    faults = contents.faults + messages.cross_faults(scene)
+    if not profiles.complete:
+        raise SceneError(by_line(faults))
+    with _together_with(faults):
+        bodies = bodies_in_track(scene, profiles)
+    clearance = bodies.clearances[0]
+    faults += messages.geometry_faults(scene, bodies.wheels, bodies.templates, bodies.counterface)
+    faults += contents.faults_of_operation
+    samples = None
+    with _gathered(faults):
+        if contents.record is not None:
+            path = contents.files.path_of("recorded.file")
+            samples, notes = samples_of_record(contents.record, path, clearance)
     known = {fault.line for fault in faults}
     faults += [fault for fault in messages.beyond_clearance(scene, clearance)[0] if fault.line not in known]
     raise_any(by_line(faults))
-    for key in placed:
-        if key in shapes and placement.is_partial(shapes[key].y):
-            text = (
-                f"{key[-1]} = {shown(names[key])} is "
-                f"{1e3 * np.ptp(shapes[key].y):.3g} mm wide: without gauge point its y "
-                "counts from the running circle, and gauge_mm is without effect"
-            )
-            noted.append(scene.fault(key, text))
-    of_rails = ("counterface.", "vehicle.class.", "vehicle.each.")
-    for body, roles in (("wheelset", ("wheelset.",)), ("counterface", of_rails)):
-        shipped = all(file.shipped for file in files.read if file.role.startswith(roles))
-        if getattr(scene, body).smooth_mm is not None and shipped:
-            text = (
-                f"smooth_mm is without effect: no profile of [{body}] was read from a "
-                "file of points; delete it"
-            )
-            noted.append(scene.fault((body, "smooth_mm"), text))
-    scene._inputs = Inputs(
-        *wheels, tuple(rails), half_span, tuple(clearances), tuple(files.read), table, templates, samples,
-        track, tuple(noted),
-    )  # fmt: skip
-    return scene
+    warnings = [*contents.warnings, *_record_warnings(scene, notes)]
+    return Inputs(
+        *bodies.wheels,
+        rails=bodies.rails,
+        half_span=profiles.half_span,
+        clearances=bodies.clearances,
+        files=tuple(contents.files.read),
+        wear_table=contents.wear_table,
+        templates=bodies.templates,
+        samples=samples,
+        route=contents.route,
+        warnings=(*warnings, *shape_warnings(scene, profiles, contents.files)),
+    )
+
+
+def _record_warnings(scene: RigScene | FieldScene, notes: Sequence[str]) -> list[Fault]:
+    if scene.recorded is None:
+        return []
+    given = f"file = {shown(scene.recorded.file)}"
+    return [scene.fault(("recorded", "file"), f"{given}: {note}") for note in notes]
 
 
 def _route_of(scene: FieldScene, files: Files) -> Route | None:
@@ -421,17 +388,15 @@ def _route_of(scene: FieldScene, files: Files) -> Route | None:
     return found
 
 
-def _record_of(
-    scene: FieldScene, clearance: tuple[float | None, float | None], files: Files
-) -> tuple[Samples | None, list[Fault]]:
-    """Read the record of a scene, if it has one: its samples, and warnings."""
+def _record_of(scene: FieldScene, files: Files) -> Record | None:
+    """Read the record of a scene, if it has one."""
     if scene.recorded is None:
-        return None, []
+        return None
     name, shipped = scene.recorded.file, find_file(scene.recorded.file, (), "workflows")
     path = files.found(("recorded", "file"), name, "a CSV or netCDF file", shipped)
-    found = read_record(scene, path, clearance)
+    record = read_record(scene.recorded, path, scene.fault)
     files.note("recorded.file", name, path, LARGEST_TABLE)
-    return found
+    return record
 
 
 def _with_rig(scene: RigScene, files: Files) -> RigScene:

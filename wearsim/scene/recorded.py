@@ -1,10 +1,13 @@
-"""Records of simulated or measured runs: columns with stated units and signs become samples."""
+"""[recorded]: samples of a simulated or measured run, in place of classes of track."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
+from pydantic import Field
 
 from wearsim.contact.patch import FloatArray
 from wearsim.csv_tables import csv_table
@@ -12,8 +15,8 @@ from wearsim.errors import Fault, SceneError, listed, raise_any, shown
 from wearsim.operation.recorded import Samples, samples_of
 from wearsim.quantities import QUANTITIES
 from wearsim.results.file import UNREADABLE
-from wearsim.scene.models import FieldScene
-from wearsim.toml_faults import LARGEST_TABLE, content_of, suggestion, text_of
+from wearsim.scene.section import Section, Text, quantity, text_field
+from wearsim.toml_faults import LARGEST_TABLE, KeyPath, content_of, suggestion, text_of
 from wearsim.whole_files import NETCDF_LOCK, signals_wait
 
 _UNITS: dict[str, tuple[str, float]] = {
@@ -36,108 +39,245 @@ _RANGES = {
 }
 """Quantity whose range a column must keep."""
 
+_REQUIRED = ("speed", "friction", "wheel_load_right", "wheel_load_left")
+"""Quantities that a column or a key of [recorded] has to give, besides the shift."""
+_COLUMNS = ("recorded", "columns")
+
+
+class RecordColumns(Section):
+    """[recorded.columns]: the column of the file by quantity, with its unit; what has none is constant."""
+
+    time_s: Text | None = text_field("the time", None)
+    time_h: Text | None = text_field("the time", None)
+    distance_m: Text | None = text_field("the distance run", None)
+    distance_km: Text | None = text_field("the distance run", None)
+    speed_km_h: Text | None = text_field("the speed", None)
+    speed_m_s: Text | None = text_field("the speed", None)
+    shift_mm: Text | None = text_field("the lateral shift", None)
+    shift_m: Text | None = text_field("the lateral shift", None)
+    yaw_mrad: Text | None = text_field("the yaw", None)
+    yaw_rad: Text | None = text_field("the yaw", None)
+    curve_radius_m: Text | None = text_field(
+        "the curve radius, 0 on straight track, too", None
+    )
+    track_curvature_per_m: Text | None = text_field("the track curvature", None)
+    track_curvature_per_km: Text | None = text_field("the track curvature", None)
+    friction: Text | None = text_field("the coefficient of friction", None)
+    wheel_load_right_kN: Text | None = text_field(
+        "the vertical load of the right wheel", None
+    )
+    wheel_load_right_N: Text | None = text_field(
+        "the vertical load of the right wheel", None
+    )
+    wheel_load_left_kN: Text | None = text_field(
+        "the vertical load of the left wheel", None
+    )
+    wheel_load_left_N: Text | None = text_field(
+        "the vertical load of the left wheel", None
+    )
+    axle_torque_kN_m: Text | None = text_field("the torque on the axle", None)
+    axle_torque_N_m: Text | None = text_field("the torque on the axle", None)
+
+    @property
+    def given(self) -> dict[str, str]:
+        """Columns by key, of those that are given."""
+        return {key: name for key in type(self).model_fields if (name := getattr(self, key)) is not None}
+
+
+class RecordedSection(Section):
+    """[recorded]: samples of a simulated or measured run, in place of classes."""
+
+    file: Text = text_field("the CSV or netCDF file of the samples")
+    columns: RecordColumns
+    shift_positive: Literal["right", "left"] = Field(
+        description="to which side shifts count positive"
+    )
+    yaw_positive: Literal["right", "left"] | None = Field(
+        None, description="to which side the yaw counts positive"
+    )
+    curve_positive: Literal["right", "left"] | None = Field(
+        None, description="which curves count positive"
+    )
+    load_kN: float | None = quantity(
+        "wheel_load", None, "the vertical load of each wheel, if no column has it"
+    )
+    speed_km_h: float | None = quantity("speed", None, "the speed, if no column has it")
+    yaw_mrad: float = quantity(
+        "yaw", 0.0, "the yaw of the wheelset, if no column has it"
+    )
+    friction: float | None = quantity(
+        "friction", None, "Coulomb's coefficient, if no column has it"
+    )
+    friction_flange: float | None = quantity("friction_flange", None)
+    environment: float = quantity(
+        "environment",
+        1.0,
+        "the factor on the wear depth, 1 for dry laboratory coefficients",
+    )
+    binning_tolerance: float = quantity(
+        "binning_error",
+        0.02,
+        "the largest error of the wear of the operating points that stand for all "
+        "samples",
+    )
+
+
+Record = dict[str, FloatArray]
+"""Values (n,) of a record by quantity [SI], constant ones where no column has them."""
+
 
 def read_record(
-    scene: FieldScene, path: Path, clearance: tuple[float | None, float | None]
-) -> tuple[Samples, list[Fault]]:
-    """Read the record of a scene: its samples, and warnings.
-
-    Parameters
-    ----------
-    path : Path
-        Of the record.
-    clearance : pair
-        Flange clearance of the right and the left wheel [m]: a wheelset that was recorded on other profiles
-        may have run further.
+    section: RecordedSection, path: Path, fault: Callable[[KeyPath, str], Fault]
+) -> Record:
+    """Read the record of a scene; `fault` makes the faults of its keys.
 
     Raises
     ------
     SceneError
-        With all faults.
+        With all faults of [recorded], else of the names of its columns, else of values.
     """
-    section = scene.recorded
-    assert section is not None
-    where = ("recorded", "columns")
-    faults = []
-    columns_of = section.columns.given
-    named = {_UNITS[key][0]: key for key in columns_of}
-    for key in columns_of:
+    raise_any([fault(*one) for one in recorded_faults(section)])
+    columns = _columns(path)
+    raise_any([fault(*one) for one in _name_faults(section, columns)])
+    record = _in_si(section, columns)
+    raise_any([Fault(text, str(path)) for text in _value_faults(record)])
+    return _with_constants(section, record)
+
+
+def recorded_faults(section: RecordedSection) -> Iterator[tuple[KeyPath, str]]:
+    """Path and message of what does not fit together within [recorded]."""
+    keys = section.columns.given
+    named = {_UNITS[key][0]: key for key in keys}
+    for key in keys:
         if (other := named[_UNITS[key][0]]) != key:
             text = f"{key} and {other} are one quantity; delete one of them"
-            faults.append(scene.fault((*where, key), text))
-    for quantity, sign in _SIGNS.items():
-        if quantity in named and getattr(section, sign) is None:
+            yield (*_COLUMNS, key), text
+    for name, sign in _SIGNS.items():
+        if name in named and getattr(section, sign) is None:
+            key = named[name]
             text = (
-                f'{named[quantity]} needs {sign} = "right" or "left" in [recorded]: '
-                "signs are not guessed"
+                f'{key} needs {sign} = "right" or "left" in [recorded]: signs are not '
+                "guessed"
             )
-            faults.append(scene.fault((*where, named[quantity]), text))
-    constants = {"speed": section.speed_km_h, "friction": section.friction}
-    for side in ("right", "left"):
-        constants[f"wheel_load_{side}"] = section.load_kN
-    missing = [name for name, value in constants.items() if value is None and name not in named]
-    if "shift" not in named:
-        missing.insert(0, "shift")
+            yield (*_COLUMNS, key), text
+    constants = _constants(section)
+    required = ("shift", *_REQUIRED)
+    missing = [name for name in required if name not in named and name not in constants]
     if missing:
         text = (
             f"no column for {listed(missing)}; name one in [recorded.columns], or give "
             "the constant"
         )
-        faults.append(scene.fault(where, text))
+        yield _COLUMNS, text
     if not {"time", "place"} & set(named):
         text = (
             "no distance: name a column for time_s or distance_m, for what distance "
             "each sample stands"
         )
-        faults.append(scene.fault(where, text))
-    raise_any(faults)
-    columns = _columns(path)
-    for key, name in columns_of.items():
+        yield _COLUMNS, text
+
+
+def _name_faults(
+    section: RecordedSection, columns: Mapping[str, FloatArray]
+) -> Iterator[tuple[KeyPath, str]]:
+    """Faults of columns that the file does not have."""
+    for key, name in section.columns.given.items():
         if name not in columns:
-            text = f"{key} = {shown(name)} is no column of {section.file}; {suggestion(name, list(columns))}"
-            faults.append(scene.fault((*where, key), text))
-    raise_any(faults)
-    values = {_UNITS[key][0]: columns[name] * _UNITS[key][1] for key, name in columns_of.items()}
-    if "curve_radius" in values:  # 0 stands for straight track, too
-        radius = values.pop("curve_radius")
-        values["track_curvature"] = np.divide(1.0, radius, out=np.zeros(radius.size), where=radius != 0.0)
-    for quantity, sign in {"shift": "shift_positive", **_SIGNS}.items():
-        if quantity in values and getattr(section, sign) == "left":
-            values[quantity] = -values[quantity]
-    for quantity, value in values.items():
-        if not np.isfinite(value).all():
-            row = int(np.argmin(np.isfinite(value)))
-            faults.append(Fault(f"row {row + 1}: {quantity} is not a number; leave out such rows", str(path)))
-        elif quantity in _RANGES:
-            known = QUANTITIES[_RANGES[quantity]]
-            if quantity == "speed":  # standstill does not count
-                value = value[np.abs(value) >= known.span[0] / known.shown_factor]
-            ends = (value.min(), value.max()) if value.size else ()
-            wrong = [text for one in ends if (text := known.fault(float(one), quantity))]
-            faults += [Fault(f"{text}; check the unit of its column", str(path)) for text in wrong[:1]]
-    count = next(iter(values.values())).size
-    factors = {"speed": 1 / 3.6, "friction": 1.0, "wheel_load_right": 1e3, "wheel_load_left": 1e3}
-    for name, one in (*constants.items(), ("friction_flange", section.friction_flange)):
-        if one is not None and name not in values:
-            values[name] = np.full(count, one * factors.get(name, 1.0))
-    values.setdefault("yaw", np.full(count, 1e-3 * section.yaw_mrad))
-    low, high = (np.inf if free is None else free for free in reversed(clearance))
-    beyond = (values["shift"] > high) | (values["shift"] < -low)
-    values["shift"] = np.clip(values["shift"], -low, high)
-    if not faults:
-        try:
-            samples = samples_of(values)
-        except ValueError as error:
-            faults.append(Fault(f"{error}; give a record of a run", str(path)))
-    raise_any(faults)
+            hint = suggestion(name, list(columns))
+            text = f"{key} = {shown(name)} is no column of {section.file}; {hint}"
+            yield (*_COLUMNS, key), text
+
+
+def _in_si(section: RecordedSection, columns: Mapping[str, FloatArray]) -> Record:
+    """Values of the columns that are named, with the signs of wearsim [SI]."""
+    record: Record = {}
+    for key, name in section.columns.given.items():
+        quantity_name, factor = _UNITS[key]
+        record[quantity_name] = columns[name] * factor
+    if "curve_radius" in record:  # 0 stands for straight track, too
+        radius = record.pop("curve_radius")
+        straight = np.zeros(radius.size)
+        curved = radius != 0.0
+        record["track_curvature"] = np.divide(1.0, radius, out=straight, where=curved)
+    for name, sign in {"shift": "shift_positive", **_SIGNS}.items():
+        if name in record and getattr(section, sign) == "left":
+            record[name] = -record[name]
+    return record
+
+
+def _value_faults(record: Record) -> Iterator[str]:
+    """Messages on values that are no numbers or out of the range of their quantity."""
+    for name, values in record.items():
+        finite = np.isfinite(values)
+        if not finite.all():
+            row = int(np.argmin(finite)) + 1
+            yield f"row {row}: {name} is not a number; leave out such rows"
+        elif name in _RANGES:
+            known = QUANTITIES[_RANGES[name]]
+            if name == "speed":  # standstill does not count
+                slowest = known.span[0] / known.shown_factor
+                values = values[np.abs(values) >= slowest]
+            ends = (values.min(), values.max()) if values.size else ()
+            texts = (known.fault(float(end), name) for end in ends)
+            if text := next(filter(None, texts), ""):
+                yield f"{text}; check the unit of its column"
+
+
+def _constants(section: RecordedSection) -> dict[str, float]:
+    """Values of [recorded] that hold where no column has the quantity [SI]."""
+    load, speed = section.load_kN, section.speed_km_h
+    given = {
+        "speed": None if speed is None else speed * (1 / 3.6),
+        "friction": section.friction,
+        "wheel_load_right": None if load is None else load * 1e3,
+        "wheel_load_left": None if load is None else load * 1e3,
+        "friction_flange": section.friction_flange,
+    }
+    return {name: value for name, value in given.items() if value is not None}
+
+
+def _with_constants(section: RecordedSection, record: Record) -> Record:
+    count = next(iter(record.values())).size
+    constants = {**_constants(section), "yaw": 1e-3 * section.yaw_mrad}
+    missing = {name: value for name, value in constants.items() if name not in record}
+    return record | {name: np.full(count, value) for name, value in missing.items()}
+
+
+def samples_of_record(
+    record: Record, path: Path, clearance: tuple[float | None, float | None]
+) -> tuple[Samples, list[str]]:
+    """Make samples of a record, and notes on it.
+
+    Parameters
+    ----------
+    record : dict
+        Of `read_record`.
+    path : Path
+        Of the record, for faults.
+    clearance : pair
+        Flange clearance of the right and the left wheel [m]: a wheelset that was
+        recorded on other profiles may have run further.
+
+    Raises
+    ------
+    SceneError
+        If no distance is run.
+    """
+    right, left = (np.inf if free is None else free for free in clearance)
+    shift = record["shift"]
+    beyond = (shift > right) | (shift < -left)
+    try:
+        samples = samples_of({**record, "shift": np.clip(shift, -left, right)})
+    except ValueError as error:
+        text = f"{error}; give a record of a run"
+        raise SceneError([Fault(text, str(path))]) from None
     notes = list(samples.notes)
     if beyond.any():
         notes.append(
             f"{100.0 * beyond.mean():.3g} % of the samples lie beyond the flange "
             "clearance; moved to it"
         )
-    file = ("recorded", "file")
-    return samples, [scene.fault(file, f"file = {shown(section.file)}: {note}") for note in notes]
+    return samples, notes
 
 
 @signals_wait()

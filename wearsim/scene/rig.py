@@ -12,7 +12,14 @@ from wearsim.csv_tables import CsvTable, csv_text
 from wearsim.errors import Fault, SceneError, listed, raise_any, shown
 from wearsim.scene.models import BlockSection, RigScene
 from wearsim.scene.overrides import OverriddenLine, Override, toml_value
-from wearsim.scene.section import Section, Text, csv_rows, validated_rows
+from wearsim.scene.section import (
+    Section,
+    Text,
+    csv_rows,
+    quantity,
+    text_field,
+    validated_rows,
+)
 from wearsim.scene.vehicle import Place, shipped_or_own
 from wearsim.toml_faults import Lines, line_of, read_toml, unknown_key
 
@@ -20,18 +27,55 @@ from wearsim.toml_faults import Lines, line_of, read_toml, unknown_key
 class RigLimits(Section):
     """[limits] of a rig: the largest magnitude of set-points of its blocks, under their names."""
 
+    shift_mm: float | None = quantity("shift", None, "the largest shift")
+    yaw_mrad: float | None = quantity("yaw", None, "the largest yaw")
+    lateral_force_kN: float | None = Field(
+        None, description="the largest lateral force", gt=0.0
+    )
+    load_kN: float | None = quantity("wheel_load", None, "the largest load of a wheel")
+    wheel_load_right_kN: float | None = quantity(
+        "wheel_load", None, "the largest load of the right wheel"
+    )
+    wheel_load_left_kN: float | None = quantity(
+        "wheel_load", None, "the largest load of the left wheel"
+    )
+    axle_load_kN: float | None = quantity("axle_load", None, "the largest axle load")
+    axle_box_right_kN: float | None = quantity(
+        "axle_load", None, "the largest force on the right axle box"
+    )
+    axle_box_left_kN: float | None = quantity(
+        "axle_load", None, "the largest force on the left axle box"
+    )
+    axle_torque_kN_m: float | None = Field(
+        None, description="the largest torque on the axle", gt=0.0
+    )
+    speed_km_h: float | None = quantity("speed", None, "the highest speed")
+    speed_difference_percent: float | None = quantity(
+        "speed_difference", None, "the largest difference"
+    )
+
 
 class RigFile(Section):
     """A roller rig: rollers, drive, what it controls and within which limits."""
 
-    name: Text
-    source: Text
-    roller_radius_mm: float
-    roller_radius_left_mm: float | None = None
-    gauge_mm: float = 1435.0
-    gauge_height_mm: float = 14.0
-    drive: Literal["coupled", "independent"]
-    controlled: tuple[str, ...]
+    name: Text = text_field("the name of the rig")
+    source: Text = text_field("where its data are from")
+    roller_radius_mm: float = quantity(
+        "roller_radius", meaning="the radius of the rollers at the profile's top"
+    )
+    roller_radius_left_mm: float | None = quantity(
+        "roller_radius", None, "the radius of the left roller, if it differs"
+    )
+    gauge_mm: float = quantity("gauge", 1435.0)
+    gauge_height_mm: float = quantity(
+        "gauge_height", 14.0, "the depth below the top at which it is measured"
+    )
+    drive: Literal["coupled", "independent"] = Field(
+        description="whether both rollers turn alike"
+    )
+    controlled: tuple[str, ...] = Field(
+        description="the set-points of its blocks that it can control"
+    )
     limits: RigLimits = Field(default_factory=lambda: RigLimits.model_validate({}))
 
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
-import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -40,35 +38,30 @@ _SI = {
 _ASCII = str.maketrans("µ²³", "u23")
 
 
-_KEYS: dict[str, dict[str, Any]] = tomllib.loads(
-    Path(__file__).with_name("keys.toml").read_text(encoding="utf-8")
-)
-_NOT_HERE = _KEYS.pop("not_here")
-_TEXTS = ("Text", "Words", "Inclination")
-"""Types of texts, which have at most 200 characters."""
-
-
 def range_of(name: str) -> dict[str, Any]:
     """Input range of a quantity as arguments of `Field`."""
     low, high, above = QUANTITIES[name].range
     return {"gt" if above else "ge": low, "le": high}
 
 
-def _field(annotation: str, said: str | dict[str, Any], default: Any, laws: Callable[[str], str]) -> Any:
-    """Field of a key as `keys.toml` describes it; lists of values are tuples in Python."""
-    options: dict[str, Any] = {"meaning": said} if isinstance(said, str) else dict(said)
-    meaning, unit = options.pop("meaning", ""), options.pop("unit", "")
-    if annotation.split(" ")[0] in _TEXTS:
-        options = {"min_length": 1, "max_length": 200}
-    elif "max_length" in options:
-        options.setdefault("strict", False)
-    if name := options.pop("quantity", None):
-        meaning = meaning or f"the {QUANTITIES[name].meaning}"
-        unit = unit or QUANTITIES[name].shown_unit.translate(_ASCII)
-        options |= range_of(name)
-    extra: Any = {"unit": unit} if unit not in ("", "1") else None
-    text = re.sub(r"\{(\w+)\}", lambda parameter: laws(parameter[1]), meaning)
-    return Field(default, description=text, json_schema_extra=extra, **options)
+def quantity(name: str, default: Any = ..., meaning: str = "") -> Any:
+    """Field of a number with the unit and the range of a quantity.
+
+    Its meaning is that of the quantity, too, where none is given.
+    """
+    of = QUANTITIES[name]
+    unit = of.shown_unit.translate(_ASCII)
+    return Field(
+        default,
+        description=meaning or f"the {of.meaning}",
+        json_schema_extra=None if unit in ("", "1") else {"unit": unit},
+        **range_of(name),
+    )
+
+
+def text_field(meaning: str, default: Any = ...) -> Any:
+    """Field of a text of 1 to 200 characters."""
+    return Field(default, description=meaning, min_length=1, max_length=200)
 
 
 def _printable(text: str) -> str:
@@ -116,23 +109,8 @@ class Section(Table):
 
     not_here: ClassVar[dict[str, str]] = {}
     removed: ClassVar[dict[str, str]] = {}
-    others: ClassVar[str] = "float"  # type of keys that stand in `keys.toml` alone and may be missing
     # file and lines of a table that is a row of a CSV file
     _place: tuple[str, Lines] | None = PrivateAttr(None)
-
-    @staticmethod
-    def laws_that_take(parameter: str) -> str:
-        """Names of the laws that take a parameter, for the meaning of a key."""
-        return parameter
-
-    def __init_subclass__(cls, **options: Any) -> None:
-        super().__init_subclass__(**options)
-        for key, said in _KEYS.get(cls.__name__, {}).items():
-            default = cls.__dict__.get(key, ... if key in cls.__annotations__ else None)
-            cls.__annotations__.setdefault(key, f"{cls.others} | None")
-            setattr(cls, key, _field(cls.__annotations__[key], said, default, cls.laws_that_take))
-        hints = _NOT_HERE.get(cls.__name__, {}).items()
-        cls.not_here = cls.not_here | {key: hint for keys, hint in hints for key in keys.split()}
 
     def si(self) -> dict[str, Any]:
         """Values by key without its unit, numbers in SI units; without None and lists of numbers."""
@@ -148,12 +126,27 @@ class Section(Table):
 class SetPoints(Section):
     """What blocks, classes and segments of track have in common."""
 
-    name: Text
-    speed_km_h: float
-    friction: float
-    friction_flange: float | None = None
-    axle_torque_kN_m: float | None = None
-    environment: float = 1.0
+    name: Text = text_field("a name for tables and figures")
+    speed_km_h: float = quantity("speed", meaning="the speed")
+    friction: float = quantity(
+        "friction",
+        meaning="Coulomb's coefficient of friction, on the tread if it is another "
+        "there",
+    )
+    friction_flange: float | None = quantity("friction_flange", None)
+    axle_torque_kN_m: float | None = Field(
+        None,
+        description="the torque on the axle, driving forward, by default that of "
+        "[contact]",
+        ge=-50.0,
+        le=50.0,
+        json_schema_extra={"unit": "kN m"},
+    )
+    environment: float = quantity(
+        "environment",
+        1.0,
+        "the factor on the wear depth, 1 for dry laboratory coefficients",
+    )
 
 
 Row = TypeVar("Row", bound=Section)

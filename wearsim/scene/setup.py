@@ -34,8 +34,9 @@ from wearsim.scene.damage import (
 )
 from wearsim.scene.inputs import inputs_of
 from wearsim.scene.messages import by_line, scene_warnings
-from wearsim.scene.models import FieldScene, RecordedSection, RigScene, RollerSection
+from wearsim.scene.models import FieldScene, RigScene, RollerSection
 from wearsim.scene.prepared import Prepared, bodies_of, contact_models, prepare, set_points_of
+from wearsim.scene.recorded import RecordedSection
 from wearsim.scene.vehicle import VehicleSection
 
 

@@ -17,7 +17,7 @@ from wearsim.errors import Fault, SceneError, brief, shown
 from wearsim.quantities import QUANTITIES
 from wearsim.scene.models import CompareScene, FieldScene, Header, RigScene, SceneModel, find_file
 from wearsim.scene.overrides import Override, value_of
-from wearsim.scene.section import Section, Text
+from wearsim.scene.section import Section, Text, text_field
 from wearsim.toml_faults import KeyPath, content_of, is_text, text_of
 
 MOST_CASES = int(QUANTITIES["sweep_cases"].range.high)
@@ -26,15 +26,24 @@ MOST_CASES = int(QUANTITIES["sweep_cases"].range.high)
 class SweepHeader(Header):
     """[scene] of a sweep."""
 
-    kind: Literal["sweep"]
+    kind: Literal["sweep"] = Field(description="what the scene describes")
 
 
 class CasesSection(Section):
     """[sweep]: the base scene and its cases, every value of a key with every other, or those of a table."""
 
-    base: Text | None = None
-    scenes: tuple[Text, ...] = ()
-    table: Text | None = None
+    base: Text | None = text_field(
+        "the scene that is varied: a rig, a field or a comparison", None
+    )
+    scenes: tuple[Text, ...] = Field(
+        (),
+        description="several scenes in place of base, each with every case",
+        max_length=1000,
+        strict=False,
+    )
+    table: Text | None = text_field(
+        "a CSV file of cases, with columns named as keys are", None
+    )
     vary: dict[str, Any] = Field({}, description="the keys that are varied, each with the list of its values")
 
 

@@ -4,25 +4,64 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
-from wearsim.scene.section import Section, Text
+from pydantic import Field
+
+from wearsim.scene.section import Section, Text, quantity, text_field
 
 
 class InputSection(Section):
     """[[uncertainty.input]]: one uncertain key of the scene and its distribution."""
 
-    key: Text
-    name: Text | None = None
-    distribution: Literal["uniform", "normal", "lognormal", "values"]
-    low: float | None = None
-    high: float | None = None
-    mean: float | None = None
-    std: float | None = None
-    median: float | None = None
-    within: float | None = None
-    values: tuple[float | int | str | dict[str, Any], ...] = ()
-    acts: Literal["value", "factor", "addition"] = "value"
-    shared: bool = False
-    source: Text | None = None
+    key: Text = text_field(
+        "the dotted key, such as wear.hardness_GPa; operation.friction stands for "
+        "that of every block and class, rig. or field. before it for one scene of a "
+        "comparison",
+    )
+    name: Text | None = text_field(
+        "a name for tables and figures, by default the key", None
+    )
+    distribution: Literal["uniform", "normal", "lognormal", "values"] = Field(
+        description="uniform from low to high; normal with mean and std; lognormal "
+        "with median, and 90 % from median / within to median * within; or one of "
+        "values, each as likely",
+    )
+    low: float | None = Field(
+        None, description="the lowest value of a uniform distribution"
+    )
+    high: float | None = Field(
+        None, description="the highest value of a uniform distribution"
+    )
+    mean: float | None = Field(None, description="the mean of a normal distribution")
+    std: float | None = Field(
+        None, description="the standard deviation of a normal distribution", gt=0.0
+    )
+    median: float | None = Field(
+        None, description="the median of a lognormal distribution", gt=0.0
+    )
+    within: float | None = Field(
+        None,
+        description="the factor that 90 % of a lognormal distribution keep to",
+        gt=1.0,
+        le=100.0,
+    )
+    values: tuple[float | int | str | dict[str, Any], ...] = Field(
+        (),
+        description="the values of a distribution of them; tables of keys for key = "
+        "wear",
+        max_length=100,
+        strict=False,
+    )
+    acts: Literal["value", "factor", "addition"] = Field(
+        "value",
+        description="whether what is drawn takes the place of the scene's values, or "
+        "acts on them",
+    )
+    shared: bool = Field(
+        False,
+        description="whether rig and field get one value, such as that of a steel; "
+        "else each its own",
+    )
+    source: Text | None = text_field("where the range comes from", None)
 
     @property
     def label(self) -> str:
@@ -33,16 +72,33 @@ class InputSection(Section):
 class MaterialSection(Section):
     """[[uncertainty.material]]: another steel, to be ranked against that of the scene."""
 
-    name: Text
-    wear: dict[str, Any]
-    source: Text | None = None
+    name: Text = text_field("the name of the steel")
+    wear: dict[str, Any] = Field(
+        description="keys of [wear] that it changes, such as law, coefficients, "
+        "hardness_GPa",
+        min_length=1,
+    )
+    source: Text | None = text_field("where its coefficients come from", None)
 
 
 class UncertaintySection(Section):
     """[uncertainty]: what `wearsim run SCENE --bands` draws, and how often."""
 
-    draws: int = 64
-    most_draws: int | None = None
-    seed: int = 1
-    input: tuple[InputSection, ...] = ()
-    material: tuple[MaterialSection, ...] = ()
+    draws: int = quantity(
+        "uncertainty_draws", 64, "the number of draws, 64, 128, 256, ..."
+    )
+    most_draws: int | None = quantity(
+        "uncertainty_draws",
+        None,
+        "the number up to which draws are doubled until the bands are sure",
+    )
+    seed: int = quantity("sweep_seed", 1, "the seed of the draws")
+    input: tuple[InputSection, ...] = Field(
+        (), description="the uncertain inputs", max_length=30, strict=False
+    )
+    material: tuple[MaterialSection, ...] = Field(
+        (),
+        description="steels in comparison with that of the scene",
+        max_length=20,
+        strict=False,
+    )

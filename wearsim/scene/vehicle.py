@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import AfterValidator, WithJsonSchema, model_validator
+from pydantic import AfterValidator, Field, WithJsonSchema, model_validator
 from pydantic_core import PydanticCustomError
 
 from wearsim.errors import shown
@@ -14,7 +14,7 @@ from wearsim.operation.bogie import Vehicle
 from wearsim.profile.placement import slope_of
 from wearsim.profile.standard import shipped_path
 from wearsim.quantities import QUANTITIES
-from wearsim.scene.section import Section, SetPoints, Text
+from wearsim.scene.section import Section, SetPoints, Text, quantity, text_field
 from wearsim.toml_faults import KeyPath, cross_check, suggestion
 
 SHARES_ROUNDED = 0.01
@@ -64,20 +64,34 @@ def shipped_or_own(folder: str, place: Place, role: str, name: str) -> tuple[Pat
 class VehicleFile(Section):
     """A vehicle of two bogies of two axles each; stiffness is that of the springs of one axle box."""
 
-    name: Text
-    source: Text
-    wheelbase_m: float
-    pivot_distance_m: float
-    wheelset_mass_kg: float
-    bogie_mass_kg: float
-    body_mass_kg: float
-    bogie_height_m: float
-    body_height_m: float
-    longitudinal_stiffness_MN_m: float
-    lateral_stiffness_MN_m: float
-    spring_spacing_m: float
-    secondary_yaw_stiffness_MN_m_rad: float = 0.0
-    roll_coefficient: float = 0.0
+    name: Text = text_field("the name of the vehicle")
+    source: Text = text_field("where its data are from")
+    wheelbase_m: float = Field(description="the wheelbase of a bogie", ge=0.6, le=10.0)
+    pivot_distance_m: float = quantity("pivot_distance")
+    wheelset_mass_kg: float = quantity("vehicle_mass", meaning="the mass of a wheelset")
+    bogie_mass_kg: float = quantity(
+        "vehicle_mass", meaning="the mass of a bogie without wheelsets"
+    )
+    body_mass_kg: float = quantity(
+        "vehicle_mass", meaning="the mass of the body with its load"
+    )
+    bogie_height_m: float = quantity(
+        "vehicle_height", meaning="the height of the bogie's centre of gravity"
+    )
+    body_height_m: float = quantity(
+        "vehicle_height", meaning="the height of the body's centre of gravity"
+    )
+    longitudinal_stiffness_MN_m: float = quantity(
+        "spring_stiffness",
+        meaning="the longitudinal stiffness between an axle box and the bogie",
+    )
+    lateral_stiffness_MN_m: float = quantity(
+        "spring_stiffness",
+        meaning="the lateral stiffness between an axle box and the bogie",
+    )
+    spring_spacing_m: float = quantity("spring_spacing")
+    secondary_yaw_stiffness_MN_m_rad: float = quantity("yaw_stiffness", 0.0)
+    roll_coefficient: float = quantity("roll_coefficient", 0.0)
 
     @property
     def vehicle(self) -> Vehicle:
@@ -99,10 +113,22 @@ class TrackKeys(SetPoints):
     """What classes and segments of track have in common."""
 
     by_file: ClassVar[bool] = False  # keys may be those of all segments
-    curve_radius_m: CurveRadius | None = None
-    cant_mm: float | None = None
-    cant_deficiency_mm: float | None = None
-    shift_std_mm: float | None = None
+    curve_radius_m: CurveRadius | None = Field(
+        None,
+        description="the curve radius, + to the right; none on straight track",
+        json_schema_extra={"unit": "m"},
+    )
+    cant_mm: float | None = quantity(
+        "cant", None, "the cant in the curve, the outer rail higher"
+    )
+    cant_deficiency_mm: float | None = quantity(
+        "cant_deficiency", None, "in place of the cant, its deficiency"
+    )
+    shift_std_mm: float | None = quantity(
+        "shift_std",
+        None,
+        "the standard deviation of the lateral motion on straight track",
+    )
 
     @model_validator(mode="after")
     def _fit(self) -> Self:
@@ -134,18 +160,33 @@ class TrackKeys(SetPoints):
 class RailShare(Section):
     """An entry of rails: a pair of rails, and the share of the distance it is run on."""
 
-    share: float
-    profile: Text | None = None
-    profile_left: Text | None = None
-    inclination: Inclination | None = None
-    gauge_mm: float | None = None
+    share: float = quantity("weight", meaning="the share of the distance of the class")
+    profile: Text | None = text_field(
+        "the rail profile, by default that of [counterface]", None
+    )
+    profile_left: Text | None = text_field(
+        "the profile of the left rail, if it differs", None
+    )
+    inclination: Inclination | None = text_field(
+        'the inclination of the rails, such as "1:40", or "none"; by default that of '
+        "[counterface]",
+        None,
+    )
+    gauge_mm: float | None = quantity(
+        "gauge", None, "the track gauge, by default that of [counterface]"
+    )
 
 
 class TorqueShare(Section):
     """An entry of axle_torques: a torque, and the share of the distance it acts on."""
 
-    axle_torque_kN_m: float
-    share: float
+    axle_torque_kN_m: float = Field(
+        description="the torque on the axle, driving forward",
+        ge=-50.0,
+        le=50.0,
+        json_schema_extra={"unit": "kN m"},
+    )
+    share: float = quantity("weight", meaning="the share of the distance of the class")
 
 
 def _whole(entries: tuple[Any, ...]) -> tuple[Any, ...]:
@@ -158,15 +199,36 @@ def _whole(entries: tuple[Any, ...]) -> tuple[Any, ...]:
 class PracticeKeys(Section):
     """What varies within a class of track: each combination is a state of its own, with its share."""
 
-    rails: Annotated[tuple[RailShare, ...], AfterValidator(_whole)] = ()
-    lubricated_share: float = 1.0
+    not_here: ClassVar[dict[str, str]] = {
+        "gauge_mm": "write rails = [{gauge_mm = 1435, share = 0.5}, ...], or gauge_mm "
+        "in [counterface]",
+    }
+    rails: Annotated[tuple[RailShare, ...], AfterValidator(_whole)] = Field(
+        (),
+        description="pairs of rails in place of those of [counterface], such as new, "
+        "worn, of other inclination or gauge, each with its share of the distance",
+        max_length=20,
+        strict=False,
+    )
+    lubricated_share: float = quantity(
+        "axle_share",
+        1.0,
+        "the share of the distance on which friction_flange acts; on the rest the "
+        "flange has the friction of the tread",
+    )
 
 
 class TrackSection(PracticeKeys, TrackKeys):
     """[[vehicle.class]]: one class of track, a curve or straight."""
 
-    share: float
-    axle_torques: Annotated[tuple[TorqueShare, ...], AfterValidator(_whole)] = ()
+    share: float = quantity("weight", meaning="the share of the distance")
+    axle_torques: Annotated[tuple[TorqueShare, ...], AfterValidator(_whole)] = Field(
+        (),
+        description="torques on the axle in place of axle_torque_kN_m, such as "
+        "traction, coasting and braking, each with its share of the distance",
+        max_length=20,
+        strict=False,
+    )
 
     @model_validator(mode="after")
     def _practice_fits(self) -> Self:
@@ -189,35 +251,90 @@ class SegmentSection(TrackKeys):
     """A row of the CSV file that `route` of [vehicle] names: one segment of track."""
 
     by_file: ClassVar[bool] = True
-    name: Text = "segment"
-    length_km: float
+    name: Text = text_field("a name of the segment, which is not used", "segment")
+    length_km: float = quantity("block_length", meaning="the length of the segment")
 
 
 class SegmentDefaults(PracticeKeys):
     """[vehicle.each]: keys of all segments of a route whose file does not give them."""
 
-    speed_km_h: float | None = None
-    friction: float | None = None
-    friction_flange: float | None = None
-    environment: float | None = None
-    shift_std_mm: float | None = None
+    speed_km_h: float | None = quantity("speed", None, "the speed")
+    friction: float | None = quantity(
+        "friction", None, "Coulomb's coefficient of friction, on the tread"
+    )
+    friction_flange: float | None = quantity(
+        "friction_flange", None, "the coefficient of friction on the flange"
+    )
+    environment: float | None = quantity(
+        "environment", None, "the factor on the wear depth"
+    )
+    shift_std_mm: float | None = quantity(
+        "shift_std",
+        None,
+        "the standard deviation of the lateral motion on straight track",
+    )
 
 
 class VehicleSection(Section):
     """[vehicle]: the vehicle whose bogies decide where the wheelset runs."""
 
-    file: Text
-    leading_share: float = 0.5
-    turned_share: float = 0.5
-    axle: Literal["outer", "inner"] = "outer"
-    axle_yaw_offset_mrad: float = 0.0
-    tangent: Literal["suspended", "kinematic", "guided", "shifted"] = "suspended"
-    tangent_wavelength_m: float | None = None
-    positions: Literal["found", "frozen"] = "found"
-    route: Text | None = None
+    not_here: ClassVar[dict[str, str]] = {
+        "wheel_diameter_difference_mm": "the key belongs to the wheelset; write it in "
+        "[wheelset]",
+    }
+    file: Text = text_field("the name of a shipped vehicle, or the file of one")
+    leading_share: float = quantity(
+        "axle_share",
+        0.5,
+        "the share of the distance that the wheelset is the leading one of its bogie",
+    )
+    turned_share: float = quantity(
+        "axle_share",
+        0.5,
+        "the share of the distance that the train is turned, right wheels on left "
+        "rails",
+    )
+    axle: Literal["outer", "inner"] = Field(
+        "outer",
+        description="which axle of its bogie the wheelset is: the outer one is in the "
+        "front bogie while it leads, the inner one in the rear bogie; it matters "
+        "where the body holds the bogies",
+    )
+    axle_yaw_offset_mrad: float = quantity("axle_yaw_offset", 0.0)
+    tangent: Literal["suspended", "kinematic", "guided", "shifted"] = Field(
+        "suspended",
+        description="how wheelsets move on straight track: held by their yaw "
+        "stiffness, free to roll, held parallel while they move, or shifted without "
+        "moving",
+    )
+    tangent_wavelength_m: float | None = quantity(
+        "tangent_wavelength",
+        None,
+        "the wavelength of that motion, by default Klingel's of the new profiles",
+    )
+    positions: Literal["found", "frozen"] = Field(
+        "found",
+        description="whether positions in curves are found anew with the worn "
+        "profiles of each wear step, or those of the new wheels are kept",
+    )
+    route: Text | None = text_field(
+        "a CSV file of segments of track, reduced to classes, with columns named as "
+        "their keys",
+        None,
+    )
     each: SegmentDefaults | None = None
-    binning_tolerance: float = 0.05
-    track: tuple[TrackSection, ...] = ()
+    binning_tolerance: float = quantity(
+        "binning_error",
+        0.05,
+        "the largest error of the wear of the classes that stand for all segments",
+    )
+    track: tuple[TrackSection, ...] = Field(
+        (),
+        alias="class",
+        description="the classes of track",
+        max_length=200,
+        strict=False,
+    )
 
 
 def practice_of(section: VehicleSection | None) -> dict[KeyPath, PracticeKeys]:

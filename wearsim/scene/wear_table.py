@@ -17,7 +17,7 @@ from wearsim.contact.patch import FloatArray
 from wearsim.csv_tables import csv_table
 from wearsim.damage.wear.table import INDEX_COLUMNS, RATE_COLUMNS, WearTable
 from wearsim.errors import Fault, SceneError, listed, raise_any
-from wearsim.scene.section import Section, Text
+from wearsim.scene.section import Section, Text, quantity, text_field
 from wearsim.toml_faults import (
     KeyPath,
     Lines,
@@ -43,14 +43,22 @@ def column(meaning: str, unit: str) -> Any:
 class WearTableSection(Section):
     """[wear.table]: a wear law of one's own, one index column or two and one column of the wear rate."""
 
-    source: Words
-    certainty: Words
-    validity: Words | None = None
-    materials: Words | None = None
-    interpolation: Literal["linear", "step"]
-    beyond: Literal["hold", "slope"]
-    below: Literal["proportional", "hold", "zero"] | None = None
-    hardness_GPa: float | None = None
+    source: Words = text_field("where the table comes from")
+    certainty: Words = text_field("how sure it is, in words")
+    validity: Words | None = text_field("what it holds for", None)
+    materials: Words | None = text_field(
+        "wheel and rail, and the state of their surfaces", None
+    )
+    interpolation: Literal["linear", "step"] = Field(
+        description="what holds between the rows"
+    )
+    beyond: Literal["hold", "slope"] = Field(
+        description="what holds beyond the last row"
+    )
+    below: Literal["proportional", "hold", "zero"] | None = Field(
+        None, description="what holds below the first row, where that is above 0"
+    )
+    hardness_GPa: float | None = quantity("hardness", None)
     T_gamma_A_N_mm2: Column | None = column("frictional work per area and distance", "N/mm2")
     power_density_W_mm2: Column | None = column("frictional power per area", "W/mm2")
     slip_speed_m_s: Column | None = column("the sliding speed", "m/s")

@@ -1,24 +1,19 @@
-"""Flags of `wearsim contact`, alike as columns of its table: one light table, read by `--help` too.
+"""Operating points of `wearsim contact`: fields are flags, alike columns of its tables.
 
-The table is `contact_flags.csv`, a row for each flag in the order of the help; its columns are the fields of
-`Flag`.
+Only light modules are imported: `--help` reads this one, too.
 """
 
 from __future__ import annotations
 
-import csv
-import re
-from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 
 class Flag(NamedTuple):
     """One flag. As a column of a table it has underscores for dashes."""
 
     name: str
-    default: str | None
     meaning: str
-    group: str
+    default: str | None
     quantity: str  # whose unit and range hold, "" of words
 
     @property
@@ -26,18 +21,171 @@ class Flag(NamedTuple):
         """Name as a column."""
         return self.name.replace("-", "_")
 
-    @property
-    def field(self) -> str:
-        """Name in a `Request` of `contact_points`: without unit; that of the quantity for models."""
-        if self.group == MODELS:
-            return self.quantity or self.column
-        return re.sub("_(mm|mrad|kN|km_h|GPa|m)$", "", self.column)
+
+def flag(
+    name: str, meaning: str, default: str | None = None, quantity: str = ""
+) -> Any:
+    """Field of an operating point, of which this is the flag."""
+    return Flag(name, meaning, default, quantity)
 
 
-MOTION, MODELS = "motion and load", "models"
+class Bodies:
+    """Wheelset and counterface."""
 
-with Path(__file__).with_name("contact_flags.csv").open(encoding="utf-8", newline="") as _file:
-    FLAGS = tuple(Flag(**row | {"default": row["default"] or None}) for row in csv.DictReader(_file))
+    wheel: str = flag("wheel", "wheel profile, name or file", "S1002")
+    left_wheel: str | None = flag(
+        "left-wheel", "profile of the left wheel, if it differs"
+    )
+    rail: str = flag("rail", "rail or roller profile, name or file", "60E1")
+    inclination: float = flag("inclination", "of the rail, 1:N or none", "1:40")
+    gauge: float = flag("gauge-mm", "gauge", "1435", "gauge")
+    gauge_height: float = flag(
+        "gauge-height-mm",
+        "depth below the top of the rail at which the gauge is measured; 15.875 in "
+        "North America",
+        "14",
+        "gauge_height",
+    )
+    back_to_back: float = flag(
+        "back-to-back-mm", "back-to-back distance of the wheels", "1360", "back_to_back"
+    )
+    wheel_radius: float = flag(
+        "wheel-radius-mm", "wheel radius at the running circle", "460", "wheel_radius"
+    )
+    smooth: float | None = flag(
+        "smooth-mm",
+        "take waves shorter than this out of profiles from files",
+        quantity="noise_wavelength",
+    )
+    roller_radius: float | None = flag(
+        "roller-radius-mm",
+        "roller radius at its top; without it: rail",
+        quantity="roller_radius",
+    )
+    roller_radius_left: float | None = flag(
+        "roller-radius-left-mm",
+        "that of the left roller, if it differs; both turn alike",
+        quantity="roller_radius",
+    )
+    curve_radius: float | None = flag(
+        "curve-radius-m",
+        "curve radius, positive to the right; without it: tangent",
+        quantity="curve_radius",
+    )
 
-COLUMNS = {flag.column: flag for flag in FLAGS}
+
+class Motion:
+    """Motion and load of the wheelset."""
+
+    shift: float = flag(
+        "shift-mm", "lateral shift of the wheelset, positive to the right", "0", "shift"
+    )
+    yaw: float = flag(
+        "yaw-mrad", "yaw of the wheelset, positive to the right", "0", "yaw"
+    )
+    roll: float | str | None = flag(
+        "roll",
+        "roll of the wheelset in mrad, right side down positive, or free: it rests on "
+        "both wheels (default free with --side both, else 0)",
+        quantity="roll",
+    )
+    wheel_load: float = flag(
+        "wheel-load-kN", "vertical load of each wheel", "80", "wheel_load"
+    )
+    wheel_load_right: float | None = flag(
+        "wheel-load-right-kN",
+        "instead of the wheel load: that of the right wheel",
+        quantity="wheel_load",
+    )
+    wheel_load_left: float | None = flag(
+        "wheel-load-left-kN",
+        "instead of the wheel load: that of the left wheel",
+        quantity="wheel_load",
+    )
+    axle_load: float | None = flag(
+        "axle-load-kN",
+        "instead of the wheel load: that of both wheels, shared as the roll of the "
+        "axle asks for",
+        quantity="axle_load",
+    )
+    lateral_force: float | None = flag(
+        "lateral-force-kN",
+        "instead of the shift: lateral force at axle height, positive to the right",
+        quantity="lateral_force",
+    )
+    normal_force: float | None = flag(
+        "normal-force-kN",
+        "instead of the wheel load: normal force of the single patch of each wheel",
+        quantity="normal_force",
+    )
+    friction: float = flag("friction", "friction coefficient", "0.35", "friction")
+    friction_flange: float | None = flag(
+        "friction-flange",
+        "friction coefficient on the flange, if it differs",
+        quantity="friction_flange",
+    )
+    speed: float = flag("speed-km-h", "speed", "72", "speed")
+    rotation: float | str = flag(
+        "rotation",
+        "rotation speed: free (axle torque balance of both wheels), centred, nominal, "
+        "or rad/s",
+        "free",
+        "rotation_speed",
+    )
+    creepage: tuple[float, ...] | None = flag(
+        "creepage",
+        "instead of the rotation: given creepages XI_X,XI_Y,SPIN (spin in 1/m) of the "
+        "single patch of one wheel",
+    )
+    side: str = flag("side", "which wheel: right, left or both", "right")
+
+
+class Models:
+    """Models of the contact."""
+
+    model: str | None = flag(
+        "model", "contact models: fast, standard or accurate", "standard"
+    )
+    normal: str = flag("normal", "normal contact model, instead of that of the model")
+    tangential: str = flag(
+        "tangential", "tangential contact model, instead of that of the model"
+    )
+    youngs_modulus: float = flag(
+        "youngs-GPa", "Young's modulus of both bodies", "210", "youngs_modulus"
+    )
+    poisson_ratio: float = flag(
+        "poisson", "Poisson's ratio of both bodies", "0.3", "poisson_ratio"
+    )
+    strips: int = flag(
+        "strips", "smallest number of strips across a patch", "30", "strips"
+    )
+    cells: int = flag(
+        "cells", "smallest number of cells along each strip", "30", "cells"
+    )
+    cell_size: float = flag(
+        "cell-mm", "largest width of a strip and length of a cell", "0.5", "cell_size"
+    )
+    most_cells: int = flag(
+        "most-cells", "largest number of strips and of cells", "120", "most_cells"
+    )
+
+
+GROUPS: dict[str, type] = {
+    "wheelset and counterface": Bodies,
+    "motion and load": Motion,
+    "models": Models,
+}
+"""Fields of an operating point by the title that their flags have in the help."""
+
+
+def flags_of(*parts: type) -> dict[str, Flag]:
+    """Return flags by the name of their field, in the order of the help."""
+    given = ((name, value) for part in parts for name, value in vars(part).items())
+    return {name: value for name, value in given if isinstance(value, Flag)}
+
+
+FLAGS = flags_of(*GROUPS.values())
+"""All flags by the name of their field."""
+
+COLUMNS = {flag.column: flag for flag in FLAGS.values()}
 """Flags by their name as a column."""

@@ -35,7 +35,15 @@ from wearsim.profile.placement import slope_of
 from wearsim.profile.shape import Profile
 from wearsim.profile.sources import half_span
 from wearsim.quantities import QUANTITIES
-from wearsim.studies.contact_flags import COLUMNS, FLAGS, MODELS, MOTION, Flag
+from wearsim.studies.contact_flags import (
+    COLUMNS,
+    FLAGS,
+    Bodies,
+    Flag,
+    Models,
+    Motion,
+    flags_of,
+)
 from wearsim.toml_faults import decimal
 
 _SIDES: dict[str, tuple[Side, ...]] = {"right": ("right",), "left": ("left",), "both": ("right", "left")}
@@ -59,7 +67,7 @@ _INSTEAD = (
     ("shift_mm", "lateral_force_kN"),
 )
 # fields of points that are solved together may differ in these
-_EACH = {flag.field for flag in FLAGS if flag.group == MOTION} - {"side"} | {
+_EACH = set(flags_of(Motion)) - {"side"} | {
     "curve_radius", "texts", "track_curvature", "rule", "loads",
 }  # fmt: skip
 _TO_THE_RIGHT = {"shift_mm", "yaw_mrad", "roll", "curve_radius_m", "lateral_force_kN", "creepage"}
@@ -75,10 +83,10 @@ PATCH_NAMES = (
 Result = dict[str, Any]
 
 
-class Request(SimpleNamespace):
+class Request(Bodies, Motion, Models, SimpleNamespace):
     """One operating point with everything that acts on it, SI units.
 
-    Its fields are those of `FLAGS`, the `texts` that act by column, and what follows from them:
+    Its fields are those of its flags, the `texts` that act by column, and what follows from them:
     `counterface_curvature` of the roller, 0 of a rail; `track_curvature`; `balanced`, whether shift or wheel
     loads follow from forces; `free_roll`, whether the wheelset rests on both wheels; `rule` of the rotation
     speed, or the speed (without effect where creepages are given); `loads` of the right and the left wheel,
@@ -96,7 +104,7 @@ class Request(SimpleNamespace):
         load = self.wheel_load if self.normal_force is None else self.normal_force
         load = load if self.axle_load is None else 0.5 * self.axle_load
         right, left = self.wheel_load_right, self.wheel_load_left
-        self.loads = (load, load) if right is None else (right, left)
+        self.loads = (load, load) if right is None or left is None else (right, left)
         normal, tangential = PAIRS[values["model"] or "standard"]
         self.normal, self.tangential = values["normal"] or normal, values["tangential"] or tangential
 
@@ -134,8 +142,7 @@ class Request(SimpleNamespace):
         """Wheelset, rails or rollers, and contact models."""
         right, left, rail = (profile_of(*self.source(name)) for name in ("wheel", "left_wheel", "rail"))
         wheelset = Wheelset(right, left, self.wheel_radius, half_span(self.back_to_back))
-        fields = [flag.field for flag in FLAGS if flag.group == MODELS and flag.field != "model"]
-        models = {field: getattr(self, field) for field in fields}
+        models = {field: getattr(self, field) for field in flags_of(Models) if field != "model"}
         other = None if self.roller_radius_left is None else 1.0 / float(self.roller_radius_left)
         below = Counterface(rail, self.counterface_curvature, left_curvature=other)
         return wheelset, below, ContactModels(**models)
@@ -239,8 +246,8 @@ def request_of(*layers: Mapping[str, str], dashes: bool = False) -> tuple[Reques
             faults.append(f"{name[other]} and {name[one]} exclude each other; give one of them")
     acting = {column: texts.get(column, flag.default) for column, flag in COLUMNS.items()}
     values = {
-        flag.field: None if (given_text := acting[column]) is None else _value(flag, given_text)
-        for column, flag in COLUMNS.items()
+        field: None if (given_text := acting[flag.column]) is None else _value(flag, given_text)
+        for field, flag in FLAGS.items()
     }
     return Request(texts, **values), faults
 

@@ -19,7 +19,7 @@ from wearsim.profile.conicity import flange_clearance
 from wearsim.profile.files import is_file
 from wearsim.profile.inspection.inputs import placement_notes, read_input
 from wearsim.quantities import QUANTITIES
-from wearsim.studies.contact_flags import COLUMNS
+from wearsim.studies.contact_flags import COLUMNS, FLAGS
 from wearsim.studies.contact_points import (
     PATCH_NAMES,
     Request,
@@ -31,7 +31,7 @@ from wearsim.studies.contact_points import (
 from wearsim.toml_faults import LARGEST_TABLE, content_of, of_at_most, text_of
 
 _MOST_FAULTS = 1000  # then reading stops
-_LOWER = {name.lower(): known for known, flag in COLUMNS.items() for name in (known, flag.field)}
+_LOWER = {name.lower(): flag.column for field, flag in FLAGS.items() for name in (flag.column, field)}
 _CREEPAGES = ("creepage_x", "creepage_y", "spin")
 _ENDINGS = {
     "mm": "_mm", "mm²": "_mm2", "1/m": "_per_m", "mrad": "_mrad", "rad/s": "_rad_per_s", "kN": "_kN",
@@ -223,9 +223,10 @@ def notes(request: Request, result: Result) -> dict[str, str]:
             f"{1e3 * free:.3g} mm: the {climbing[0]} wheel climbs its flange, which a "
             "wheelset in service does only while it derails"
         )
-    if past := result.get("share_beyond_jump"):
+    past, force = result.get("share_beyond_jump"), request.lateral_force
+    if past and force is not None:
         lines["jump"] = (
-            f"the lateral force jumps past {1e-3 * request.lateral_force:.6g} kN "
+            f"the lateral force jumps past {1e-3 * force:.6g} kN "
             "within a micrometre of this shift: the wheelset runs on both sides of the "
             f"jump in turn, {100.0 * past:.3g} % of the distance past it; shown is the "
             "side before it"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tomllib
 from argparse import Namespace
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -17,11 +16,55 @@ from wearsim.profile.inspection import Conditions, counterpart_of
 from wearsim.profile.inspection.inputs import ProfileInput, read_input
 from wearsim.profile.limits import LimitSet, load_limits
 from wearsim.profile.placement import slope_of
+from wearsim.profile.shape import Kind
 from wearsim.quantities import QUANTITIES
 from wearsim.toml_faults import decimal
 
 _PICTURES = (".png", ".svg", ".pdf")
-_RULES: dict[str, Any] = tomllib.loads(Path(__file__).with_name("flags.toml").read_text(encoding="utf-8"))
+_NAMES = (
+    "name",
+    "left",
+    "rail",
+    "wheel",
+    "against",
+    "reprofile_to",
+    "limits",
+    "fleet",
+    "out",
+    "csv",
+    "plot",
+)
+"""Flags with the name of a profile, a file or a folder."""
+_LENGTHS = {
+    "gauge_mm": "gauge",
+    "back_to_back_mm": "back_to_back",
+    "diameter_mm": "wheel_diameter",
+    "left_diameter_mm": "wheel_diameter",
+    "smooth_mm": "noise_wavelength",
+}
+"""Flags with a length, with the quantity whose input range holds."""
+_WHEEL_ONLY = ("left", "limits", "rail", "reprofile_to", "origin")
+_NEEDS = {
+    "out": ("convert",),
+    "overwrite": ("convert", "csv"),
+    "align": ("against",),
+    "rotate": ("against",),
+    "left_diameter_mm": ("diameter_mm",),
+}
+"""Flags that act with one of others only."""
+_EXCLUDE = (
+    ("rail", "wheel"),
+    ("mirror", "no_mirror"),
+    ("z_up", "z_down"),
+    ("fleet", "name"),
+    ("fleet", "left"),
+    ("fleet", "convert"),
+    ("fleet", "out"),
+    ("fleet", "left_diameter_mm"),
+    ("fleet", "reprofile_to"),
+    ("fleet", "at_km"),
+)
+"""Pairs of flags of which one may be given."""
 _CHOICES = {"units": UNITS, "origin": ORIGINS, "format": FORMATS, "kind": ("wheel", "rail"),
             "convert": WRITTEN_FORMATS, "align": ALIGNMENTS}  # fmt: skip
 _LONGEST = 250  # bytes of a file name, with room for the extension of one that is being written
@@ -37,11 +80,39 @@ class Request:
         From the command line.
     """
 
+    # values of the flags, None if they are not given
+    name: str | None
+    kind: Kind | None
+    format: str | None
+    units: str | None
+    mirror: bool | None
+    no_mirror: bool | None
+    z_up: bool | None
+    z_down: bool | None
+    origin: str | None
+    at_km: str | None
+    left: str | None
+    rail: str | None
+    wheel: str | None
+    limits: str | None
+    against: str | None
+    align: str | None
+    rotate: bool | None
+    reprofile_to: str | None
+    smooth_mm: str | None
+    convert: str | None
+    out: str | None
+    overwrite: bool | None
+    csv: str | None
+    json: bool | None
+    plot: str | None
+    fleet: str | None
+
     def __init__(self, arguments: Namespace) -> None:
         self.given: dict[str, Any] = {
             key: None if value is False else value for key, value in vars(arguments).items()
         }
-        names = {key: self.given[key] for key in _RULES["names"] if self.given[key] is not None}
+        names = {key: self.given[key] for key in _NAMES if self.given[key] is not None}
         self.faults = [
             f"{flag_of(key)} = {name[:60]!r} must not be empty, hold zero bytes or be too long for a file"
             for key, name in names.items()
@@ -61,7 +132,7 @@ class Request:
             if self.given[key] or self.given[no]:
                 self.statements[key] = bool(self.given[key])
         self.numbers: dict[str, float] = {}  # stated lengths [m]
-        for key, quantity in _RULES["numbers"].items():
+        for key, quantity in _LENGTHS.items():
             if (text := self.given[key]) is not None:
                 (low, high), number = QUANTITIES[quantity].span, decimal(text)
                 self.numbers[key.removesuffix("_mm")] = number * 1e-3
@@ -113,7 +184,7 @@ class Request:
     def check_kind(self, kind: str, name: str) -> None:
         """Note flags that say nothing about this kind of profile."""
         if kind == "rail":
-            for key in _RULES["wheel_only"]:
+            for key in _WHEEL_ONLY:
                 if self.given[key] is not None:
                     fix = "give the wheel on it with --wheel" if key == "rail" else "leave it out"
                     self.faults.append(f"{flag_of(key)} belongs to wheels, {name} is a rail; {fix}")
@@ -156,10 +227,10 @@ class Request:
         given = self.given
         if given["fleet"] is None and given["name"] is None:
             yield "give a profile, NAME or FILE, or a folder with --fleet DIR"
-        for key, others in _RULES["needs"].items():
+        for key, others in _NEEDS.items():
             if given[key] and not any(given[other] for other in others):
                 yield f"{flag_of(key)} acts with {' or '.join(map(flag_of, others))} only; leave it out"
-        for pair in _RULES["exclude"]:
+        for pair in _EXCLUDE:
             if all(given[key] for key in pair):
                 yield f"{' and '.join(map(flag_of, pair))} exclude each other; give one of them"
         if self.rotate and self.align not in (None, "best_fit"):

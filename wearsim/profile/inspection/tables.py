@@ -5,11 +5,10 @@ from __future__ import annotations
 import csv
 import io
 import textwrap
-import tomllib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from wearsim.errors import ProfileError, WearsimError
 from wearsim.profile.conicity import Running
@@ -125,8 +124,60 @@ def _measured(
     return result.aligned
 
 
-_COLUMNS: dict[str, Any] = tomllib.loads(Path(__file__).with_name("columns.toml").read_text(encoding="utf-8"))
-MEASURES, _FLEET = _COLUMNS["measures"], _COLUMNS["fleet"]
+MEASURES = {
+    "flange_height": "Sh",
+    "flange_thickness": "Sd",
+    "flange_gradient": "qR",
+    "hollowing": "hollow",
+    "rim_width": "rim",
+    "wheel_diameter": "D",
+    "wheel_diameter_difference": "ΔD",
+    "back_to_back": "AR",
+    "front_to_front": "SR",
+}
+"""Measures in the order of tables, with their short names."""
+_SYMBOLS = ("Sh", "Sd", "qR", "AR", "SR")
+"""Short names that are those of the standards."""
+
+
+class FleetColumn(NamedTuple):
+    """A column of the CSV of a fleet; its title on screen, "" if it is not shown there."""
+
+    quantity: str
+    digits: int
+    title: str
+
+
+_FLEET = {
+    "Sh_mm": FleetColumn("flange_height", 3, "Sh"),
+    "Sd_mm": FleetColumn("flange_thickness", 3, "Sd"),
+    "qR_mm": FleetColumn("flange_gradient", 3, "qR"),
+    "hollowing_mm": FleetColumn("hollowing", 3, "hollow"),
+    "rim_width_mm": FleetColumn("rim_width", 3, ""),
+    "diameter_mm": FleetColumn("wheel_diameter", 3, "D"),
+    "conicity_3mm": FleetColumn("equivalent_conicity", 4, "conicity"),
+    "worn_area_mm2": FleetColumn("worn_area", 3, "area mm²"),
+    "max_wear_depth_mm": FleetColumn("max_wear_depth", 4, "depth"),
+    "rms_um": FleetColumn("alignment_rms", 1, "rms µm"),
+}
+_IDENTITY = ("file", "wheel", "kind", "format", "stock", "car", "axle", "side", "align")
+"""Columns of the CSV of a fleet before those of the measures."""
+_HEADER = (
+    "Stock",
+    "CarNo",
+    "AxleNo",
+    "Side",
+    "WheelID",
+    "Sh",
+    "Sd",
+    "qR",
+    "Line",
+    "Date",
+    "Time",
+    "UOF1",
+    "comment",
+)
+"""Keys of the header of a file that are shown."""
 _ROOM = "wearsim.profile.inspection"
 _SHORT = {**MEASURES, "equivalent_conicity": "conicity"}
 
@@ -149,7 +200,7 @@ def reprofiled_text(template: ProfileInput, wheels: Sequence[ReprofiledWheel]) -
 
 
 def _header(given: ProfileInput) -> list[str]:
-    texts = ((key, value_of(given.header, key)) for key in _COLUMNS["header"])
+    texts = ((key, value_of(given.header, key)) for key in _HEADER)
     return [one_line(f"{key} {value}")[:300] for key, value in texts if value]
 
 
@@ -189,7 +240,7 @@ def _measures(result: Inspection) -> list[str]:
 
 def _named(name: str) -> str:
     meaning, symbol = QUANTITIES[name].meaning, MEASURES.get(name)
-    return f"{meaning} {symbol}" if symbol in _COLUMNS["symbols"] else meaning
+    return f"{meaning} {symbol}" if symbol in _SYMBOLS else meaning
 
 
 def _limits(result: Inspection) -> list[str]:
@@ -304,13 +355,13 @@ def _measures_json(measures: Measures | None) -> dict[str, Any] | None:
 
 def fleet_json(row: FleetRow) -> dict[str, Any]:
     """Return the SI values of a row."""
-    return dict.fromkeys(name for name, _, _ in _FLEET.values()) | row.values
+    return dict.fromkeys(column.quantity for column in _FLEET.values()) | row.values
 
 
 def _fleet_cells(row: FleetRow) -> dict[str, str]:
     """Cells of a row by column of the CSV."""
     value = row.values
-    cells = {key: value.get(key, "") for key in _COLUMNS["identity"]}
+    cells = {key: value.get(key, "") for key in _IDENTITY}
     for column, (name, digits, _) in _FLEET.items():
         number = value.get(name)
         cells[column] = "" if number is None else f"{number * QUANTITIES[name].shown_factor:.{digits}f}"
