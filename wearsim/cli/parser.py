@@ -16,6 +16,9 @@ _TABLE: dict[str, Any] = tomllib.loads(Path(__file__).with_name("commands.toml")
 _SHARED = _TABLE.pop("shared")
 _SHORT = {"--out": "-o", "--jobs": "-j", "--quiet": "-q"}
 
+_FILES = ("CSV", "FIELD", "FILE", "FILE|DIR", "NAME|FILE", "RIG", "SCENE")
+"""What the help calls an argument that is the name of a file."""
+
 COMMANDS = tuple(_TABLE)
 """Modules of this package with a function `execute`, in the order of the help."""
 
@@ -43,6 +46,21 @@ class Parser(argparse.ArgumentParser):
         self.exit(2, f"{self.prog}: {message}; see `{self.prog} --help`\n")
 
 
+class _PrintCompletion(argparse.Action):
+    def __call__(self, parser: argparse.ArgumentParser, _: object, shell: Any, *__: object) -> NoReturn:
+        import shtab  # for this alone
+
+        (commands,) = (one for one in parser._actions if isinstance(one, argparse._SubParsersAction))
+        for command in commands.choices.values():
+            for argument in command._actions:
+                if argument.metavar in _FILES:
+                    argument.complete = shtab.FILE
+                elif argument.metavar == "DIR":
+                    argument.complete = shtab.DIRECTORY
+        print(shtab.complete(parser, str(shell)))
+        parser.exit()
+
+
 class _Renamed(argparse.Action):
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
         parser.error(f"{self.option_strings[0]} has a new name; write {self.metavar}")
@@ -59,6 +77,12 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"wearsim {__version__}")
     parser.add_argument("--debug", action="store_true", help="show the traceback of an internal error")
+    parser.add_argument(
+        "--print-completion",
+        choices=["bash", "zsh", "tcsh"],
+        action=_PrintCompletion,
+        help="print the completion of commands, flags and files for a shell",
+    )
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
     hidden: dict[str, Any] = {"default": argparse.SUPPRESS, "help": argparse.SUPPRESS}
     for name, of in _TABLE.items():

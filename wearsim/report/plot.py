@@ -49,7 +49,7 @@ def plot(
         "wear_depth_rate" (default) or "friction_work" along the profile, a line for each operating point; or
         "power" and the like over the shift, of both wheels. Of profiles nothing.
     ax : Axes, optional
-        To draw into, by default that of a new figure.
+        To draw into, by default that of a new figure (`ax.figure`, not one of pyplot).
     wheel : {"right", "left"}
         Of which depths, profiles and patches are drawn.
     distance : float, optional
