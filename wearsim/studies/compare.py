@@ -91,7 +91,7 @@ def compare(a: Compared, b: Compared, *, names: tuple[str, str] = ("a", "b"), co
         return _of_scenes(scenes, names)
     first, second = (loaded(one) for one in (a, b) if isinstance(one, str | Path | xr.Dataset))
     require_whole((first, second), names)
-    both = compared(Comparison(first, second, count, names=names))
+    both = compared(Comparison(first, second, count, names=names)).assign_attrs(history="wearsim.compare")
     if is_reprofiled(first) or is_reprofiled(second):
         both = both.isel(basis=[0])
     labels = {"campaign": names, **_NAMED}

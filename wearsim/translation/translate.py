@@ -346,7 +346,7 @@ def _attributes(comparison: compare.Comparison) -> dict[str, Any]:
     attrs: dict[str, Any] = {
         "Conventions": "CF-1.11",
         "title": " against ".join(titles),
-        "history": "wearsim translate" if names == CAMPAIGN else "wearsim.compare",
+        "history": "wearsim translate",
         "source": rig.attrs.get("source", "wearsim"),
         "comment": f"factors are {names[0]} over {names[1]}; a fill value means undefined, "
         "the status variable says why",
