@@ -121,6 +121,39 @@ def test_what_cannot_be_loaded_is_named_where_it_is_used_and_nowhere_else(shell,
     )
 
 
+SCRIPT_OF_A_LAW = """
+import tomllib
+import wearsim
+
+
+def depth(fields, area, coefficients, *, form):
+    return 1e-12 * fields.strip_work[None]
+
+
+wearsim.register(wearsim.WearLaw("mine", depth, ("all",), coefficients=None), source="study 7")
+with open("own.toml", "rb") as file:
+    wearsim.run(tomllib.load(file), "out")
+"""
+
+
+def test_the_command_line_says_that_a_law_may_be_of_a_script_and_how_it_gets_it(shell, tmp_path):
+    """Check and resume; a name that is nearly that of a shipped law is a slip."""
+    (tmp_path / "own.toml").write_text(toml_text(scene("mine")))
+    (tmp_path / "slip.toml").write_text(toml_text(scene("archad")))
+    (tmp_path / "own.py").write_text(SCRIPT_OF_A_LAW)
+    shell("own.py")
+    for words in (("check", "own.toml"), ("resume", "out"), ("run", "own.toml", "--out", "out")):
+        (line,) = shell("-m", "wearsim", *words, code=2).splitlines()
+        assert 'law = "mine" is not known; known: archard' in line
+        assert line.endswith(
+            "; a wear law that a script registers is known in that script alone: run and resume there, or "
+            "make it a package with the entry point wearsim.wear_laws (workflows/plug_in)"
+        )
+    slip = shell("-m", "wearsim", "check", "slip.toml", code=2)
+    assert 'did you mean "archard"?' in slip
+    assert "script" not in slip
+
+
 class Point:
     """Entry point of a package."""
 

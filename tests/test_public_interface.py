@@ -22,7 +22,7 @@ EXAMPLES = (
     "standard_profile", "export_profile", "read_profile", "wheelset", "rails", "rollers", "solve_contact",
     "ContactConditions.of", "load_scene", "run", "resume", "open_results", "translate", "register",
     "wear_rate", "check", "inspect", "write_report", "citations", "measure", "worn_profile", "at_distance",
-    "wear_between", "plot", "sweep", "run_many",
+    "wear_between", "plot", "compare", "sweep", "run_many",
 )  # fmt: skip
 COMMON = {
     "wheelset": {"profile": "S1002"},

@@ -75,6 +75,7 @@ if TYPE_CHECKING:
     from wearsim.results.file import open_results
     from wearsim.scene.read import load_scene
     from wearsim.studies.check import check
+    from wearsim.studies.compare import compare
     from wearsim.studies.many import run_many, sweep
     from wearsim.translation.at_distance import at_distance
     from wearsim.translation.translate import translate
@@ -108,6 +109,7 @@ _MODULES = {
     "results.file": ("open_results",),
     "scene.read": ("load_scene",),
     "studies.check": ("check",),
+    "studies.compare": ("compare",),
     "studies.many": ("run_many", "sweep"),
     "translation.at_distance": ("at_distance",),
     "translation.translate": ("translate",),
@@ -122,11 +124,10 @@ __all__ = [
     "Coefficient", "CoefficientSet", "ContactConditions", "ContactModels", "Counterface", "FatigueDamage",
     "FatigueLaw", "Measures", "NormalModel", "NormalSolution", "Profile", "TangentialModel",
     "TangentialSolution", "WearBetween", "WearLaw", "WearsimError", "WearsimWarning", "Wheelset",
-    "__version__", "at_distance", "check", "citations", "export_profile", "inspect", "load_scene", "measure",
-    "open_results",
-    "plot", "rails", "read_profile", "register", "resume", "rollers", "run", "run_many", "solve_contact",
-    "standard_profile", "sweep", "translate", "wear_between", "wear_rate", "wheelset", "worn_profile",
-    "write_report",
+    "__version__", "at_distance", "check", "citations", "compare", "export_profile", "inspect",
+    "load_scene", "measure", "open_results", "plot", "rails", "read_profile", "register", "resume", "rollers",
+    "run", "run_many", "solve_contact", "standard_profile", "sweep", "translate",
+    "wear_between", "wear_rate", "wheelset", "worn_profile", "write_report",
 ]  # fmt: skip
 
 

@@ -2,6 +2,7 @@
 
 import io
 import json
+import subprocess
 import sys
 from pathlib import Path
 
@@ -123,3 +124,33 @@ def test_many_cases_are_quiet_but_for_those_that_fail(stdin, text, capsys):
     message = capsys.readouterr()
     assert message.err == ""
     assert message.out.startswith("2 cases: 2 finished\n")
+
+
+COMPLETED = """
+source {script}
+complete_of() {{
+    COMP_WORDS=("$@") COMP_CWORD=$(($# - 1)) COMPREPLY=()
+    _shtab_wearsim
+    printf '%s\n' "${{COMPREPLY[@]}}"
+}}
+complete_of wearsim ch
+echo
+complete_of wearsim translate --fi
+echo
+complete_of wearsim run sc
+"""
+
+
+def test_a_shell_completes_commands_flags_and_files(tmp_path, capsys):
+    with pytest.raises(SystemExit, match="0"):
+        main(["--print-completion", "bash"])
+    script = tmp_path / "completion.bash"
+    script.write_text(capsys.readouterr().out)
+    (tmp_path / "scene.toml").write_text("")
+    done = subprocess.run(
+        ["bash", "-c", COMPLETED.format(script=script)], cwd=tmp_path, capture_output=True, text=True
+    )
+    commands, flags, files = done.stdout.split("\n\n")
+    assert set(commands.split()) == {"check", "chart"}
+    assert flags.split() == ["--field-km"]
+    assert files.split() == ["scene.toml"]

@@ -1,4 +1,5 @@
 import io
+import logging
 
 from wearsim.campaign.event import line
 from wearsim.campaign.run import Event
@@ -68,3 +69,12 @@ def test_in_a_terminal_steps_share_one_live_line(monkeypatch):
     held, _, third = deferred.partition("\n")
     assert "another program holds rig.nc open; the campaign goes on" in held
     assert third == line(STEP)[:29] + "\n"
+
+
+def test_lines_of_a_first_run_that_compiles_are_shown_unless_quiet():
+    log, streams = logging.getLogger("wearsim.kernels"), (io.StringIO(), io.StringIO())
+    for stream, quiet in zip(streams, (False, True), strict=True):
+        with observer(stream, quiet=quiet):
+            log.info("compiling")
+        log.info("compiling after the campaign")
+    assert [stream.getvalue() for stream in streams] == ["compiling\n", ""]

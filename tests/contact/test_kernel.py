@@ -1,6 +1,7 @@
 """Results hang neither on what was compiled when nor on what was called before."""
 
 import importlib.util
+import io
 import pkgutil
 import resource
 import sys
@@ -11,6 +12,7 @@ import pytest
 
 import wearsim.contact
 from wearsim.cli import main
+from wearsim.cli.progress import observer
 from wearsim.contact.kernel import _uncounted, bare_kernel, inner_kernel, kernel, leaf_kernel, plain
 
 
@@ -191,3 +193,19 @@ def test_a_full_disk_or_a_damaged_cache_costs_time_not_the_run(square, tmp_path)
     index.write_bytes(b"")
     assert square()(3.0) == 9.0
     assert any("EOFError" in reason for reason in reasons())
+
+
+def test_a_first_run_says_once_that_it_compiles_and_later_ones_do_not(square, monkeypatch, caplog):
+    """Also in the progress of a campaign."""
+    caplog.set_level("INFO", logger="wearsim")
+    announced = sys.modules["wearsim.contact.kernel"]._announce
+    progress = io.StringIO()
+    announced.cache_clear()
+    with observer(progress):
+        first = square()
+        assert (first(3.0), first(3)) == (9.0, 9)  # two variants
+    announced.cache_clear()
+    assert square()(3.0) == 9.0
+    (record,) = (one for one in caplog.records if one.name == "wearsim.kernels")
+    assert record.getMessage().startswith("compiling kernels of the contact models: a first run here takes")
+    assert progress.getvalue().splitlines() == [record.getMessage()]

@@ -12,7 +12,7 @@ from functools import partial
 from typing import Any
 
 from wearsim import __version__
-from wearsim.cli.parser import Parser, Renamed, number
+from wearsim.cli.parser import Parser, PrintCompletion, Renamed, number
 from wearsim.studies.contact_flags import GROUPS, flags_of
 
 Commands = Any  # what `add_subparsers` returns; argparse has no public name for it
@@ -654,6 +654,12 @@ def build_parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"wearsim {__version__}")
     parser.add_argument(
         "--debug", action="store_true", help="show the traceback of an internal error"
+    )
+    parser.add_argument(
+        "--print-completion",
+        choices=["bash", "zsh", "tcsh"],
+        action=PrintCompletion,
+        help="print the completion of commands, flags and files for a shell",
     )
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
     for add in COMMANDS.values():

@@ -6,6 +6,9 @@ import argparse
 import re
 from typing import Any, NoReturn
 
+_FILES = ("CSV", "FIELD", "FILE", "FILE|DIR", "NAME|FILE", "RIG", "SCENE")
+"""What the help calls an argument that is the name of a file."""
+
 
 class Parser(argparse.ArgumentParser):
     """Argument parser that reports a wrong command line in one line."""
@@ -28,6 +31,28 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """Print what is wrong with the command line and where help is, and exit with 2."""
         self.exit(2, f"{self.prog}: {message}; see `{self.prog} --help`\n")
+
+
+class PrintCompletion(argparse.Action):
+    """Flag that prints the completion for a shell, of commands, flags and files."""
+
+    def __call__(
+        self, parser: argparse.ArgumentParser, _: object, shell: Any, *__: object
+    ) -> NoReturn:
+        """Print it, and exit with 0."""
+        import shtab  # for this alone
+
+        (commands,) = (
+            one for one in parser._actions if isinstance(one, argparse._SubParsersAction)
+        )
+        for command in commands.choices.values():
+            for argument in command._actions:
+                if argument.metavar in _FILES:
+                    argument.complete = shtab.FILE
+                elif argument.metavar == "DIR":
+                    argument.complete = shtab.DIRECTORY
+        print(shtab.complete(parser, str(shell)))
+        parser.exit()
 
 
 class Renamed(argparse.Action):

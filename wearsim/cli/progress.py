@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import sys
 import threading
 import time
@@ -33,6 +34,7 @@ def observer(
 
     It writes to standard error by default, so that standard output stays for results: in a terminal each step
     into one live line, elsewhere a line for steps not more often than the interval [s]; nothing if quiet.
+    A first run says that it compiles.
     """
     out = sys.stderr if stream is None else stream
     live, last, deferred, open_line = out.isatty(), -float("inf"), False, False
@@ -55,10 +57,25 @@ def observer(
         out.flush()
 
     try:
-        yield show
+        with nullcontext() if quiet else _shown("wearsim.kernels", out):
+            yield show
     finally:
         if open_line:
             out.write("\n")
+
+
+@contextmanager
+def _shown(name: str, out: TextIO) -> Iterator[None]:
+    """Write the lines of a logger to a stream."""
+    log, handler = logging.getLogger(name), logging.StreamHandler(out)
+    before = log.level
+    log.addHandler(handler)
+    log.setLevel(logging.INFO)
+    try:
+        yield
+    finally:
+        log.setLevel(before)
+        log.removeHandler(handler)
 
 
 @contextmanager

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+import logging
 from collections.abc import Callable
 from typing import Any, TypeVar
 
@@ -89,6 +91,8 @@ def leaf_kernel(function: _Function) -> _Function:
     return _compiled(function, _REASSOCIATED)
 
 
+_LOG = logging.getLogger("wearsim.kernels")
+
 UNCACHED: list[str] = []
 """Why kernels are compiled anew in each process; empty where the cache works."""
 
@@ -101,10 +105,29 @@ def _compiled(function: _Function, options: dict[str, Any]) -> _Function:
         compiled = numba.njit(**options)(function)
     if "no_cpython_wrapper" in options and isinstance(compiled, registry.CPUDispatcher):  # else no JIT
         compiled.__class__ = _Inner
-    for name in ("load_overload", "save_overload"):
-        if (of_cache := getattr(getattr(compiled, "_cache", None), name, None)) is not None:
-            setattr(compiled._cache, name, _forgiving(of_cache))
+    cache: Any = getattr(compiled, "_cache", None)
+    if hasattr(cache, "load_overload"):
+        cache.load_overload = _announcing(_forgiving(cache.load_overload))
+        cache.save_overload = _forgiving(cache.save_overload)
     return compiled
+
+
+def _announcing(load: Callable[..., Any]) -> Callable[..., Any]:
+    """Let a kernel that is not in the cache, and is compiled next, be announced."""
+
+    def call(*arguments: Any) -> Any:
+        found = load(*arguments)
+        if found is None:
+            _announce()
+        return found
+
+    return call
+
+
+@functools.cache
+def _announce() -> None:
+    """Log once that kernels are compiled: nothing else is heard of a first run for half a minute."""
+    _LOG.info("compiling kernels of the contact models: a first run here takes up to a minute longer")
 
 
 def _forgiving(of_cache: Callable[..., Any]) -> Callable[..., Any]:

@@ -22,6 +22,7 @@ from wearsim.toml_faults import (
     content_of,
     cross_check,
     decimal,
+    nearest,
     suggestion,
     text_of,
     validation_faults,
@@ -91,7 +92,14 @@ class Registered:
             return name
         if name in self.registry.unusable:
             raise cross_check(self.registry.unknown(name).message)
-        raise PydanticCustomError("unknown_name", "unknown name", {"hint": suggestion(name, known)})
+        hint = suggestion(name, known)
+        group = self.registry.group
+        if group and name not in self.registry and not nearest(name, known):
+            hint += (
+                f"; a {self.registry.kind} that a script registers is known in that script alone: run and "
+                f"resume there, or make it a package with the entry point {group} (workflows/plug_in)"
+            )
+        raise PydanticCustomError("unknown_name", "unknown name", {"hint": hint})
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.no_info_after_validator_function(self.check, handler(source))

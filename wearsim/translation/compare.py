@@ -45,12 +45,14 @@ class Comparison:
 
     Parameters
     ----------
-    rig, field : Dataset
+    first, second : Dataset
         Results of the two campaigns.
     count : int
         Number of stations along each axis.
     reach : sequence of float, optional
         Of `common_axes`.
+    names : pair of str
+        Of the campaigns, in names of variables and in texts.
 
     Attributes
     ----------
@@ -59,15 +61,20 @@ class Comparison:
     notes : list of str
         What the reader has to know of them.
     matched : (k, 2) int array
-        Equal operating points of rig and field, from `factors.match_points`.
+        Equal operating points of both, from `factors.match_points`.
     """
 
     def __init__(
-        self, rig: xr.Dataset, field: xr.Dataset, count: int, reach: Sequence[float] | None = None
+        self,
+        first: xr.Dataset,
+        second: xr.Dataset,
+        count: int,
+        reach: Sequence[float] | None = None,
+        names: tuple[str, str] = CAMPAIGN,
     ) -> None:
-        self.pair = (rig, field)
-        self.axes = common_axes(rig, field, count, reach)
-        self.matched = factors.match_points(rig, field)
+        self.pair, self.names = (first, second), names
+        self.axes = common_axes(first, second, count, reach)
+        self.matched = factors.match_points(first, second)
         self.variables: dict[str, Any] = {}
         self.notes: list[str] = []
         # regimes of both laws in one list, and each law's numbers in it, with -1 for none at the end
@@ -107,8 +114,9 @@ class Comparison:
         unit, rest = QUANTITIES[quantity].unit, tuple(dim for dim in dims if dim != "campaign")
         self.add(variable, dims, values, meaning, unit, quantity=quantity, comment=comment)
         attrs = {"quantity": quantity, "ancillary_variables": f"{variable}_factor_status"}
-        self.add(f"{variable}_factor", rest, factor.value, f"{meaning}, rig over field", "1", **attrs)
-        remark = f"a field value below the part {share:g} of the largest one is too small to divide by"
+        over = f"{self.names[0]} over {self.names[1]}"
+        self.add(f"{variable}_factor", rest, factor.value, f"{meaning}, {over}", "1", **attrs)
+        remark = f"a divisor below the part {share:g} of the largest value is too small to divide by"
         self.add_status(f"{variable}_factor", rest, factor.status, meaning, comment=remark)
 
     def add_status(self, variable: str, dims: Any, status: IntArray, meaning: str, comment: str = "") -> None:
@@ -121,7 +129,7 @@ class Comparison:
         meaning: str = "", comment: str = "", scale_axis: tuple[int, ...] | None = None,
         share: float | None = None,
     ) -> None:  # fmt: skip
-        """Add rows (step, *dims) of rig and field at all stations; axes in `scale_axis` share one scale."""
+        """Add rows (step, *dims) of both campaigns at all stations; axes in `scale_axis` share one scale."""
         columns = [
             np.stack([at_distances(data["distance"].values, own, at) for at in self.axes.distance[..., c]])
             for c, (data, own) in enumerate(zip(self.pair, rows, strict=True))
@@ -190,7 +198,7 @@ def _add_points(comparison: Comparison) -> None:
     for name in factors.MATCH_KEYS:
         values, quantity = pair[0][name].values[matched[:, 0]], QUANTITIES[name]
         comparison.add(name, "matched_point", values, quantity.meaning, quantity.unit)
-    for c, (role, data) in enumerate(zip(CAMPAIGN, pair, strict=True)):
+    for c, (role, data) in enumerate(zip(comparison.names, pair, strict=True)):
         labels = [str(label) for label in data["operating_point_name"].values[matched[:, c]]]
         comparison.add(f"{role}_label", "matched_point", labels, f"operating point of the {role} campaign")
 
@@ -211,18 +219,17 @@ def add_profile(comparison: Comparison) -> None:
     dims = ("basis", "stage", "campaign", "wheel", "arc")
     comparison.add_factor(
         "wear_depth_profile", dims, depth, "wear_depth", "wear depth along the profile",
-        f"factor only where the field wears more than {WORN_SHARE:.0%} of its largest depth",
+        f"factor only where {comparison.names[1]} wears more than {WORN_SHARE:.0%} of its largest depth",
         scale=scale, share=WORN_SHARE, reachable=axes.reachable[:, rows],
     )  # fmt: skip
     regimes = [factors.dominant_regime(np.nan_to_num(part)) for part in by_regime]
     names = ["none", *(name.replace(" ", "_") for name in comparison.regimes)]
-    meaning = "wear regime that removed most"
+    meaning, who = "wear regime that removed most", " and ".join(comparison.names)
     remark = "where it differs, the factor depends on the wear law"
     comparison.add_flags("regime_profile", dims, np.stack(regimes, axis=2), meaning, names, -1)
     comparison.add_flags(
         "regime_profile_differs", ("basis", "stage", "wheel", "arc"), factors.regime_differs(*regimes),
-        f"whether the {meaning} differs between rig and field", ("no_wear", "same", "differs"), -1,
-        comment=remark,
+        f"whether the {meaning} differs between {who}", ("no_wear", "same", "differs"), -1, comment=remark,
     )  # fmt: skip
     new = [np.stack([data[f"profile_{axis}"].values[0] for axis in "yz"]) for data in pair]
     if not same or np.abs(new[0] - new[1]).max() > _SAME_PROFILE:
@@ -244,12 +251,12 @@ def _along_regimes(comparison: Comparison, distance: FloatArray) -> list[FloatAr
 
 
 def add_similarity(comparison: Comparison) -> None:
-    """Add how alike the depth curves of rig and field are, (basis, stage, wheel)."""
+    """Add how alike the depth curves of both campaigns are, (basis, stage, wheel)."""
     depth = comparison.variables["wear_depth_profile"][1]
     arc = comparison.pair[0]["arc_length"].values
     alike = factors.similarity(depth[:, :, 0], depth[:, :, 1], arc)
     for name, (unit, meaning) in factors.SIMILARITY.items():
-        text = f"{meaning}, of the depth curves of rig and field"
+        text = f"{meaning}, of the depth curves of {' and '.join(comparison.names)}"
         comparison.add(name, ("basis", "stage", "wheel"), alike[name], text, unit)
 
 
@@ -276,7 +283,7 @@ def add_equivalent_distance(comparison: Comparison) -> None:
     """Add the distance of each campaign that wears as much as the other, by depth and by worn area."""
     run = [data["distance"].values for data in comparison.pair]
     wears = {name: [factors.wear_by_wheel(data, name) for data in comparison.pair] for name in EQUIVALENT_BY}
-    for of, (role, other) in enumerate((CAMPAIGN, CAMPAIGN[::-1])):
+    for of, (role, other) in enumerate((comparison.names, comparison.names[::-1])):
         asked = np.linspace(0.0, run[of][-1], comparison.axes.distance.shape[1])
         dims = (f"{role}_progress", "wheel_group")
         comparison.add(f"{role}_distance", dims[0], asked, f"distance run by the {role} campaign", "m")
@@ -333,7 +340,7 @@ def answers(rig: xr.Dataset, field: xr.Dataset, of: str, distance: float) -> pd.
 
 
 def common_laws(pair: tuple[xr.Dataset, xr.Dataset], group: str) -> tuple[list[str], list[str]]:
-    """Laws that act on the rig and in the field.
+    """Laws that act in both campaigns.
 
     Returns
     -------

@@ -29,6 +29,8 @@ WHEELS = ("right", "left", "both")
 POINT_STATES = (("new wheels", 0, 0), ("equal distance", 0, -1), ("equal worn depth", 1, -1))
 """States for which equal operating points are listed: name, basis, progress."""
 
+_WHERE = {"rig": "on the rig", "field": "in the field"}
+_COUNTERFACES = {"rig": "rollers", "field": "rails"}
 _STATUS_NAMES = {number: name for name, number in STATUS.items()}
 _SAME_PLACE = 1e-7  # [m]
 _FILL = 9.969209968386869e36  # the netCDF library's own fill value: every viewer knows it
@@ -76,32 +78,47 @@ def translate(
     ('basis', 'progress', 'wheel_group')
     """
     rig, field = (one if isinstance(one, xr.Dataset) else load_results(one) for one in (rig, field))
+    require_whole((rig, field))
     if [data.attrs.get("scene_kind") for data in (rig, field)] == ["field", "rig"]:
         raise ResultError(
             "the results are exchanged: that of the rig is of a field campaign, and "
             "that of the field of a rig campaign; give the rig first"
         )
     for role, data in zip(CAMPAIGN, (rig, field), strict=True):
+        if is_reprofiled(data):
+            raise ResultError(
+                f"{role} result: its wheels were reprofiled, and factors are of the "
+                "wear since new; compare a campaign without [campaign.reprofiling]"
+            )
+    factors_of_both = compared(compare.Comparison(rig, field, count, reach))
+    if factors_of_both.attrs["rig_sha256"] == factors_of_both.attrs["field_sha256"]:
+        raise ResultError(
+            "rig and field are the same result twice; give the results of two "
+            "campaigns, the rig first"
+        )
+    return factors_of_both
+
+
+def require_whole(pair: Sequence[xr.Dataset], names: tuple[str, str] = CAMPAIGN) -> None:
+    """Raise a `ResultError` for the first of two results that lacks what is compared."""
+    for role, data in zip(names, pair, strict=True):
         if missing := [name for name in _NEEDED if name not in data]:
             raise ResultError(
                 f"{role} result: variable {missing[0]} is missing; give a file of "
                 "`wearsim run`"
             )
-        if "last_reprofiling" in data and (data["last_reprofiling"].values > 0).any():
-            raise ResultError(
-                f"{role} result: its wheels were reprofiled, and factors are of the "
-                "wear since new; compare a campaign without [campaign.reprofiling]"
-            )
-    hashes = [content_hash(data) for data in (rig, field)]
-    if hashes[0] == hashes[1]:
-        raise ResultError(
-            "rig and field are the same result twice; give the results of two "
-            "campaigns, the rig first"
-        )
-    comparison = compare.Comparison(rig, field, count, reach)
-    axes = comparison.axes
+
+
+def is_reprofiled(data: xr.Dataset) -> bool:
+    """Whether wheels of a campaign were reprofiled."""
+    return "last_reprofiling" in data and bool((data["last_reprofiling"].values > 0).any())
+
+
+def compared(comparison: compare.Comparison) -> xr.Dataset:
+    """Compare two campaigns: all parts, with what is equal in both, see `translate`."""
+    axes, count = comparison.axes, comparison.axes.distance.shape[1]
     comparison.add("basis_name", "basis", list(BASIS), "what is equal in both campaigns")
-    comparison.add("campaign_name", "campaign", list(CAMPAIGN), "campaign")
+    comparison.add("campaign_name", "campaign", list(comparison.names), "campaign")
     comparison.add("wheel_name", "wheel", list(WHEELS[:2]), "wheel")
     comparison.add("wheel_group_name", "wheel_group", list(WHEELS), "wheel, or both together")
     meaning = "largest wear depth of both wheels where the campaigns are compared"
@@ -117,9 +134,9 @@ def translate(
         coords={
             "progress": ("progress", np.linspace(0.0, 1.0, count), share),
             "stage": ("stage", np.array(STAGES), share),
-            "arc": ("arc", rig["arc_length"].values, arc),
+            "arc": ("arc", comparison.pair[0]["arc_length"].values, arc),
         },
-        attrs=_attributes(comparison, hashes),
+        attrs=_attributes(comparison),
     )
 
 
@@ -284,7 +301,7 @@ def content_hash(dataset: xr.Dataset) -> str:
     return digest.hexdigest()
 
 
-def differences(rig: xr.Dataset, field: xr.Dataset) -> list[str]:
+def differences(rig: xr.Dataset, field: xr.Dataset, names: tuple[str, str] = CAMPAIGN) -> list[str]:
     """List which attributes of model, material and wheelset differ, with both values in SI units.
 
     One line for each of `factors.COMPARED_KEYS` that differs, and one for counterfaces of different shape
@@ -299,10 +316,11 @@ def differences(rig: xr.Dataset, field: xr.Dataset) -> list[str]:
             continue
         unit = COMPARED["units"].get(key, "")
         texts = [_text(value, unit) for value in (mine, theirs)]
-        notes.append(f"{key.replace('_', ' ')} differs: {texts[0]} on the rig, {texts[1]} in the field")
-    names = [data.attrs.get("counterface_profile", "") for data in (rig, field)]
+        said = [f"{text} {_WHERE.get(name, f'in {name}')}" for text, name in zip(texts, names, strict=True)]
+        notes.append(f"{key.replace('_', ' ')} differs: {', '.join(said)}")
+    shapes = [data.attrs.get("counterface_profile", "") for data in (rig, field)]
     rail = [np.stack([data[f"counterface_{c}"].values for c in "yz"]) for data in (rig, field)]
-    if names[0] == names[1]:
+    if shapes[0] == shapes[1]:
         if rail[0].shape != rail[1].shape:
             if "counterface_name" not in rig and "counterface_name" not in field:
                 notes.append(
@@ -313,7 +331,11 @@ def differences(rig: xr.Dataset, field: xr.Dataset) -> list[str]:
             notes.append(f"the counterface profiles differ in shape or place, by up to {1e3 * offset:.4g} mm")
     if "counterface_name" in rig or "counterface_name" in field:
         wears = ["wear" if "counterface_name" in data else "stay as new" for data in (rig, field)]
-        notes.append(f"the factors contain wear of the counterface: rollers {wears[0]}, rails {wears[1]}")
+        said = [
+            f"{_COUNTERFACES.get(name, f'counterfaces in {name}')} {how}"
+            for name, how in zip(names, wears, strict=True)
+        ]
+        notes.append(f"the factors contain wear of the counterface: {', '.join(said)}")
     return notes
 
 
@@ -333,22 +355,24 @@ def _text(value: Any, unit: str) -> str:
     return f"{float(value):.10g} {unit}".rstrip()
 
 
-def _attributes(comparison: compare.Comparison, hashes: Sequence[str]) -> dict[str, Any]:
-    rig, field = comparison.pair
+def _attributes(comparison: compare.Comparison) -> dict[str, Any]:
+    (rig, field), names = comparison.pair, comparison.names
+    titles = [str(data.attrs.get("title", name)) for data, name in zip(comparison.pair, names, strict=True)]
     attrs: dict[str, Any] = {
         "Conventions": "CF-1.11",
-        "title": f"{rig.attrs.get('title', 'rig')} against {field.attrs.get('title', 'field')}",
+        "title": " against ".join(titles),
         "history": "wearsim translate",
         "source": rig.attrs.get("source", "wearsim"),
-        "comment": "factors are rig over field; a fill value means undefined, the status variable says why",
+        "comment": f"factors are {names[0]} over {names[1]}; a fill value means undefined, "
+        "the status variable says why",
         "matched_points": np.int32(len(comparison.matched)),
     }
-    for role, data, digest in zip(CAMPAIGN, comparison.pair, hashes, strict=True):
-        attrs[f"{role}_sha256"] = digest
+    for role, data in zip(names, comparison.pair, strict=True):
+        attrs[f"{role}_sha256"] = content_hash(data)
         for key in ("title", "counterface_curvature", "counterface_curvature_left", *factors.COMPARED_KEYS):
             if str(data.attrs.get(key, "")) != "":
                 attrs[f"{role}_{key}"] = data.attrs[key]
-    notes = [*differences(rig, field), *comparison.notes]
+    notes = [*differences(rig, field, names), *comparison.notes]
     if not factors.rotation_matches(rig, field):
         notes.append(
             "no operating point counts as equal: the rules of rotation and roll and "

@@ -15,6 +15,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from wearsim.damage.fatigue.shakedown import boundaries
+from wearsim.profile.shape import arc_length
 from wearsim.report.style import (
     COLOURS,
     REGIME_COLOURS,
@@ -204,6 +205,28 @@ def plot_contact(dataset: xr.Dataset, name: str, ax: Axes | None = None, *, new:
     shift = np.broadcast_to(values_of(dataset, "shift")[:, None], values.shape)
     _patch_marks(ax, dataset, row, shift, values, 1.0 if new else 0.75)
     return label_axes(ax, label(dataset, "shift"), label(dataset, name))
+
+
+def plot_patches(
+    dataset: xr.Dataset, ax: Axes | None = None, *, wheel: int = 0, distance: float | None = None
+) -> Axes:
+    """Draw the contact patches of all operating points on the worn wheel profile, with their widths.
+
+    Patches are those of the last stored state; where several lie on each other the line is darker.
+    """
+    ax, row = plot_profile(dataset, ax, wheel=wheel, distance=distance, new=False), _row(dataset, distance)
+    y, z = (along(dataset, f"profile_{c}", distance)[wheel] for c in "yz")
+    arc = arc_length(y, z)
+    here = (dataset["side"].values[row] == wheel) & np.isfinite(dataset["wheel_y"].values[row])
+    tip = int(np.argmax(z))  # before it y of the flank occurs once more
+    middle = np.interp(dataset["wheel_y"].values[row][here], np.maximum.accumulate(y[tip:]), arc[tip:])
+    half = 0.5 * dataset["width"].values[row][here]
+    look: dict[str, Any] = {"color": COLOURS["difference"], "lw": 5.0, "alpha": 0.3, "solid_capstyle": "butt"}
+    for index, (start, end) in enumerate(zip(middle - half, middle + half, strict=True)):
+        part = np.concatenate(([start], arc[(arc > start) & (arc < end)], [end]))
+        at = shown("profile_y", np.interp(part, arc, y)), shown("profile_z", np.interp(part, arc, z))
+        ax.plot(*at, label=None if index else "patches", **look)
+    return ax
 
 
 def plot_wear_by_regime(dataset: xr.Dataset, ax: Axes | None = None, *, wheel: int = 0) -> Axes:

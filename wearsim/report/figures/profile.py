@@ -123,6 +123,18 @@ def _dimensions(result: Inspection, ax: Axes) -> None:
     ax.plot(*points, "o", color="white", markeredgecolor=_BODY, ms=4.0, zorder=5)
 
 
+def plot_profiles(profiles: Sequence[Profile], ax: Axes | None = None) -> Axes:
+    """Draw profiles of one kind over each other, equal aspect; the first of several is grey."""
+    ax = own_axes(ax)
+    if len(profiles) > 1:
+        ax.plot(*_mm(profiles[0]), color=COLOURS["new"], lw=1.2, ls="--", label=profiles[0].name)
+    for index, profile in enumerate(profiles[1:] or profiles):
+        colour = SERIES_COLOURS[index % len(SERIES_COLOURS)]
+        ax.plot(*_mm(profile), color=colour, lw=1.5, label=profile.name)
+    height = "Height, outward\nis down [mm]" if profiles[0].kind == "wheel" else "Height, down [mm]"
+    return shape_axes(ax, "Lateral position [mm]", height, **_LEFT)
+
+
 def plot_depth(comparison: Comparison, ax: Axes | None = None) -> Axes:
     """Draw the wear depth along the reference, positive where material is gone."""
     ax = own_axes(ax)
