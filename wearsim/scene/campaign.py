@@ -3,15 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, Strict
 
-from wearsim.errors import say
+from wearsim.damage.fatigue import FATIGUE_LAWS, counts_cycles
+from wearsim.errors import say, shown
 from wearsim.quantities import QUANTITIES
-from wearsim.scene.section import Section, Text, quantity, range_of, text_field
+from wearsim.scene.section import (
+    Messages,
+    Section,
+    Text,
+    quantity,
+    range_of,
+    text_field,
+)
+from wearsim.toml_faults import KeyPath, suggestion
 
 Distance = Annotated[float, Field(**range_of("distance"))]
 
@@ -240,3 +249,67 @@ class CounterfaceWear:
         if self.area_rate == 0.0:
             return self.factor / (2.0 * math.pi * self.radius)
         return self.area_rate / area if area > 0.0 else 0.0
+
+
+REPROFILING = ("campaign", "reprofiling")
+"""Path of the table in the scene."""
+
+
+def campaign_faults(
+    campaign: CampaignSection, laws: Sequence[str], diameter: float
+) -> Messages:
+    """Faults between the keys of [campaign].
+
+    Parameters
+    ----------
+    laws : sequence of str
+        Fatigue laws of the scene.
+    diameter : float
+        Of the new wheels [mm].
+    """
+    yield from _step_faults(campaign)
+    yield from _limit_faults(campaign, laws)
+    yield from _reprofiling_faults(campaign, diameter)
+
+
+def _step_faults(campaign: CampaignSection) -> Messages:
+    largest = STABILITY[campaign.integrator][1]
+    if 0 < campaign.smoothing_wavelength_mm < 2.0 * campaign.point_spacing_mm:
+        yield ("campaign", "smoothing_wavelength_mm"), say("scene.smoothing_unresolved", campaign=campaign)
+    if campaign.stability is not None and campaign.stability > largest:
+        yield ("campaign", "stability"), say("scene.unstable", campaign=campaign, largest=largest)
+
+
+def _limit_faults(campaign: CampaignSection, laws: Sequence[str]) -> Messages:
+    limits = campaign.limits
+    if limits is None:
+        return
+    if not limits.values:
+        yield ("campaign", "limits"), say("scene.no_limit")
+    if limits.damage is not None and not any(map(counts_cycles, laws)):
+        given = f"; {', '.join(laws)} orders passages and counts none" if laws else ""
+        values = {"limits": limits, "given": given, "counting": filter(counts_cycles, FATIGUE_LAWS)}
+        yield ("campaign", "limits", "damage"), say("scene.damage_limit", **values)
+
+
+def _reprofiling_faults(campaign: CampaignSection, new: float) -> Messages:
+    rules, limits = campaign.reprofiling, campaign.limits
+    least = None if limits is None else limits.diameter_mm
+    of_diameter: KeyPath = ("campaign", "limits", "diameter_mm")
+    if rules is None:
+        if least is not None:
+            yield of_diameter, say("scene.diameter_limit_alone", least=least)
+        return
+    if least is not None and least >= new:
+        yield of_diameter, say("scene.diameter_limit", least=least, new=new)
+    if not rules.at_limits and not rules.at_km:
+        yield REPROFILING, say("scene.reprofiled_when")
+    keys = [key for name, key in LIMIT_KEYS.items() if name != "wheel_diameter"]
+    for key in rules.at_limits:
+        path, start = (*REPROFILING, "at_limits"), f"at_limits: {shown(key)}"
+        if key not in keys:
+            yield path, f"{start} is no limit to reprofile wheels at; {suggestion(key, keys)}"
+        elif limits is None or getattr(limits, key) is None:
+            yield path, f"{start} has no value; give it in [campaign.limits]"
+    if any(b <= a for a, b in zip((0.0, *rules.at_km), rules.at_km, strict=False)):
+        yield (*REPROFILING, "at_km"), say("scene.not_rising", places=list(rules.at_km))

@@ -14,10 +14,18 @@ from wearsim.operation.bogie import Vehicle
 from wearsim.profile.placement import slope_of
 from wearsim.profile.standard import shipped_path
 from wearsim.quantities import QUANTITIES
-from wearsim.scene.section import Section, SetPoints, Text, quantity, text_field
+from wearsim.scene.section import (
+    Messages,
+    Section,
+    SetPoints,
+    Text,
+    quantity,
+    text_field,
+)
 from wearsim.toml_faults import KeyPath, cross_check, suggestion
 
 SHARES_ROUNDED = 0.01
+"""Shares of classes that sum to 1 within this are rounded ones and normalised."""
 
 Place = Callable[[str, str], Path | None]
 """File of a role and a name in the scene."""
@@ -325,3 +333,17 @@ def practice_of(section: VehicleSection | None) -> dict[KeyPath, PracticeKeys]:
     if section is None or section.track:
         return {("vehicle", "class", k): one for k, one in enumerate(section.track if section else ())}
     return {("vehicle", "each"): section.each or PracticeKeys.model_validate({})}
+
+
+def vehicle_faults(section: VehicleSection) -> Messages:
+    """Faults between the keys of [vehicle] and its classes of track."""
+    total = sum(entry.share for entry in section.track)
+    if section.route is not None and section.track:
+        yield ("vehicle", "route"), say("vehicle.route_and_classes")
+    elif section.route is None and section.each is not None:
+        yield ("vehicle", "each"), say("vehicle.each_alone")
+    elif section.route is None and not section.track:
+        yield ("vehicle",), say("vehicle.no_track")
+    elif section.track and abs(total - 1.0) > SHARES_ROUNDED:
+        path = ("vehicle", "class", 0, "share")
+        yield path, say("vehicle.share_sum", total=total)

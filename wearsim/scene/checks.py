@@ -1,15 +1,12 @@
-"""What only shows between the values of a scene: faults that forbid a run, warnings that do not."""
+"""Checks between the tables of a scene, and of its profiles: faults and warnings."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping
 
 import numpy as np
 
-from wearsim.contact.normal import NORMAL_MODELS
-from wearsim.contact.tangential import TANGENTIAL_MODELS
-from wearsim.damage.fatigue import FATIGUE_LAWS, counts_cycles
 from wearsim.damage.wear import WEAR_LAWS
 from wearsim.errors import Fault, ProfileError, say, shown
 from wearsim.operation.points import REACH, OperatingPoints
@@ -18,15 +15,25 @@ from wearsim.profile.conicity import equivalent_conicity
 from wearsim.profile.shape import Profile
 from wearsim.quantities import QUANTITIES
 from wearsim.results.limits import LIMITED
-from wearsim.scene.campaign import LIMIT_KEYS, STABILITY, RollerWearSection
+from wearsim.scene.campaign import (
+    LIMIT_KEYS,
+    REPROFILING,
+    RollerWearSection,
+    campaign_faults,
+)
+from wearsim.scene.contact import contact_faults
 from wearsim.scene.damage import damage_faults
 from wearsim.scene.implausible import implausible
-from wearsim.scene.models import BlockSection, ClassSection, FieldScene, RigScene
+from wearsim.scene.models import FieldScene, RigScene
+from wearsim.scene.operation import (
+    ClassSection,
+    block_faults,
+    load_faults,
+    share_faults,
+)
 from wearsim.scene.route import cut_motion, rails_of
-from wearsim.toml_faults import KeyPath, suggestion
-
-SHARES_ROUNDED = 0.01
-"""Shares of classes that sum to 1 within this are taken for rounded ones and normalised."""
+from wearsim.scene.section import Messages
+from wearsim.toml_faults import KeyPath
 
 WIDEST_POSITION_SPACING_MM = 2.0
 """About half the width of the narrower patches [mm]."""
@@ -41,12 +48,9 @@ _SAME_DIAMETER_MM = 0.1
 _OF_WHEEL = ("flange_height", "flange_thickness", "flange_gradient", "hollowing")
 """Limited measures of `profile.measures`."""
 
-_REPROFILING = ("campaign", "reprofiling")
-
 Campaign = RigScene | FieldScene
 Clearance = tuple[float | None, float | None]
 Wheels = tuple[Profile, Profile]
-_Messages = Iterator[tuple[KeyPath, str]]
 
 
 def by_line(faults: list[Fault]) -> list[Fault]:
@@ -56,11 +60,20 @@ def by_line(faults: list[Fault]) -> list[Fault]:
 
 def cross_faults(scene: Campaign) -> list[Fault]:
     """Faults between values that are each in range."""
-    checks = (
-        _share_faults, _load_faults, _block_faults, _contact_faults, _torque_faults, _step_faults,
-        _limit_faults, _reprofiling_faults,
-    )  # fmt: skip
-    messages = [message for check in checks for message in check(scene)]
+    wheelset, runs = scene.wheelset, scene.operation.runs
+    of_boxes = None not in (wheelset.mass_kg, wheelset.axle_box_distance_mm)
+    independent = getattr(scene.counterface, "drive", None) == "independent"
+    fatigue = scene.fatigue.laws if scene.fatigue else ()
+    messages = [
+        *share_faults(runs),
+        *load_faults(runs, of_boxes=of_boxes),
+        *block_faults(runs, independent=independent),
+        *contact_faults(scene.contact),
+        *_roll_faults(scene),
+        *_torque_faults(scene),
+        *campaign_faults(scene.campaign, fatigue, 2.0 * wheelset.radius_mm),
+        *_reprofiled_faults(scene),
+    ]
     messages += damage_faults(scene.wear, scene.fatigue)
     law = scene.wear.law
     if scene.counterface.wear is not None and not WEAR_LAWS[law].wears:
@@ -103,7 +116,7 @@ def header_warnings(scene: Campaign, diameters: Mapping[str, float]) -> list[Fau
     return [scene.fault(path, text)]
 
 
-def _warnings(scene: Campaign) -> _Messages:
+def _warnings(scene: Campaign) -> Messages:
     runs, contact, campaign = scene.operation.runs, scene.contact, scene.campaign
     yield from implausible(scene)
     if runs and all(run.friction == 0 for run in runs.values()) and WEAR_LAWS[scene.wear.law].needs_friction:
@@ -126,42 +139,18 @@ def _warnings(scene: Campaign) -> _Messages:
         yield ("counterface", "wear", "redress_every_km"), text
     beyond = [f"{place:g}" for place in (rules.at_km if rules else ()) if place >= distance]
     if beyond:
-        yield (*_REPROFILING, "at_km"), say("scene.not_reprofiled", places=beyond, distance=distance)
+        yield (*REPROFILING, "at_km"), say("scene.not_reprofiled", places=beyond, distance=distance)
     if campaign.smoothing_wavelength_mm == 0:
         path = ("campaign", "smoothing_wavelength_mm")
         yield path, "smoothing_wavelength_mm = 0: wear increments are not smoothed"
 
 
-def _sum(shares: Sequence[float]) -> str:
-    """Write a sum of the first few shares."""
-    more = f" + ... ({len(shares) - 10} more)" if len(shares) > 10 else ""
-    return f"{' + '.join(f'{share:g}' for share in shares[:10])}{more}"
-
-
-def _share_faults(scene: Campaign) -> _Messages:
-    shares = [run.share for run in scene.operation.runs.values() if isinstance(run, ClassSection)]
-    if shares and abs(sum(shares) - 1.0) > SHARES_ROUNDED:
-        values = {"shares": _sum(shares), "within": SHARES_ROUNDED, "total": sum(shares)}
-        yield ("operation", "class", 0, "share"), say("scene.share_sum", **values)
-
-
-def _contact_faults(scene: Campaign) -> _Messages:
+def _roll_faults(scene: Campaign) -> Messages:
+    """Faults of a given roll where forces are balanced."""
     contact, runs = scene.contact, scene.operation.runs
-    model, tangential = NORMAL_MODELS[contact.pair[0]], TANGENTIAL_MODELS[contact.pair[1]]
-    if "model" in contact.model_fields_set:
-        for key in sorted(contact.model_fields_set & {"normal", "tangential"}):
-            yield ("contact", key), say("scene.model_given", key=key, contact=contact)
     forced = {path: shown(run.name) for path, run in runs.items() if run.balanced}
     if scene.vehicle is not None:
         forced[("vehicle",)] = "the vehicle"
-    fewest = max(model.fewest, tangential.fewest)
-    name = model.name if fewest == model.fewest else tangential.name
-    for key in ("strips", "cells"):
-        if (count := getattr(contact, key)) < fewest:
-            yield ("contact", key), say("scene.too_coarse", key=key, count=count, fewest=fewest, name=name)
-    if not model.can_update_profile:
-        fit = [f"normal = {shown(name)}" for name, one in NORMAL_MODELS.items() if one.can_update_profile]
-        yield ("contact", "normal"), say("scene.no_update", contact=contact, model=model, fit=fit)
     if forced and "roll" in contact.model_fields_set and contact.roll != "free":
         yield ("contact", "roll"), say("scene.roll_given", who=next(iter(forced.values())))
     for path, run in runs.items() if contact.roll == "free" or forced else ():
@@ -169,7 +158,7 @@ def _contact_faults(scene: Campaign) -> _Messages:
             yield (*path, "roll_mrad"), say("scene.roll_free", run=run)
 
 
-def _torque_faults(scene: Campaign) -> _Messages:
+def _torque_faults(scene: Campaign) -> Messages:
     """Fault of the torque that is furthest beyond friction, if one is."""
     if scene.contact.rotation != "free":
         return
@@ -190,101 +179,14 @@ def _torque_faults(scene: Campaign) -> _Messages:
             yield path, say("scene.torque", given=given, place=place, weakest=weakest)
 
 
-_LOADS = (
-    ("load_kN",),
-    ("axle_load_kN",),
-    ("wheel_load_right_kN", "wheel_load_left_kN"),
-    ("axle_box_right_kN", "axle_box_left_kN"),
-)
-"""Keys of which a run has those of one line."""
-
-
-def _load_faults(scene: Campaign) -> _Messages:
-    for path, run in scene.operation.runs.items():
-        named = f"{path[1]} {shown(run.name)}"
-        given = [key for line in _LOADS for key in line if getattr(run, key, None) is not None]
-        lines = [line for line in _LOADS if set(line) & set(given)]
-        if len(lines) != 1:
-            known = " or ".join(" and ".join(line) for line in _LOADS if hasattr(run, line[0]))
-            text = f"{', '.join(given)} exclude each other" if given else "has no load"
-            yield (*path, *given[-1:]), f"{named}: {text}; give either {known}"
-        elif len(given) < len(lines[0]):
-            missing = next(key for key in lines[0] if key not in given)
-            yield (*path, given[0]), f"{named}: {given[0]} is that of one side; give {missing}, too"
-        elif given[0] == "axle_box_right_kN" and None in (
-            scene.wheelset.mass_kg,
-            scene.wheelset.axle_box_distance_mm,
-        ):
-            yield (*path, given[0]), f"{named}: {say('scene.box_forces')}"
-
-
-_WHERE = ("shift_mm", "lateral_force_kN")
-_LENGTHS = ("distance_km", "duration_h", "revolutions")
-
-
-def _block_faults(scene: Campaign) -> _Messages:
-    runs = [(path, run) for path, run in scene.operation.runs.items() if isinstance(run, BlockSection)]
-    every = {key for line in (*_LOADS, _WHERE) for key in line}
-    for number, (path, run) in enumerate(runs):
-        for keys in (_WHERE, _LENGTHS):
-            given = [key for key in keys if getattr(run, key) is not None]
-            if len(given) != 1:
-                what = f"{' and '.join(given)} exclude each other" if given else f"needs {' or '.join(keys)}"
-                yield (*path, *given[-1:]), f"block {shown(run.name)}: {what}; give exactly one of them"
-        if run.speed_difference_percent and getattr(scene.counterface, "drive", None) != "independent":
-            yield (*path, "speed_difference_percent"), say("scene.coupled_rollers", run=run)
-        following = runs[(number + 1) % len(runs)][1]
-        have, need = ({k for k in every if getattr(one, k) is not None} for one in (run, following))
-        if run.positions is not None and have != need:
-            text = say("scene.ramp", run=run, following=following, keys=sorted(have ^ need))
-            yield (*path, "positions"), text
-
-
-def _step_faults(scene: Campaign) -> _Messages:
-    campaign, largest = scene.campaign, STABILITY[scene.campaign.integrator][1]
-    if 0 < campaign.smoothing_wavelength_mm < 2.0 * campaign.point_spacing_mm:
-        yield ("campaign", "smoothing_wavelength_mm"), say("scene.smoothing_unresolved", campaign=campaign)
-    if campaign.stability is not None and campaign.stability > largest:
-        yield ("campaign", "stability"), say("scene.unstable", campaign=campaign, largest=largest)
-
-
-def _limit_faults(scene: Campaign) -> _Messages:
-    limits, laws = scene.campaign.limits, scene.fatigue.laws if scene.fatigue else ()
-    if limits is None:
+def _reprofiled_faults(scene: Campaign) -> Messages:
+    """Faults of scenes whose wheels are reprofiled."""
+    if scene.campaign.reprofiling is None:
         return
-    if not limits.values:
-        yield ("campaign", "limits"), say("scene.no_limit")
-    if limits.damage is not None and not any(map(counts_cycles, laws)):
-        given = f"; {', '.join(laws)} orders passages and counts none" if laws else ""
-        values = {"limits": limits, "given": given, "counting": filter(counts_cycles, FATIGUE_LAWS)}
-        yield ("campaign", "limits", "damage"), say("scene.damage_limit", **values)
-
-
-def _reprofiling_faults(scene: Campaign) -> _Messages:
-    rules, limits = scene.campaign.reprofiling, scene.campaign.limits
-    least, new = None if limits is None else limits.diameter_mm, 2.0 * scene.wheelset.radius_mm
-    of_diameter: KeyPath = ("campaign", "limits", "diameter_mm")
-    if rules is None:
-        if least is not None:
-            yield of_diameter, say("scene.diameter_limit_alone", least=least)
-        return
-    if least is not None and least >= new:
-        yield of_diameter, say("scene.diameter_limit", least=least, new=new)
-    if not rules.at_limits and not rules.at_km:
-        yield _REPROFILING, say("scene.reprofiled_when")
-    keys = [key for name, key in LIMIT_KEYS.items() if name != "wheel_diameter"]
-    for key in rules.at_limits:
-        path, start = (*_REPROFILING, "at_limits"), f"at_limits: {shown(key)}"
-        if key not in keys:
-            yield path, f"{start} is no limit to reprofile wheels at; {suggestion(key, keys)}"
-        elif limits is None or getattr(limits, key) is None:
-            yield path, f"{start} has no value; give it in [campaign.limits]"
-    if any(b <= a for a, b in zip((0.0, *rules.at_km), rules.at_km, strict=False)):
-        yield (*_REPROFILING, "at_km"), say("scene.not_rising", places=list(rules.at_km))
     if scene.contact.rotation == "nominal":
         yield ("contact", "rotation"), say("scene.reprofiled_nominal")
     if scene.origin.role != "scene":
-        yield _REPROFILING, say("scene.reprofiled_compared")
+        yield REPROFILING, say("scene.reprofiled_compared")
 
 
 def shift_ranges(
