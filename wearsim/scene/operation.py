@@ -1,4 +1,4 @@
-"""[operation] of a scene: blocks of a rig, classes of track, points that are watched."""
+"""[operation] of a scene: blocks of a rig, classes of track, monitoring points."""
 
 from __future__ import annotations
 
