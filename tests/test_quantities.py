@@ -8,7 +8,9 @@ from wearsim import quantities
 from wearsim.contact.problem import ContactConditions, ContactSolution
 from wearsim.quantities import QUANTITIES, duration
 from wearsim.results import GROUPS, LAYOUT
-from wearsim.scene.models import ContactSection, Running, WheelsetSection
+from wearsim.scene.contact import ContactSection
+from wearsim.scene.models import WheelsetSection
+from wearsim.scene.operation import Running
 from wearsim.studies.contact_flags import COLUMNS
 
 # shown unit -> shown value of 1 in the stored unit, written out independently of the table

@@ -1,4 +1,10 @@
-"""The scene file: read, checked with all faults at once, and made into the ingredients of a campaign."""
+"""The scene file, in four steps: read, check, prepare, build.
+
+`load_scene` reads a file and those it names (`read.py`) and checks them: each table by
+its model and the functions `..._faults` beside it, tables with one another and with
+profiles in `checks.py`; all faults at once. `prepare` solves what has to be known before
+a campaign begins, `build` makes its ingredients, in SI units (`setup.py`).
+"""
 
 from wearsim.scene.inputs import files_to_copy
 from wearsim.scene.models import CompareScene, FieldScene, RigScene

@@ -3,14 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, Strict
 
+from wearsim.damage.fatigue import FATIGUE_LAWS, counts_cycles
+from wearsim.errors import listed, shown
 from wearsim.quantities import QUANTITIES
-from wearsim.scene.section import Section, Text, quantity, range_of, text_field
+from wearsim.scene.section import (
+    Messages,
+    Section,
+    Text,
+    quantity,
+    range_of,
+    text_field,
+)
+from wearsim.toml_faults import KeyPath, suggestion
 
 Distance = Annotated[float, Field(**range_of("distance"))]
 
@@ -243,3 +253,99 @@ class CounterfaceWear:
         if self.area_rate == 0.0:
             return self.factor / (2.0 * math.pi * self.radius)
         return self.area_rate / area if area > 0.0 else 0.0
+
+
+REPROFILING = ("campaign", "reprofiling")
+"""Path of the table in the scene."""
+
+
+def campaign_faults(
+    campaign: CampaignSection, laws: Sequence[str], diameter: float
+) -> Messages:
+    """Faults between the keys of [campaign].
+
+    Parameters
+    ----------
+    laws : sequence of str
+        Fatigue laws of the scene.
+    diameter : float
+        Of the new wheels [mm].
+    """
+    yield from _step_faults(campaign)
+    yield from _limit_faults(campaign, laws)
+    yield from _reprofiling_faults(campaign, diameter)
+
+
+def _step_faults(campaign: CampaignSection) -> Messages:
+    largest = STABILITY[campaign.integrator][1]
+    if 0 < campaign.smoothing_wavelength_mm < 2.0 * campaign.point_spacing_mm:
+        text = (
+            f"smoothing_wavelength_mm = {campaign.smoothing_wavelength_mm:g} must be 0 "
+            "(no smoothing) or at least twice point_spacing_mm = "
+            f"{campaign.point_spacing_mm:g}; shorter waves are not resolved"
+        )
+        yield ("campaign", "smoothing_wavelength_mm"), text
+    if campaign.stability is not None and campaign.stability > largest:
+        text = (
+            f"stability = {campaign.stability:g} must be at most {largest:g} with "
+            f"integrator = {shown(campaign.integrator)}: longer steps make every wave "
+            "grow; lower it or delete it"
+        )
+        yield ("campaign", "stability"), text
+
+
+def _limit_faults(campaign: CampaignSection, laws: Sequence[str]) -> Messages:
+    limits = campaign.limits
+    if limits is None:
+        return
+    if not limits.values:
+        text = (
+            "[campaign.limits] has no limit; write one, such as flange_thickness_mm = "
+            "22, or delete it"
+        )
+        yield ("campaign", "limits"), text
+    if limits.damage is not None and not any(map(counts_cycles, laws)):
+        given = f"; {', '.join(laws)} orders passages and counts none" if laws else ""
+        counting = [law for law in FATIGUE_LAWS if counts_cycles(law)]
+        text = (
+            f"damage = {limits.damage:g} needs a fatigue law that counts "
+            f"cycles{given}; write {listed(counting, ' or ')} among the laws of "
+            "[fatigue], or delete it"
+        )
+        yield ("campaign", "limits", "damage"), text
+
+
+def _reprofiling_faults(campaign: CampaignSection, new: float) -> Messages:
+    rules, limits = campaign.reprofiling, campaign.limits
+    least = None if limits is None else limits.diameter_mm
+    of_diameter: KeyPath = ("campaign", "limits", "diameter_mm")
+    if rules is None:
+        if least is not None:
+            text = (
+                f"diameter_mm = {least:g} is for wheels that are reprofiled; add "
+                "[campaign.reprofiling], or delete it"
+            )
+            yield of_diameter, text
+        return
+    if least is not None and least >= new:
+        text = (
+            f"diameter_mm = {least:g} must be below the diameter of the new wheels, "
+            f"{new:g} mm"
+        )
+        yield of_diameter, text
+    if not rules.at_limits and not rules.at_km:
+        text = (
+            "[campaign.reprofiling] does not say when; write at_limits, such as "
+            '["flange_thickness_mm"], or at_km'
+        )
+        yield REPROFILING, text
+    keys = [key for name, key in LIMIT_KEYS.items() if name != "wheel_diameter"]
+    for key in rules.at_limits:
+        path, start = (*REPROFILING, "at_limits"), f"at_limits: {shown(key)}"
+        if key not in keys:
+            yield path, f"{start} is no limit to reprofile wheels at; {suggestion(key, keys)}"
+        elif limits is None or getattr(limits, key) is None:
+            yield path, f"{start} has no value; give it in [campaign.limits]"
+    if any(b <= a for a, b in zip((0.0, *rules.at_km), rules.at_km, strict=False)):
+        text = f"at_km = {shown(list(rules.at_km))} must rise from one to the next"
+        yield (*REPROFILING, "at_km"), text

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import chain
 from typing import Any
@@ -16,17 +16,15 @@ from wearsim.errors import SceneError, listed, raise_any, shown
 from wearsim.scene.models import CompareScene, FieldScene, RigScene
 from wearsim.scene.overrides import Override, paths_of
 from wearsim.scene.section import Section
-from wearsim.scene.uncertainty import InputSection, MaterialSection
+from wearsim.scene.uncertainty import (
+    NEEDS,
+    InputSection,
+    MaterialSection,
+    input_faults,
+)
 from wearsim.toml_faults import KeyPath, is_key, removed_key, unknown_key
 
 _WITHIN = float(ndtri(0.95))  # standard deviations from the middle to the end of a 90 % range
-_NEEDS: Mapping[str, tuple[str, ...]] = {
-    "uniform": ("low", "high"),
-    "normal": ("mean", "std"),
-    "lognormal": ("median", "within"),
-    "values": ("values",),
-}
-"""Keys of each distribution."""
 _EVERYWHERE = (("operation", "block"), ("operation", "class"), ("vehicle", "class"))
 Drawn = float | int | str | dict[str, Any]
 
@@ -44,7 +42,7 @@ class Dimension:
         of, deviation = self.section, float(ndtri(share))
         if of.distribution == "values":
             return of.values[min(int(share * len(of.values)), len(of.values) - 1)]
-        first, second = (getattr(of, key) for key in _NEEDS[of.distribution])
+        first, second = (getattr(of, key) for key in NEEDS[of.distribution])
         if of.distribution == "uniform":
             value = first + (second - first) * share
         elif of.distribution == "normal":
@@ -116,7 +114,7 @@ def dimensions_of(scene: RigScene | FieldScene | CompareScene) -> tuple[Dimensio
         keys = {part[1]: _keys(one.key, prefix, *part) for prefix, part in parts.items()}
         lacking = [key for pairs in keys.values() for key, own in pairs if type(own) not in (int, float)]
         keys = {kind: pairs for kind, pairs in keys.items() if pairs}
-        own = list(_faults(one))
+        own = list(input_faults(one))
         if one.acts != "value" and lacking:
             text = (
                 f"acts = {shown(one.acts)} needs numbers in the scene; write "
@@ -163,20 +161,6 @@ def dimensions_of(scene: RigScene | FieldScene | CompareScene) -> tuple[Dimensio
             messages.append((("uncertainty", key), text))
     raise_any([scene.fault(*message) for message in messages])
     return tuple(found)
-
-
-def _faults(one: InputSection) -> Iterator[tuple[str, str]]:
-    """Keys of an input that do not fit together, with messages."""
-    needed = _NEEDS[one.distribution]
-    for key in {key for keys in _NEEDS.values() for key in keys}:
-        given = getattr(one, key) not in (None, ())
-        if given != (key in needed):
-            does = "needs" if key in needed else "has no"
-            yield "distribution", f"distribution = {shown(one.distribution)} {does} {key}"
-    if one.low is not None and one.high is not None and one.low >= one.high:
-        yield "low", f"low = {one.low:g} must be below high = {one.high:g}"
-    if one.acts != "value" and any(isinstance(value, str | dict) for value in one.values):
-        yield "values", f"acts = {shown(one.acts)} needs numbers among values"
 
 
 def _keys(

@@ -16,8 +16,8 @@ from wearsim.errors import ContactError, Fault, NumericalError, SceneError, show
 from wearsim.operation.points import LARGEST_SHARE, carried_share, mask_of
 from wearsim.profile.shape import Profile, arc_length
 from wearsim.profile.smoothing import ROUGH_BELOW, change, longest_wavelength, roughness, smoothed
+from wearsim.scene.checks import by_line, key_of
 from wearsim.scene.inputs import inputs_of
-from wearsim.scene.messages import by_line, key_of
 from wearsim.scene.models import FieldScene, RigScene
 from wearsim.scene.overrides import at_its_source
 from wearsim.scene.prepared import Prepared, prepare

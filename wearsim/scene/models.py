@@ -2,37 +2,33 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 from pydantic import ConfigDict, Field, PrivateAttr, model_validator
 
-from wearsim.contact.normal import NORMAL_MODELS
-from wearsim.contact.problem import AUTO_REMOVED, PAIRS, TOLERANCE_REMOVED
-from wearsim.contact.tangential import TANGENTIAL_MODELS
-from wearsim.errors import Fault, shown
+from wearsim.errors import Fault
 from wearsim.profile.files import is_result
 from wearsim.profile.standard import shipped_path
 from wearsim.scene.campaign import CampaignSection, RailWearSection, RollerWearSection
+from wearsim.scene.contact import ContactSection
 from wearsim.scene.damage import FatigueSection, WearSection
+from wearsim.scene.operation import (
+    FieldOperation,
+    RigOperation,
+)
 from wearsim.scene.overrides import Override
 from wearsim.scene.recorded import RecordedSection
 from wearsim.scene.section import (
-    Registered,
     Section,
-    SetPoints,
     Text,
     quantity,
-    range_of,
     text_field,
 )
 from wearsim.scene.uncertainty import UncertaintySection
-from wearsim.scene.vehicle import CurveRadius, Inclination, VehicleSection
+from wearsim.scene.vehicle import Inclination, VehicleSection
 from wearsim.toml_faults import KeyPath, Lines, cross_check, line_of
-
-Shift = Annotated[float, Field(**range_of("shift"))]
 
 
 class Header(Section):
@@ -192,222 +188,6 @@ class RollerSection(CounterfaceSection):
     def left_curvature(self) -> float | None:
         """Curvature of the left roller, if it differs [1/m]."""
         return 1e3 / self.roller_radius_left_mm if self.roller_radius_left_mm else None
-
-
-NormalName = Annotated[str, Registered(NORMAL_MODELS)]
-TangentialName = Annotated[str, Registered(TANGENTIAL_MODELS)]
-
-
-class ContactSection(Section):
-    """[contact]: the models of the contact and how finely they are solved."""
-
-    not_here: ClassVar[dict[str, str]] = dict.fromkeys(
-        (
-            "youngs_wheel_GPa",
-            "youngs_rail_GPa",
-            "youngs_roller_GPa",
-            "youngs_counterface_GPa",
-            "poisson_wheel",
-            "poisson_rail",
-            "poisson_roller",
-            "poisson_counterface",
-        ),
-        "wheel and counterface share one youngs_GPa and one poisson: with unequal "
-        "ones shear would act back on the pressure, which no contact model here "
-        "knows",
-    )
-    removed: ClassVar[dict[str, str]] = {
-        "tolerance": TOLERANCE_REMOVED,
-        'model = "auto"': AUTO_REMOVED,
-        **{
-            f"normal = {shown(name)}": f"contact.normal = {shown(name)} {message}"
-            for name, message in NORMAL_MODELS.unusable.items()
-        },
-    }
-    model: Literal["fast", "standard", "accurate"] = Field(
-        "standard",
-        description="the models of the contact. fast: kik_piotrowski and fastsim; "
-        "standard: coupled_strips in both; accurate: a half-space in both",
-    )
-    normal: NormalName | None = Field(
-        None, description="the model of the normal contact, in place of that of model"
-    )
-    tangential: TangentialName | None = Field(
-        None,
-        description="the model of the tangential contact, in place of that of model",
-    )
-    strips: int = quantity("strips", 30)
-    cells: int = quantity("cells", 30, "the smallest number of cells along a strip")
-    cell_mm: float = quantity("cell_size", 0.5)
-    most_cells: int = quantity("most_cells", 120)
-    youngs_GPa: float = quantity(
-        "youngs_modulus", 210.0, "Young's modulus of both bodies"
-    )
-    poisson: float = quantity("poisson_ratio", 0.3, "Poisson's ratio of both bodies")
-    rotation: Literal["free", "centred", "nominal"] = Field(
-        "free", description="the rule that gives the wheels' rotation speed"
-    )
-    roll: Literal["given", "free"] = Field(
-        "given",
-        description="given: the roll of blocks and classes is roll_mrad; free: the "
-        "wheelset rests on both wheels, whatever their wear",
-    )
-    torque_Nm: float = quantity(
-        "axle_torque", 0.0, "the torque on the axle, driving forward"
-    )
-    virtual_penetration_factor: float = quantity("virtual_penetration_factor", 0.55)
-
-    @property
-    def pair(self) -> tuple[str, str]:
-        """Normal and tangential model."""
-        normal, tangential = PAIRS[self.model]
-        return self.normal or normal, self.tangential or tangential
-
-
-class Running(SetPoints):
-    """How the wheelset runs, alike in blocks and classes."""
-
-    yaw_mrad: float = quantity("yaw", 0.0)
-    roll_mrad: float = quantity("roll", 0.0)
-    load_kN: float | None = quantity("wheel_load", None)
-    wheel_load_right_kN: float | None = quantity(
-        "wheel_load", None, "the vertical load of the right wheel"
-    )
-    wheel_load_left_kN: float | None = quantity(
-        "wheel_load", None, "the vertical load of the left wheel"
-    )
-    axle_load_kN: float | None = quantity("axle_load", None)
-
-    @property
-    def balanced(self) -> bool:
-        """Whether the shift or the wheel loads follow from forces."""
-        keys = ("lateral_force_kN", "axle_box_right_kN", "axle_load_kN")
-        return any(getattr(self, key, None) is not None for key in keys)
-
-    @property
-    def mean_load_kN(self) -> float:
-        """What each wheel carries about, of unlike ones the mean."""
-        if self.load_kN is not None:
-            return self.load_kN
-        if self.axle_load_kN is not None:
-            return 0.5 * self.axle_load_kN
-        if self.wheel_load_right_kN is not None and self.wheel_load_left_kN is not None:
-            return 0.5 * (self.wheel_load_right_kN + self.wheel_load_left_kN)
-        return math.inf
-
-
-class BlockSection(Running):
-    """[[operation.block]]: one block of the rig programme."""
-
-    shift_mm: float | None = quantity(
-        "shift", None, "the lateral shift, + to the right"
-    )
-    lateral_force_kN: float | None = quantity(
-        "lateral_force",
-        None,
-        "the lateral force at axle height, + to the right, in place of the shift",
-    )
-    axle_box_right_kN: float | None = quantity(
-        "axle_load", None, "the vertical force on the right axle box"
-    )
-    axle_box_left_kN: float | None = quantity(
-        "axle_load", None, "the vertical force on the left axle box"
-    )
-    speed_difference_percent: float | None = quantity("speed_difference", None)
-    distance_km: float | None = quantity(
-        "block_length", None, "the distance run in this block of the loop"
-    )
-    duration_h: float | None = quantity(
-        "duration", None, "the time of this block, in place of its distance"
-    )
-    revolutions: float | None = quantity("revolutions", None)
-    positions: int | None = quantity("ramp_positions", None)
-
-
-class ClassSection(Running):
-    """[[operation.class]]: one class of track in the field."""
-
-    curve_radius_m: CurveRadius | None = Field(
-        None,
-        description="the curve radius, + to the right; none in tangent track",
-        json_schema_extra={"unit": "m"},
-    )
-    shift_mean_mm: float = quantity(
-        "shift", meaning="the mean lateral shift, + to the right"
-    )
-    shift_std_mm: float = quantity("shift_std")
-    positions: int = quantity(
-        "positions", 15, "the number of lateral positions within 3 standard deviations"
-    )
-    share: float = quantity("weight", meaning="the share of the distance")
-
-
-class MonitorSection(Section):
-    """[operation.monitor]: points solved and stored for comparison, which wear nothing."""
-
-    shifts_mm: tuple[Shift, ...] = Field(
-        description="the lateral shifts to watch",
-        min_length=1,
-        max_length=200,
-        strict=False,
-        json_schema_extra={"unit": "mm"},
-    )
-    yaw_mrad: float = quantity("yaw", 0.0)
-    load_kN: float = quantity("wheel_load", meaning="the vertical load of one wheel")
-    speed_km_h: float = quantity("speed", meaning="the speed")
-    friction: float = quantity("friction", meaning="Coulomb's coefficient of friction")
-
-
-class RigOperation(Section):
-    """[operation] of a rig: a programme of blocks, looped until the distance is run."""
-
-    not_here: ClassVar[dict[str, str]] = {
-        "class": "classes belong to a field scene; write [[operation.block]], or kind "
-        '= "field" in [scene]',
-    }
-    programme: Text | None = text_field(
-        "a CSV file of blocks, one a row, with columns named as their keys", None
-    )
-    blocks: tuple[BlockSection, ...] = Field(
-        (),
-        alias="block",
-        description="the blocks of the rig programme",
-        max_length=1000,
-        strict=False,
-    )
-    together: bool = Field(
-        False,
-        description="weigh all blocks by their share of the loop in every step, not "
-        "one after another",
-    )
-    monitor: MonitorSection | None = None
-
-    @property
-    def runs(self) -> dict[KeyPath, BlockSection | ClassSection]:
-        """Blocks by their path in the scene."""
-        return {("operation", "block", k): block for k, block in enumerate(self.blocks)}
-
-
-class FieldOperation(Section):
-    """[operation] in the field: classes of track, each with a distribution of the shift."""
-
-    not_here: ClassVar[dict[str, str]] = {
-        "block": "blocks belong to a rig scene; write [[operation.class]], or kind = "
-        '"rig" in [scene]',
-    }
-    classes: tuple[ClassSection, ...] = Field(
-        (),
-        alias="class",
-        description="the classes of track",
-        max_length=1000,
-        strict=False,
-    )
-    monitor: MonitorSection | None = None
-
-    @property
-    def runs(self) -> dict[KeyPath, BlockSection | ClassSection]:
-        """Classes by their path in the scene."""
-        return {("operation", "class", k): run for k, run in enumerate(self.classes)}
 
 
 class ComparedSection(Section):

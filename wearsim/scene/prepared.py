@@ -37,10 +37,11 @@ from wearsim.operation.route import (
 )
 from wearsim.operation.states import Running, StateError, settle
 from wearsim.profile.conicity import equivalent_conicity
+from wearsim.scene.checks import by_line, places_of
+from wearsim.scene.contact import ContactSection
 from wearsim.scene.damage import wear_settings
 from wearsim.scene.inputs import inputs_of
-from wearsim.scene.messages import by_line, places_of
-from wearsim.scene.models import ContactSection, FieldScene, RigScene
+from wearsim.scene.models import FieldScene, RigScene
 from wearsim.scene.route import Route
 from wearsim.scene.section import Section
 from wearsim.scene.vehicle import VehicleSection

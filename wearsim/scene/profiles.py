@@ -15,10 +15,10 @@ from wearsim.profile.conicity import flange_clearance
 from wearsim.profile.files import ProfileReading, read_profile, text_of_profile
 from wearsim.profile.shape import Kind, Profile, resample, resample_to
 from wearsim.profile.smoothing import smoothed
-from wearsim.scene import messages
+from wearsim.scene import checks
+from wearsim.scene.checks import Campaign, Clearance, Wheels
 from wearsim.scene.implausible import side_warnings
 from wearsim.scene.inputs import Files
-from wearsim.scene.messages import Campaign, Clearance, Wheels
 from wearsim.scene.route import Rails, rails_of
 from wearsim.toml_faults import LARGEST_TABLE, KeyPath
 
@@ -150,7 +150,7 @@ def bodies_in_track(scene: Campaign, profiles: ReadProfiles) -> Bodies:
     gauges: dict[float, KeyPath] = {
         pair.gauge_mm: (*pairs[pair], "gauge_mm") for pair in reversed(pairs)
     }
-    raise_any(messages.fit_faults(scene, (right, left), rails[0][0], gauges))
+    raise_any(checks.fit_faults(scene, (right, left), rails[0][0], gauges))
     templates = None if scene.campaign.reprofiling is None else (right, left)
     if _TEMPLATE in shapes:
         template = _matched(scene, profiles, _TEMPLATE, count)
@@ -190,7 +190,7 @@ def header_warnings(scene: Campaign, profiles: ReadProfiles) -> list[Fault]:
             reading = profiles.readings.get(wheel)
             header = {} if reading is None else reading.header
             headers[wheel[-1]] = profiles.names[wheel], header
-    warnings = messages.header_warnings(scene, profiles.diameters) + side_warnings(
+    warnings = checks.header_warnings(scene, profiles.diameters) + side_warnings(
         scene, headers
     )
     for key, pair in profiles.placed.items():

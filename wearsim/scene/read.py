@@ -15,9 +15,9 @@ from wearsim.damage.wear.table import WearTable
 from wearsim.errors import Fault, SceneError, listed, raise_any, shown, suggestion
 from wearsim.profile import standard
 from wearsim.profile.shape import Profile
-from wearsim.scene import messages
+from wearsim.scene import checks
+from wearsim.scene.checks import by_line
 from wearsim.scene.inputs import Files, Inputs, kept_files, named_profiles
-from wearsim.scene.messages import by_line
 from wearsim.scene.models import AnyScene, CompareScene, FieldScene, Origin, RigScene, find_file
 from wearsim.scene.overrides import (
     Override,
@@ -329,13 +329,15 @@ def _read_files(
 def _checked(scene: RigScene | FieldScene, contents: _Contents) -> Inputs:
     """Return the contents of the files of a scene, or raise all faults of both."""
     profiles, notes = contents.profiles, list[str]()
-    faults = contents.faults + messages.cross_faults(scene)
+    faults = contents.faults + checks.cross_faults(scene)
     if not profiles.complete:
         raise SceneError(by_line(faults))
     with _together_with(faults):
         bodies = bodies_in_track(scene, profiles)
     clearance = bodies.clearances[0]
-    faults += messages.geometry_faults(scene, bodies.wheels, bodies.templates, bodies.counterface)
+    faults += checks.geometry_faults(
+        scene, bodies.wheels, bodies.templates, bodies.counterface
+    )
     faults += contents.faults_of_operation
     samples = None
     with _gathered(faults):
@@ -343,7 +345,8 @@ def _checked(scene: RigScene | FieldScene, contents: _Contents) -> Inputs:
             path = contents.files.path_of("recorded.file")
             samples, notes = samples_of_record(contents.record, path, clearance)
     known = {fault.line for fault in faults}
-    faults += [fault for fault in messages.beyond_clearance(scene, clearance)[0] if fault.line not in known]
+    climbing = checks.beyond_clearance(scene, clearance)[0]
+    faults += [fault for fault in climbing if fault.line not in known]
     raise_any(by_line(faults))
     warnings = [*contents.warnings, *_record_warnings(scene, notes)]
     return Inputs(

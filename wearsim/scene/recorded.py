@@ -15,7 +15,7 @@ from wearsim.errors import Fault, SceneError, listed, raise_any, shown
 from wearsim.operation.recorded import Samples, samples_of
 from wearsim.quantities import QUANTITIES
 from wearsim.results.file import UNREADABLE
-from wearsim.scene.section import Section, Text, quantity, text_field
+from wearsim.scene.section import Messages, Section, Text, quantity, text_field
 from wearsim.toml_faults import LARGEST_TABLE, KeyPath, content_of, suggestion, text_of
 from wearsim.whole_files import NETCDF_LOCK, signals_wait
 
@@ -144,7 +144,7 @@ def read_record(
     return _with_constants(section, record)
 
 
-def recorded_faults(section: RecordedSection) -> Iterator[tuple[KeyPath, str]]:
+def recorded_faults(section: RecordedSection) -> Messages:
     """Path and message of what does not fit together within [recorded]."""
     keys = section.columns.given
     named = {_UNITS[key][0]: key for key in keys}
@@ -179,7 +179,7 @@ def recorded_faults(section: RecordedSection) -> Iterator[tuple[KeyPath, str]]:
 
 def _name_faults(
     section: RecordedSection, columns: Mapping[str, FloatArray]
-) -> Iterator[tuple[KeyPath, str]]:
+) -> Messages:
     """Faults of columns that the file does not have."""
     for key, name in section.columns.given.items():
         if name not in columns:

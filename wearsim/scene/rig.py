@@ -10,7 +10,8 @@ from pydantic import Field
 
 from wearsim.csv_tables import CsvTable, csv_text
 from wearsim.errors import Fault, SceneError, listed, raise_any, shown
-from wearsim.scene.models import BlockSection, RigScene
+from wearsim.scene.models import RigScene
+from wearsim.scene.operation import BlockSection
 from wearsim.scene.overrides import OverriddenLine, Override, toml_value
 from wearsim.scene.section import (
     Section,

@@ -13,7 +13,6 @@ from wearsim.operation.route import WITHIN, AxleShares, Curve, Tangent
 from wearsim.scene.models import FieldScene, RigScene
 from wearsim.scene.section import read_rows
 from wearsim.scene.vehicle import (
-    SHARES_ROUNDED,
     Place,
     PracticeKeys,
     SegmentSection,
@@ -22,6 +21,7 @@ from wearsim.scene.vehicle import (
     VehicleSection,
     practice_of,
     shipped_or_own,
+    vehicle_faults,
 )
 from wearsim.toml_faults import KeyPath, read_toml
 
@@ -81,7 +81,7 @@ def read_vehicle(scene: FieldScene, place: Place) -> Route:
     """
     section = scene.vehicle
     assert section is not None
-    faults = [scene.fault(path, text) for path, text in _faults(section)]
+    faults = [scene.fault(path, text) for path, text in vehicle_faults(section)]
     path, text = shipped_or_own("vehicles", place, "vehicle.file", section.file)
     if path is None:
         text = f"file = {shown(section.file)} is no file, nor a shipped vehicle; {text}"
@@ -126,30 +126,6 @@ def read_vehicle(scene: FieldScene, place: Place) -> Route:
     classes = tuple(_track(one, scene, *kinds[k % len(kinds)]) for k, one in enumerate(track))
     axle = AxleShares(section.leading_share, section.turned_share, section.axle == "outer")
     return Route(vehicle, about, classes, tuple(files), axle)
-
-
-def _faults(section: VehicleSection) -> list[tuple[KeyPath, str]]:
-    """Keys of the classes of track that do not fit together, with messages."""
-    total = sum(one.share for one in section.track)
-    if section.route is not None and section.track:
-        text = "route and [[vehicle.class]] exclude each other; delete one of them"
-        return [(("vehicle", "route"), text)]
-    if section.route is None and section.each is not None:
-        text = "[vehicle.each] is for segments of a route; give route, or delete it"
-        return [(("vehicle", "each"), text)]
-    if section.route is None and not section.track:
-        text = (
-            "[vehicle] has no track; write [[vehicle.class]], or route = a CSV file of "
-            "segments"
-        )
-        return [(("vehicle",), text)]
-    if section.track and abs(total - 1.0) > SHARES_ROUNDED:
-        text = (
-            "share: the shares of all classes must sum to 1 within 1 %, not "
-            f"{total:.7g}; change them"
-        )
-        return [(("vehicle", "class", 0, "share"), text)]
-    return []
 
 
 def cut_motion(section: VehicleSection, clearance: float) -> list[tuple[KeyPath, str]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, TypeVar
@@ -17,6 +17,7 @@ from wearsim.csv_tables import CsvTable, csv_table
 from wearsim.errors import Fault, raise_any, shown
 from wearsim.quantities import QUANTITIES
 from wearsim.toml_faults import (
+    KeyPath,
     Lines,
     Table,
     content_of,
@@ -156,6 +157,9 @@ class SetPoints(Section):
         "the factor on the wear depth, 1 for dry laboratory coefficients",
     )
 
+
+Messages = Iterator[tuple[KeyPath, str]]
+"""Path of a key from the root of the scene, and message, of each fault or warning."""
 
 Row = TypeVar("Row", bound=Section)
 

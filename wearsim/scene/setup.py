@@ -25,6 +25,7 @@ from wearsim.scene.campaign import (
     RailWearSection,
     ReprofilingRules,
 )
+from wearsim.scene.checks import by_line, scene_warnings
 from wearsim.scene.damage import (
     BrakeBlockSection,
     fatigue_settings,
@@ -33,7 +34,6 @@ from wearsim.scene.damage import (
     wear_settings,
 )
 from wearsim.scene.inputs import inputs_of
-from wearsim.scene.messages import by_line, scene_warnings
 from wearsim.scene.models import FieldScene, RigScene, RollerSection
 from wearsim.scene.prepared import Prepared, bodies_of, contact_models, prepare, set_points_of
 from wearsim.scene.recorded import RecordedSection

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from typing import Any, Literal
 
 from pydantic import Field
 
+from wearsim.errors import shown
 from wearsim.scene.section import Section, Text, quantity, text_field
 
 
@@ -67,6 +69,29 @@ class InputSection(Section):
     def label(self) -> str:
         """Name for tables."""
         return self.name or self.key
+
+
+NEEDS: Mapping[str, tuple[str, ...]] = {
+    "uniform": ("low", "high"),
+    "normal": ("mean", "std"),
+    "lognormal": ("median", "within"),
+    "values": ("values",),
+}
+"""Keys of each distribution."""
+
+
+def input_faults(one: InputSection) -> Iterator[tuple[str, str]]:
+    """Keys of an input that do not fit together, with messages."""
+    needed = NEEDS[one.distribution]
+    for key in {key for keys in NEEDS.values() for key in keys}:
+        given = getattr(one, key) not in (None, ())
+        if given != (key in needed):
+            does = "needs" if key in needed else "has no"
+            yield "distribution", f"distribution = {shown(one.distribution)} {does} {key}"
+    if one.low is not None and one.high is not None and one.low >= one.high:
+        yield "low", f"low = {one.low:g} must be below high = {one.high:g}"
+    if one.acts != "value" and any(isinstance(value, str | dict) for value in one.values):
+        yield "values", f"acts = {shown(one.acts)} needs numbers among values"
 
 
 class MaterialSection(Section):

@@ -14,10 +14,18 @@ from wearsim.operation.bogie import Vehicle
 from wearsim.profile.placement import slope_of
 from wearsim.profile.standard import shipped_path
 from wearsim.quantities import QUANTITIES
-from wearsim.scene.section import Section, SetPoints, Text, quantity, text_field
+from wearsim.scene.section import (
+    Messages,
+    Section,
+    SetPoints,
+    Text,
+    quantity,
+    text_field,
+)
 from wearsim.toml_faults import KeyPath, cross_check, suggestion
 
 SHARES_ROUNDED = 0.01
+"""Shares of classes that sum to 1 within this are rounded ones and normalised."""
 
 Place = Callable[[str, str], Path | None]
 """File of a role and a name in the scene."""
@@ -342,3 +350,26 @@ def practice_of(section: VehicleSection | None) -> dict[KeyPath, PracticeKeys]:
     if section is None or section.track:
         return {("vehicle", "class", k): one for k, one in enumerate(section.track if section else ())}
     return {("vehicle", "each"): section.each or PracticeKeys.model_validate({})}
+
+
+def vehicle_faults(section: VehicleSection) -> Messages:
+    """Faults between the keys of [vehicle] and its classes of track."""
+    total = sum(entry.share for entry in section.track)
+    if section.route is not None and section.track:
+        text = "route and [[vehicle.class]] exclude each other; delete one of them"
+        yield ("vehicle", "route"), text
+    elif section.route is None and section.each is not None:
+        text = "[vehicle.each] is for segments of a route; give route, or delete it"
+        yield ("vehicle", "each"), text
+    elif section.route is None and not section.track:
+        text = (
+            "[vehicle] has no track; write [[vehicle.class]], or route = a CSV file of "
+            "segments"
+        )
+        yield ("vehicle",), text
+    elif section.track and abs(total - 1.0) > SHARES_ROUNDED:
+        text = (
+            "share: the shares of all classes must sum to 1 within 1 %, not "
+            f"{total:.7g}; change them"
+        )
+        yield ("vehicle", "class", 0, "share"), text

@@ -1,15 +1,12 @@
-"""What only shows between the values of a scene: faults that forbid a run, warnings that do not."""
+"""Checks between the tables of a scene, and of its profiles: faults and warnings."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping
 
 import numpy as np
 
-from wearsim.contact.normal import NORMAL_MODELS
-from wearsim.contact.tangential import TANGENTIAL_MODELS
-from wearsim.damage.fatigue import FATIGUE_LAWS, counts_cycles
 from wearsim.damage.wear import WEAR_LAWS
 from wearsim.errors import Fault, ProfileError, listed, shown
 from wearsim.operation.points import REACH, OperatingPoints
@@ -18,15 +15,25 @@ from wearsim.profile.conicity import equivalent_conicity
 from wearsim.profile.shape import Profile
 from wearsim.quantities import QUANTITIES
 from wearsim.results.limits import LIMITED
-from wearsim.scene.campaign import LIMIT_KEYS, STABILITY, RollerWearSection
+from wearsim.scene.campaign import (
+    LIMIT_KEYS,
+    REPROFILING,
+    RollerWearSection,
+    campaign_faults,
+)
+from wearsim.scene.contact import contact_faults
 from wearsim.scene.damage import damage_faults
 from wearsim.scene.implausible import implausible
-from wearsim.scene.models import BlockSection, ClassSection, FieldScene, RigScene
+from wearsim.scene.models import FieldScene, RigScene
+from wearsim.scene.operation import (
+    ClassSection,
+    block_faults,
+    load_faults,
+    share_faults,
+)
 from wearsim.scene.route import cut_motion, rails_of
-from wearsim.toml_faults import KeyPath, suggestion
-
-SHARES_ROUNDED = 0.01
-"""Shares of classes that sum to 1 within this are taken for rounded ones and normalised."""
+from wearsim.scene.section import Messages
+from wearsim.toml_faults import KeyPath
 
 WIDEST_POSITION_SPACING_MM = 2.0
 """About half the width of the narrower patches [mm]."""
@@ -41,12 +48,9 @@ _SAME_DIAMETER_MM = 0.1
 _OF_WHEEL = ("flange_height", "flange_thickness", "flange_gradient", "hollowing")
 """Limited measures of `profile.measures`."""
 
-_REPROFILING = ("campaign", "reprofiling")
-
 Campaign = RigScene | FieldScene
 Clearance = tuple[float | None, float | None]
 Wheels = tuple[Profile, Profile]
-_Messages = Iterator[tuple[KeyPath, str]]
 
 
 def by_line(faults: list[Fault]) -> list[Fault]:
@@ -56,11 +60,20 @@ def by_line(faults: list[Fault]) -> list[Fault]:
 
 def cross_faults(scene: Campaign) -> list[Fault]:
     """Faults between values that are each in range."""
-    checks = (
-        _share_faults, _load_faults, _block_faults, _contact_faults, _torque_faults, _step_faults,
-        _limit_faults, _reprofiling_faults,
-    )  # fmt: skip
-    messages = [message for check in checks for message in check(scene)]
+    wheelset, runs = scene.wheelset, scene.operation.runs
+    of_boxes = None not in (wheelset.mass_kg, wheelset.axle_box_distance_mm)
+    independent = getattr(scene.counterface, "drive", None) == "independent"
+    fatigue = scene.fatigue.laws if scene.fatigue else ()
+    messages = [
+        *share_faults(runs),
+        *load_faults(runs, of_boxes=of_boxes),
+        *block_faults(runs, independent=independent),
+        *contact_faults(scene.contact),
+        *_roll_faults(scene),
+        *_torque_faults(scene),
+        *campaign_faults(scene.campaign, fatigue, 2.0 * wheelset.radius_mm),
+        *_reprofiled_faults(scene),
+    ]
     messages += damage_faults(scene.wear, scene.fatigue)
     law = scene.wear.law
     if scene.counterface.wear is not None and not WEAR_LAWS[law].wears:
@@ -118,7 +131,7 @@ def header_warnings(scene: Campaign, diameters: Mapping[str, float]) -> list[Fau
     return [scene.fault(path, text)]
 
 
-def _warnings(scene: Campaign) -> _Messages:
+def _warnings(scene: Campaign) -> Messages:
     runs, contact, campaign = scene.operation.runs, scene.contact, scene.campaign
     yield from implausible(scene)
     if runs and all(run.friction == 0 for run in runs.values()) and WEAR_LAWS[scene.wear.law].needs_friction:
@@ -161,57 +174,18 @@ def _warnings(scene: Campaign) -> _Messages:
             f"at_km = {listed(beyond)} is not below the distance of the campaign, "
             f"{distance:g} km: the wheels are not reprofiled there"
         )
-        yield (*_REPROFILING, "at_km"), text
+        yield (*REPROFILING, "at_km"), text
     if campaign.smoothing_wavelength_mm == 0:
         path = ("campaign", "smoothing_wavelength_mm")
         yield path, "smoothing_wavelength_mm = 0: wear increments are not smoothed"
 
 
-def _sum(shares: Sequence[float]) -> str:
-    """Write a sum of the first few shares."""
-    more = f" + ... ({len(shares) - 10} more)" if len(shares) > 10 else ""
-    return f"{' + '.join(f'{share:g}' for share in shares[:10])}{more}"
-
-
-def _share_faults(scene: Campaign) -> _Messages:
-    shares = [run.share for run in scene.operation.runs.values() if isinstance(run, ClassSection)]
-    if shares and abs(sum(shares) - 1.0) > SHARES_ROUNDED:
-        text = (
-            f"share: the shares of all classes, {_sum(shares)}, must sum to 1 within "
-            f"{100.0 * SHARES_ROUNDED:g} %, not {sum(shares):.7g}; change them"
-        )
-        yield ("operation", "class", 0, "share"), text
-
-
-def _contact_faults(scene: Campaign) -> _Messages:
+def _roll_faults(scene: Campaign) -> Messages:
+    """Faults of a given roll where forces are balanced."""
     contact, runs = scene.contact, scene.operation.runs
-    model, tangential = NORMAL_MODELS[contact.pair[0]], TANGENTIAL_MODELS[contact.pair[1]]
-    if "model" in contact.model_fields_set:
-        for key in sorted(contact.model_fields_set & {"normal", "tangential"}):
-            text = (
-                f'{key} and model = "{contact.model}" exclude each other; delete one '
-                "of them"
-            )
-            yield ("contact", key), text
     forced = {path: shown(run.name) for path, run in runs.items() if run.balanced}
     if scene.vehicle is not None:
         forced[("vehicle",)] = "the vehicle"
-    fewest = max(model.fewest, tangential.fewest)
-    name = model.name if fewest == model.fewest else tangential.name
-    for key in ("strips", "cells"):
-        if (count := getattr(contact, key)) < fewest:
-            text = (
-                f"{key} = {count} must be at least {fewest} with {name}; write more, "
-                "or choose another model"
-            )
-            yield ("contact", key), text
-    if not model.can_update_profile:
-        fit = [f"normal = {shown(name)}" for name, one in NORMAL_MODELS.items() if one.can_update_profile]
-        text = (
-            f"normal = {shown(contact.normal)} cannot update the profile in a "
-            f"campaign: {model.reason}; write {listed(fit, ' or ')}"
-        )
-        yield ("contact", "normal"), text
     if forced and "roll" in contact.model_fields_set and contact.roll != "free":
         text = (
             f'roll = "given" lets no forces of {next(iter(forced.values()))} be '
@@ -228,7 +202,7 @@ def _contact_faults(scene: Campaign) -> _Messages:
             yield (*path, "roll_mrad"), text
 
 
-def _torque_faults(scene: Campaign) -> _Messages:
+def _torque_faults(scene: Campaign) -> Messages:
     """Fault of the torque that is furthest beyond friction, if one is."""
     if scene.contact.rotation != "free":
         return
@@ -253,141 +227,10 @@ def _torque_faults(scene: Campaign) -> _Messages:
             yield path, text
 
 
-_LOADS = (
-    ("load_kN",),
-    ("axle_load_kN",),
-    ("wheel_load_right_kN", "wheel_load_left_kN"),
-    ("axle_box_right_kN", "axle_box_left_kN"),
-)
-"""Keys of which a run has those of one line."""
-
-
-def _load_faults(scene: Campaign) -> _Messages:
-    for path, run in scene.operation.runs.items():
-        named = f"{path[1]} {shown(run.name)}"
-        given = [key for line in _LOADS for key in line if getattr(run, key, None) is not None]
-        lines = [line for line in _LOADS if set(line) & set(given)]
-        if len(lines) != 1:
-            known = " or ".join(" and ".join(line) for line in _LOADS if hasattr(run, line[0]))
-            text = f"{', '.join(given)} exclude each other" if given else "has no load"
-            yield (*path, *given[-1:]), f"{named}: {text}; give either {known}"
-        elif len(given) < len(lines[0]):
-            missing = next(key for key in lines[0] if key not in given)
-            yield (*path, given[0]), f"{named}: {given[0]} is that of one side; give {missing}, too"
-        elif given[0] == "axle_box_right_kN" and None in (
-            scene.wheelset.mass_kg,
-            scene.wheelset.axle_box_distance_mm,
-        ):
-            text = (
-                f"{named}: forces on axle boxes need mass_kg and axle_box_distance_mm "
-                "in [wheelset]; add them"
-            )
-            yield (*path, given[0]), text
-
-
-_WHERE = ("shift_mm", "lateral_force_kN")
-_LENGTHS = ("distance_km", "duration_h", "revolutions")
-
-
-def _block_faults(scene: Campaign) -> _Messages:
-    runs = [(path, run) for path, run in scene.operation.runs.items() if isinstance(run, BlockSection)]
-    every = {key for line in (*_LOADS, _WHERE) for key in line}
-    for number, (path, run) in enumerate(runs):
-        for keys in (_WHERE, _LENGTHS):
-            given = [key for key in keys if getattr(run, key) is not None]
-            if len(given) != 1:
-                what = f"{' and '.join(given)} exclude each other" if given else f"needs {' or '.join(keys)}"
-                yield (*path, *given[-1:]), f"block {shown(run.name)}: {what}; give exactly one of them"
-        if run.speed_difference_percent and getattr(scene.counterface, "drive", None) != "independent":
-            text = (
-                f"block {shown(run.name)}: speed_difference_percent needs rollers that "
-                'turn apart; write drive = "independent", or delete it'
-            )
-            yield (*path, "speed_difference_percent"), text
-        following = runs[(number + 1) % len(runs)][1]
-        have, need = ({k for k in every if getattr(one, k) is not None} for one in (run, following))
-        if run.positions is not None and have != need:
-            text = (
-                f"block {shown(run.name)}: a ramp goes to {shown(following.name)}, "
-                "which does not give the same set-points "
-                f"({listed(sorted(have ^ need))}); give them in both"
-            )
-            yield (*path, "positions"), text
-
-
-def _step_faults(scene: Campaign) -> _Messages:
-    campaign, largest = scene.campaign, STABILITY[scene.campaign.integrator][1]
-    if 0 < campaign.smoothing_wavelength_mm < 2.0 * campaign.point_spacing_mm:
-        text = (
-            f"smoothing_wavelength_mm = {campaign.smoothing_wavelength_mm:g} must be 0 "
-            "(no smoothing) or at least twice point_spacing_mm = "
-            f"{campaign.point_spacing_mm:g}; shorter waves are not resolved"
-        )
-        yield ("campaign", "smoothing_wavelength_mm"), text
-    if campaign.stability is not None and campaign.stability > largest:
-        text = (
-            f"stability = {campaign.stability:g} must be at most {largest:g} with "
-            f"integrator = {shown(campaign.integrator)}: longer steps make every wave "
-            "grow; lower it or delete it"
-        )
-        yield ("campaign", "stability"), text
-
-
-def _limit_faults(scene: Campaign) -> _Messages:
-    limits, laws = scene.campaign.limits, scene.fatigue.laws if scene.fatigue else ()
-    if limits is None:
+def _reprofiled_faults(scene: Campaign) -> Messages:
+    """Faults of scenes whose wheels are reprofiled."""
+    if scene.campaign.reprofiling is None:
         return
-    if not limits.values:
-        text = (
-            "[campaign.limits] has no limit; write one, such as flange_thickness_mm = "
-            "22, or delete it"
-        )
-        yield ("campaign", "limits"), text
-    if limits.damage is not None and not any(map(counts_cycles, laws)):
-        given = f"; {', '.join(laws)} orders passages and counts none" if laws else ""
-        counting = [law for law in FATIGUE_LAWS if counts_cycles(law)]
-        text = (
-            f"damage = {limits.damage:g} needs a fatigue law that counts "
-            f"cycles{given}; write {listed(counting, ' or ')} among the laws of "
-            "[fatigue], or delete it"
-        )
-        yield ("campaign", "limits", "damage"), text
-
-
-def _reprofiling_faults(scene: Campaign) -> _Messages:
-    rules, limits = scene.campaign.reprofiling, scene.campaign.limits
-    least, new = None if limits is None else limits.diameter_mm, 2.0 * scene.wheelset.radius_mm
-    of_diameter: KeyPath = ("campaign", "limits", "diameter_mm")
-    if rules is None:
-        if least is not None:
-            text = (
-                f"diameter_mm = {least:g} is for wheels that are reprofiled; add "
-                "[campaign.reprofiling], or delete it"
-            )
-            yield of_diameter, text
-        return
-    if least is not None and least >= new:
-        text = (
-            f"diameter_mm = {least:g} must be below the diameter of the new wheels, "
-            f"{new:g} mm"
-        )
-        yield of_diameter, text
-    if not rules.at_limits and not rules.at_km:
-        text = (
-            "[campaign.reprofiling] does not say when; write at_limits, such as "
-            '["flange_thickness_mm"], or at_km'
-        )
-        yield _REPROFILING, text
-    keys = [key for name, key in LIMIT_KEYS.items() if name != "wheel_diameter"]
-    for key in rules.at_limits:
-        path, start = (*_REPROFILING, "at_limits"), f"at_limits: {shown(key)}"
-        if key not in keys:
-            yield path, f"{start} is no limit to reprofile wheels at; {suggestion(key, keys)}"
-        elif limits is None or getattr(limits, key) is None:
-            yield path, f"{start} has no value; give it in [campaign.limits]"
-    if any(b <= a for a, b in zip((0.0, *rules.at_km), rules.at_km, strict=False)):
-        text = f"at_km = {shown(list(rules.at_km))} must rise from one to the next"
-        yield (*_REPROFILING, "at_km"), text
     if scene.contact.rotation == "nominal":
         text = (
             'rotation = "nominal" is the rotation speed of new wheels: reprofiled '
@@ -400,7 +243,7 @@ def _reprofiling_faults(scene: Campaign) -> _Messages:
             "[campaign.reprofiling] cannot be compared: factors from rig to field are "
             "of the wear since new; delete it, or run this scene by itself"
         )
-        yield _REPROFILING, text
+        yield REPROFILING, text
 
 
 def shift_ranges(
